@@ -1,14 +1,61 @@
-"""Trunnion's engine: a scene in, motion and joint contacts out.
+"""Trunnion: motion and joint contact forces of mechanisms whose joints rub.
 
-``load_scene(name_or_path)``, ``simulate(scene, until=…, every=…, rtol=…, method=…, overrides=…)`` → ``Result``;
-``sweep(scene, over={path: "first:last:count"}, reductions=[…])`` → ``Sweep``: many cases, one table;
-``optimise(scene, bounds, minimise=…)`` → the best numbers; ``refine(scene, bounds, of=…)`` → where results jump or outcomes change;
-``sensitivity(scene, parameters, outputs)`` → derivatives along a run; ``fit(scene, parameters, time, measured)`` →
-parameters and how sure they are, ``compare`` (laws), ``propose`` (experiments);
-``hold(scene, bounds=True)`` → what a mechanism at rest can hold; ``equilibrium(scene)`` → where it rests; ``modes(scene)`` → how it
-swings about that; ``inverse(scene, time, motion)`` → what a motion takes; ``wear(result)`` → what it takes off; ``knocks(result,
-clearance)`` → where pins would hit their bearings.
-Names are loaded when first used, so that importing the package costs nothing.
+Names load on first use, so that ``import trunnion`` costs nothing. Arguments may carry units ("20 ms"); results are in SI units.
+
+Load and run a scene:
+    load_scene: read a scene from a file, or a bundled model by its name.
+    scene_from_dict: read a scene from plain data.
+    models_dir: the folder of the bundled models.
+    Scene: a mechanism as data.
+    simulate: run a scene.
+    kinematics: run the motion that a scene's drives prescribe, without masses or forces.
+    inverse: find the efforts that a given motion needs.
+
+Look at results:
+    Result: columns over time, events and outcome of a run.
+    Event: a stick, slip or end stop at one instant.
+    wear: find the wear of a run's contacts.
+    Wear: wear of all contacts of a run.
+    knocks: find where pins with clearance would hit their bearings.
+    ClearanceImpact: one such impact.
+    InverseDynamics: efforts and contact forces over a given motion.
+
+Ask a mechanism at rest:
+    hold: test whether friction holds a scene, and by what margin.
+    HoldReport: margins of one static state.
+    HoldBounds: bounds over all admissible static states.
+    equilibrium: find the pose in which a mechanism comes to rest.
+    Equilibrium: that pose, its stability and its friction bands.
+    modes: find frequencies, damping and shapes of small vibrations.
+    VibrationModes: all modes about a pose.
+
+Derivatives and fits:
+    linearize: find the state-space matrices at one instant of a run.
+    Linearization: these matrices, with their names.
+    sensitivity: differentiate outputs by parameters along a run.
+    Sensitivity: outputs and their derivatives.
+    fit: estimate parameters from measured curves.
+    Fit: estimates, intervals and the fitted curves.
+    Interval: the confidence interval of one parameter.
+    MeasuredRun: curves measured in one run.
+    compare: fit several models to the same curves and rank them.
+    Candidate: one of these models.
+    ModelComparison: the ranked models.
+    propose: rank experiments by what they would tell about a fit's parameters.
+    Experiment: an experiment that could be made.
+    RankedExperiment: its gain of information.
+
+Many runs and searches:
+    sweep: run a scene over a grid, a list or a sample of its numbers.
+    Sweep: the table of all these runs.
+    optimise: search the numbers that minimise, maximise or reach a result.
+    refine: search where results jump or outcomes change.
+    StudyResult: what such a search found, and all its runs.
+
+Errors:
+    SceneError: wrong input, with every problem at once.
+    Problem: one mistake: place, cause and remedy.
+    SimulationError: a run that cannot start or has no answer.
 """
 
 from __future__ import annotations
@@ -17,67 +64,81 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from engine.basics.problems import Problem, SceneError, SimulationError
-    from engine.batch.sweeping import Sweep, sweep
-    from engine.bounds.api import hold
-    from engine.fits import Candidate, Evidence, Fit, Interval, Measured, Trial, compare, fit, propose
-    from engine.questions.equilibrium import Equilibrium, equilibrium
-    from engine.questions.inverse import inverse
-    from engine.questions.kinematics import kinematics
-    from engine.questions.knocks import Knock, knocks
-    from engine.questions.modes import Modes, modes
-    from engine.questions.wear import Wear, wear
-    from engine.scene import Scene, load_scene, models_dir
-    from engine.sensitivities import Sensitivity, sensitivity
-    from engine.simulation.event import Event
-    from engine.simulation.linearize import Linearization, linearize
-    from engine.simulation.result import Result
-    from engine.simulation.run import simulate
-    from engine.studies.running import Studied, optimise, refine
+    from trunnion.analysis.fits.experiment_design import Experiment, RankedExperiment, propose
+    from trunnion.analysis.fits.measurements import MeasuredRun
+    from trunnion.analysis.fits.model_comparison import Candidate, ModelComparison, compare
+    from trunnion.analysis.fits.parameter_estimation import Fit, fit
+    from trunnion.analysis.fits.profile_likelihood import Interval
+    from trunnion.analysis.mechanics.clearance_impacts import ClearanceImpact, knocks
+    from trunnion.analysis.mechanics.equilibrium_pose import Equilibrium, equilibrium
+    from trunnion.analysis.mechanics.inverse_dynamics import InverseDynamics, inverse
+    from trunnion.analysis.mechanics.kinematics import kinematics
+    from trunnion.analysis.mechanics.linearization import Linearization, linearize
+    from trunnion.analysis.mechanics.vibration_modes import VibrationModes, modes
+    from trunnion.analysis.mechanics.wear import Wear, wear
+    from trunnion.analysis.sensitivities.output_derivatives import Sensitivity, sensitivity
+    from trunnion.analysis.static_bounds.bounds_report import HoldBounds
+    from trunnion.analysis.static_bounds.hold_check import hold
+    from trunnion.analysis.static_bounds.static_margin import HoldReport
+    from trunnion.analysis.studies.local_execution import StudyResult, optimise, refine
+    from trunnion.basics.problems import Problem, SceneError, SimulationError
+    from trunnion.batch.sweep import Sweep, sweep
+    from trunnion.scene import Scene, load_scene, models_dir, scene_from_dict
+    from trunnion.simulation.results.event import Event
+    from trunnion.simulation.results.result import Result
+    from trunnion.simulation.run import simulate
 
-_HOMES = {
-    "Problem": "engine.basics.problems",
-    "SceneError": "engine.basics.problems",
-    "SimulationError": "engine.basics.problems",
-    "Scene": "engine.scene",
-    "load_scene": "engine.scene",
-    "models_dir": "engine.scene",
-    **dict.fromkeys(
-        ("Candidate", "Evidence", "Fit", "Interval", "Measured", "Trial", "compare", "fit", "propose"), "engine.fits"
-    ),
-    "Sensitivity": "engine.sensitivities",
-    "sensitivity": "engine.sensitivities",
-    "Event": "engine.simulation.event",
-    "Result": "engine.simulation.result",
-    "Linearization": "engine.simulation.linearize",
-    "linearize": "engine.simulation.linearize",
-    "simulate": "engine.simulation.run",
-    "hold": "engine.bounds.api",
-    "Equilibrium": "engine.questions.equilibrium",
-    "equilibrium": "engine.questions.equilibrium",
-    "Modes": "engine.questions.modes",
-    "modes": "engine.questions.modes",
-    "inverse": "engine.questions.inverse",
-    "Wear": "engine.questions.wear",
-    "wear": "engine.questions.wear",
-    "Knock": "engine.questions.knocks",
-    "knocks": "engine.questions.knocks",
-    "kinematics": "engine.questions.kinematics",
-    "Studied": "engine.studies.running",
-    "optimise": "engine.studies.running",
-    "refine": "engine.studies.running",
-    "Sweep": "engine.batch.sweeping",
-    "sweep": "engine.batch.sweeping",
-}
-__all__ = [
-    "Candidate", "Equilibrium", "Event", "Evidence", "Fit", "Interval", "Knock", "Linearization", "Measured", "Modes", "Problem",
-    "Result", "Scene", "SceneError", "Sensitivity", "SimulationError", "Studied", "Sweep", "Trial", "Wear", "compare",
-    "equilibrium", "fit", "hold", "inverse", "kinematics", "knocks", "linearize", "load_scene", "models_dir", "modes", "optimise",
-    "propose", "refine", "sensitivity", "simulate", "sweep", "wear",
+__all__ = [  # noqa: RUF022  # by purpose
+    # load and run a scene
+    "load_scene", "scene_from_dict", "models_dir", "Scene", "simulate", "kinematics", "inverse",
+    # look at results
+    "Result", "Event", "wear", "Wear", "knocks", "ClearanceImpact", "InverseDynamics",
+    # ask a mechanism at rest
+    "hold", "HoldReport", "HoldBounds", "equilibrium", "Equilibrium", "modes", "VibrationModes",
+    # derivatives and fits
+    "linearize", "Linearization", "sensitivity", "Sensitivity", "fit", "Fit", "Interval", "MeasuredRun", "compare",
+    "Candidate", "ModelComparison", "propose", "Experiment", "RankedExperiment",
+    # many runs and searches
+    "sweep", "Sweep", "optimise", "refine", "StudyResult",
+    # errors
+    "SceneError", "Problem", "SimulationError",
 ]  # fmt: skip
 
+_MODULES = {
+    "analysis.fits.experiment_design": ("Experiment", "RankedExperiment", "propose"),
+    "analysis.fits.measurements": ("MeasuredRun",),
+    "analysis.fits.model_comparison": ("Candidate", "ModelComparison", "compare"),
+    "analysis.fits.parameter_estimation": ("Fit", "fit"),
+    "analysis.fits.profile_likelihood": ("Interval",),
+    "analysis.mechanics.clearance_impacts": ("ClearanceImpact", "knocks"),
+    "analysis.mechanics.equilibrium_pose": ("Equilibrium", "equilibrium"),
+    "analysis.mechanics.inverse_dynamics": ("InverseDynamics", "inverse"),
+    "analysis.mechanics.kinematics": ("kinematics",),
+    "analysis.mechanics.linearization": ("Linearization", "linearize"),
+    "analysis.mechanics.vibration_modes": ("VibrationModes", "modes"),
+    "analysis.mechanics.wear": ("Wear", "wear"),
+    "analysis.sensitivities.output_derivatives": ("Sensitivity", "sensitivity"),
+    "analysis.static_bounds.bounds_report": ("HoldBounds",),
+    "analysis.static_bounds.hold_check": ("hold",),
+    "analysis.static_bounds.static_margin": ("HoldReport",),
+    "analysis.studies.local_execution": ("StudyResult", "optimise", "refine"),
+    "basics.problems": ("Problem", "SceneError", "SimulationError"),
+    "batch.sweep": ("Sweep", "sweep"),
+    "scene": ("Scene", "load_scene", "models_dir", "scene_from_dict"),
+    "simulation.results.event": ("Event",),
+    "simulation.results.result": ("Result",),
+    "simulation.run": ("simulate",),
+}
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
-    raise AttributeError(f"module 'engine' has no attribute {name!r}")
+if not TYPE_CHECKING:  # type checkers take the imports above, and report names that do not exist
+
+    def __getattr__(name: str) -> Any:
+        """Load a public name from its module."""
+        if name in _HOMES:
+            return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

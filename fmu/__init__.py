@@ -1,16 +1,14 @@
-"""Scenes as co-simulation FMUs: ``fmu.export(scene, file, flavour=…, platform=…, fmi=…)``. FMI 2.0 in two flavours, or 3.0.
-
-``native`` needs nothing on the host but libc and libm; ``python`` (built with pythonfmu) runs the same compiled library from a
-Python slave. Same variables, same numbers, bit for bit. The scene is compiled, or (``kernel="parts"``) made of parts, which are
-compiled once for all scenes of the same kinds.
-"""
+"""Scenes as FMUs: ``trunnion.fmu.scene_export(scene, file, flavour=…, platform=…, fmi=…)``. FMI 2.0 has two flavours. ``native``
+needs only libc and libm on the host. ``python`` (built with pythonfmu) calls the same compiled library from a Python slave, so
+both give the same numbers bit for bit. FMI 3.0 is native. The scene is compiled, or (``kernel="parts"``) assembled from parts
+that are compiled once for all scenes."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fmu.export import Export, export
+    from trunnion.fmu.scene_export import Export, export
 
 __all__ = ["Export", "export"]
 
@@ -19,5 +17,5 @@ def __getattr__(name: str) -> Any:
     if name in __all__:
         from importlib import import_module
 
-        return getattr(import_module("fmu.export"), name)
-    raise AttributeError(f"module 'fmu' has no attribute {name!r}")
+        return getattr(import_module("trunnion.fmu.scene_export"), name)
+    raise AttributeError(f"module 'trunnion.fmu' has no attribute {name!r}")

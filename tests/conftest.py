@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from collections.abc import Callable
+from importlib.util import find_spec
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -31,3 +33,18 @@ def pytest_configure() -> None:
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """One more than there are processors: tests of the service wait for servers, workers and browsers a third of their time."""
     return (os.cpu_count() or 1) + 1
+
+
+@pytest.fixture
+def needs() -> Callable[[str], None]:
+    """A function that skips or fails the test when the package it is given is not installed."""
+
+    def check(package: str) -> None:
+        if find_spec(package) is not None:
+            return
+        wanted = os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split()
+        if package in wanted:
+            pytest.fail(f"{package} is required and not installed")
+        pytest.skip(f"{package} is not installed")
+
+    return check

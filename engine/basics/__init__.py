@@ -1,1 +1,1 @@
-"""Small things that every other folder of the engine uses; nothing here imports from those folders."""
+"""Small tools for all folders of the engine. This folder imports none of them."""

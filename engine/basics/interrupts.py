@@ -1,9 +1,8 @@
-"""Ctrl-C put off until the work at hand is in a state worth keeping.
+"""Ctrl-C deferred until the work is in a consistent state.
 
-Python raises KeyboardInterrupt between any two instructions, so also between a call that has computed rows and the line that keeps
-them. While interrupts are ``held`` they only leave a note, which the work looks at where it can stop; what may take long and leaves
-nothing behind (a compiler) is let through with ``open``. Threads that get no signal are ``watched`` instead: long work heeds both.
-"""
+Python raises KeyboardInterrupt between any two instructions, also between a call that computes rows and the line that stores them.
+While interrupts are ``held``, they only set a flag, which the work checks where it can stop. ``open`` lets them through during
+long calls without side effects, such as a compiler. Threads without signals are ``watched`` instead; ``heed`` serves both."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from types import FrameType
 
 
 class Held:
-    """Interrupts that are held back. asked: whether Ctrl-C has been pressed since."""
+    """Interrupts that are held back. asked: whether Ctrl-C has been pressed."""
 
     def __init__(self) -> None:
         self.asked = False
@@ -27,14 +26,14 @@ class Held:
         return self.asked and self.lets_through
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """The handler of the signal: remember that Ctrl-C was pressed. Pressed again it leaves alone what the first makes end."""
+        """Signal handler: record Ctrl-C. A second Ctrl-C does not disturb the clean-up after the first."""
         again, self.asked = self.asked, True
         if self.lets_through and not again:
             raise KeyboardInterrupt
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Within this block Ctrl-C raises KeyboardInterrupt as usual, and so does one that was pressed just before."""
+        """Within this block Ctrl-C raises KeyboardInterrupt, also one pressed before."""
         self.lets_through = True
         try:
             if self.asked:
@@ -52,8 +51,8 @@ class Held:
 
 @contextmanager
 def held() -> Iterator[Held]:
-    """Hold Ctrl-C back during the block. It does so only in the main thread, the only one that gets the signal, and only where
-    nobody else handles it, or a block around this one lets it through: a program with a handler of its own keeps that."""
+    """Hold Ctrl-C back during the block. Effective only in the main thread, which gets the signal, and only if the handler is
+    Python's default or a block around lets interrupts through. A program's own handler stays in force."""
     global _in_force
     note, around = Held(), _in_force
     handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
@@ -70,13 +69,12 @@ def held() -> Iterator[Held]:
 
 
 _in_force: Held | None = None
-"""Those held back in the main thread now."""
+"""The innermost block of the main thread that holds interrupts."""
 
 
 def heed() -> None:
-    """Raise KeyboardInterrupt if Ctrl-C has been pressed where it is let through, and what the watch of this thread raises. What
-    was raised when it was pressed may have been swallowed by a library that was at work (the symbolic one's wrappers catch whatever
-    they are told)."""
+    """Raise KeyboardInterrupt if Ctrl-C has been pressed where it is let through; call the watch of this thread. The first
+    exception may be lost in a library that catches everything, such as wrappers of the symbolic one."""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
     if (look := getattr(_watch, "look", None)) is not None:
@@ -85,8 +83,8 @@ def heed() -> None:
 
 @contextmanager
 def watched(look: Callable[[], object]) -> Iterator[None]:
-    """Within this block, on this thread, whatever heeds interrupts calls ``look`` too, which raises to end the work: a cancelled
-    job's, one whose time is up. It is called a hundred times a second or oftener, so let it be quick."""
+    """Within this block, on this thread, ``heed`` also calls ``look``, which may raise to end the work (job cancelled, time used
+    up). Calls come 100 times a second or more often: ``look`` must be fast."""
     around = getattr(_watch, "look", None)
     _watch.look = look
     try:
@@ -99,4 +97,4 @@ _watch = threading.local()
 
 
 class Unwanted(Exception):
-    """What a watch may raise: nobody waits for this work any more."""
+    """Raised by a watch: the result is no longer needed."""

@@ -1,4 +1,4 @@
-"""Problems a user can mend: each says where, what, and what to do; all of them are reported at once."""
+"""Problems that a user can mend: place, cause and remedy of each, all reported at once."""
 
 from __future__ import annotations
 
@@ -6,20 +6,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 LONGEST_WHERE = 300
-"""Characters of a place that are told: no name anyone reads is longer."""
+"""Longest place in a message, in characters."""
 MOST = 100
-"""Problems one error lists; the rest are counted. Who made a thousand mistakes made one of them a thousand times."""
+"""Most problems that one error lists; the rest is counted."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One mistake in what the user gave us.
+    """One mistake in the input.
 
-    where: dotted path in the scene (``joints.ball.friction.radius``) or the name of an option.
-    what:  the cause, in one sentence.
-    hint:  the remedy, in one sentence ('' when the cause says it all).
-    file, line: place in the file when it came from one (line counts from 1; 0 = unknown).
-    count: how many problems this line stands for: more than one in the last line of a long list (``rest``).
+    Attributes:
+        where: dotted path in the scene (``joints.ball.friction.radius``), or name of an option.
+        what: the cause, in one sentence.
+        hint: the remedy, in one sentence; "": the cause implies it.
+        file: the file with the mistake; "": none.
+        line: its line, from 1; 0: unknown.
+        count: number of problems that this one stands for; more than 1 in the last line of a long list.
     """
 
     where: str
@@ -38,21 +40,20 @@ class Problem:
         return f"{place}{self.where}: {self.what}" + (f" ({self.hint})" if self.hint else "")
 
     def as_dict(self) -> dict[str, object]:
-        """The problem as plain data for JSON (command line ``--json``, REST problem lists)."""
+        """Plain data for JSON (command line ``--json``, REST problem lists)."""
         return {"where": self.where, "what": self.what, "hint": self.hint, "file": self.file, "line": self.line}
 
 
 def rest(count: int) -> Problem:
-    """The line that stands for problems which are not listed."""
+    """The line that counts unlisted problems."""
     return Problem(f"and {count} more", "not listed", "mend these first", count=count)
 
 
 class SceneError(ValueError):
-    """Wrong use: the scene (or an option) has one or more problems.
+    """The scene (or an option) has one or more problems.
 
-    ``.problems`` holds the first MOST of them and, where there are more, a last line that counts the others; ``.total`` is the
-    number of all. Problems of several errors may be joined: their last lines are added up.
-    """
+    ``.problems`` holds the first MOST and, if there are more, a last line that counts the others; ``.total`` is the number of all.
+    Problems of several errors may be joined: their last lines are added."""
 
     def __init__(self, problems: Iterable[Problem], more: int = 0):
         told = list(problems)
@@ -63,9 +64,9 @@ class SceneError(ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Problem, ...]]]:
-        """Keep the problems when the error is sent from another process."""
+        """Keep the problems when the error comes from another process."""
         return SceneError, (self.problems,)
 
 
 class SimulationError(RuntimeError):
-    """The run could not be started or carried out; the text says why and what to try."""
+    """A run cannot start or continue. The text names cause and remedy."""

@@ -1,4 +1,4 @@
-"""Which version of Trunnion this is."""
+"""The version of Trunnion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 @lru_cache(maxsize=1)
 def version() -> str:
-    """Version of the installed distribution; in a checkout that is not installed, that of its pyproject.toml."""
+    """Version of the installed distribution; in a checkout without installation, that of its pyproject.toml."""
     from importlib.metadata import PackageNotFoundError
     from importlib.metadata import version as installed
 

@@ -1,1 +1,1 @@
-"""Many runs of one scene: which cases, their numbers, the C loop that runs them, a table of their reductions."""
+"""Batches of runs of one scene: cases, their parameters, the C loop over them, tables and statistics of their results."""

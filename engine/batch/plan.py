@@ -1,5 +1,4 @@
-"""A batch as understood from what the caller asked: scene, cases, reductions, settings. Any chunk of it can be run anywhere and
-gives the same rows."""
+"""Plans of batches: scene, cases, reductions, settings; and runners of their chunks. A chunk has the same rows on any machine."""
 
 from __future__ import annotations
 
@@ -11,24 +10,25 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from engine.basics.interrupts import Unwanted
-from engine.basics.problems import Problem, SceneError
-from engine.batch.cases import Cases, grid, listed, sampled
-from engine.batch.certain import CertainLoop
-from engine.batch.ended import Ended
-from engine.batch.loop import Loop
-from engine.batch.preparing import Preparer, Rows, same_tables
-from engine.batch.reductions import Reduction, about_errors, reductions, with_errors
-from engine.batch.series import Series, series_of
-from engine.batch.table import schema
-from engine.kernel.columns import columns
-from engine.scene.model import Scene
-from engine.simulation import block as bl
-from engine.simulation.asked import check_settings
-from engine.simulation.bounded import bounds_of
-from engine.simulation.choosing import kernel_for
-from engine.simulation.settings import Run
-from engine.system.build import build
+from trunnion.basics.interrupts import Unwanted
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.renamed_words import current_paths
+from trunnion.batch.cases.grids_and_samples import Cases, grid, listed, sampled
+from trunnion.batch.execution.case_loop import Loop
+from trunnion.batch.execution.chunk_results import ChunkResults
+from trunnion.batch.execution.error_estimate_loop import ErrorEstimateLoop
+from trunnion.batch.preparation.case_parameters import Preparer, Rows, same_tables
+from trunnion.batch.tables.case_table import schema
+from trunnion.batch.tables.reductions import Reduction, about_errors, reductions, with_errors
+from trunnion.batch.tables.trajectories import Series, series_of
+from trunnion.kernel.interface.output_columns import columns
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.simulation.settings.kernel_choice import kernel_for
+from trunnion.simulation.settings.realtime_steps import bounds_of
+from trunnion.simulation.settings.request_checks import check_settings
+from trunnion.simulation.settings.run_settings import Run
+from trunnion.system.construction.system_builder import build
 
 if TYPE_CHECKING:
     import pyarrow
@@ -38,8 +38,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Plan:
-    """What a batch computes: ``scene``, with the fixed changes made; its cases; the reductions kept of each; and the settings
-    given. series: what is kept of their rows."""
+    """The plan of a batch.
+
+    Attributes:
+        scene: the scene with the fixed changes.
+        cases: the cases.
+        reductions: reductions of each case.
+        run: settings of the runs.
+        about: metadata of the table.
+        series: stored rows of each case; None without any.
+    """
 
     scene: Scene
     cases: Cases
@@ -50,9 +58,9 @@ class Plan:
 
     @cached_property
     def kernel(self) -> str:
-        """What evaluates all its cases."""
-        asked = self.run.kernel
-        return asked if asked == "lanes" else kernel_for(asked, build(self.scene).system, self.cases.count)
+        """The kind of kernel of all its cases."""
+        wanted = self.run.kernel
+        return wanted if wanted == "lanes" else kernel_for(wanted, build(self.scene).system, self.cases.count)
 
     @property
     def schema(self) -> pyarrow.Schema:
@@ -62,7 +70,7 @@ class Plan:
 
 def plan(
     scene: Scene,
-    over: Mapping[str, Any] | None = None,
+    vary: Mapping[str, Any] | None = None,
     cases: Sequence[Mapping[str, Any]] | None = None,
     sample: Mapping[str, Any] | None = None,
     *,
@@ -77,38 +85,42 @@ def plan(
     certify: bool = False,
     wrong: Sequence[Problem] = (),
 ) -> Plan:
-    """Understand a batch: exactly one of ``over`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and ``seed``).
-
-    keep: the reductions, as text; run: settings for all cases; trajectories: patterns of columns
-    whose rows are kept, spacing: how far apart, s; most: largest number of cases allowed; certify: keep the error of each reduction
-    too; wrong: problems found before, told with the others. SceneError with every problem.
-    """
+    """The plan of a batch, from exactly one of ``vary`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count``,
+    ``seed``). keep: reductions as text; run: settings of all cases; trajectories: patterns of columns whose rows are stored;
+    spacing: spacing of the stored rows, s; most: largest number of cases; certify: whether errors of the reductions are
+    estimated, too; wrong: problems that were found earlier. SceneError with every problem."""
     run = run or Run()
-    ways = [w for w in (over, cases, sample) if w is not None]
+    ways = [w for w in (vary, cases, sample) if w is not None]
     if len(ways) != 1:
-        what = "nothing says what varies" if not ways else "more than one way of saying what varies"
-        raise SceneError([Problem("over", what, "give exactly one of over (grid), cases (list) and sample (ranges)")])
+        what = "nothing varies" if not ways else "more than one of vary, cases and sample is given"
+        raise SceneError([Problem("vary", what, "give exactly one of vary (grid), cases (list) and sample (ranges)")])
+    vary, sample = (w if w is None else current_paths(w) for w in (vary, sample))
     problems = list(wrong)
     everything = columns(build(scene).system)
     chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
     series = series_of(everything, trajectories, spacing, problems)
-    if over is not None:
-        found = _found(problems, partial(grid, scene, over))
+    if vary is not None:
+        found = _found(problems, partial(grid, scene, vary))
     elif cases is not None:
-        found = _found(problems, partial(listed, scene, cases))
+        found = _found(problems, partial(listed, scene, _current_cases(cases)))
     else:
         found = _found(problems, partial(sampled, scene, sample or {}, count, seed, sampling))
     _found(problems, partial(check_run, scene, run))
     if found is not None and most is not None and found.count > most:
         what = f"{found.count} cases are more than the {most} allowed"
-        problems.append(Problem("cases", what, "split the batch, or ask for a higher limit"))
+        problems.append(Problem("cases", what, "split the batch, or raise the limit"))
     if problems or found is None or chosen is None:
         raise SceneError(problems)
     return Plan(scene, found, chosen, run, series=series)
 
 
+def _current_cases(cases: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+    """The cases with current names of paths. All cases have the same paths, so the first decides."""
+    return cases if not cases or list(current_paths(cases[0])) == list(cases[0]) else [current_paths(c) for c in cases]
+
+
 def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
-    """What ``work`` returns; None when it raises SceneError, whose problems are kept."""
+    """The result of ``work``; None where it raises SceneError, whose problems are appended."""
     try:
         return work()
     except SceneError as e:
@@ -117,7 +129,7 @@ def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
 
 
 def check_run(scene: Scene, run: Run) -> None:
-    """Refuse settings that no case can be run with: SceneError with everything that is wrong."""
+    """SceneError with every problem of the settings of a run."""
     until, every, rtol = run.of(scene)
     unlimited = [
         Problem(n, f"{v:g} is not finite") for n, v in (("until", until), ("every", every), ("rtol", rtol)) if not isfinite(v)
@@ -128,7 +140,7 @@ def check_run(scene: Scene, run: Run) -> None:
 
 
 class Stopped(Exception):
-    """Raised when the caller's tick said no. table: the rows of the cases that were finished by then."""
+    """The caller's tick returned False. table: rows of the finished cases."""
 
     def __init__(self, table: pyarrow.Table):
         super().__init__("stopped between two cases")
@@ -136,33 +148,33 @@ class Stopped(Exception):
 
 
 class Runner:
-    """Runs chunks of a plan, and keeps what they share (kernels, blocks, built values). For one thread at a time."""
+    """Runs chunks of a plan with common kernels, blocks and built values. For one thread at a time."""
 
     def __init__(self, plan: Plan):
         self.plan = plan
         self.preparer = Preparer(plan.scene, plan.cases.paths, plan.run)
-        self.loops: list[Loop | CertainLoop] = []
+        self.loops: list[Loop | ErrorEstimateLoop] = []
         self.seconds = 0.0
         self.rows: pyarrow.Table | None = None
 
     @property
     def build_seconds(self) -> float:
-        """Time of symbolic build and compilation so far, s (0 when all came from the cache)."""
+        """Time of symbolic build and compilation so far, s; 0 with cached kernels."""
         return sum(x.build_seconds for x in self.loops)
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Table of the cases start … stop − 1. ``tick`` is told how many of them are done; when it says no, Stopped is raised.
-        Where rows are kept, ``rows`` is their table then."""
+        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases; where it returns False, Stopped is
+        raised. With stored rows, ``rows`` is their table afterwards."""
         values = self.plan.cases.values(start, stop)
         rows, wrong = self.preparer.rows(values)
-        ended = Ended(stop - start, len(self.plan.reductions), wrong)
+        ended = ChunkResults(stop - start, len(self.plan.reductions), wrong)
         before, series = 0, list[np.ndarray]()
         for r in rows:
             try:
                 loop = self._loop(r)
             except Unwanted:
                 break
-            got = loop.run(r, None if tick is None else partial(_told, tick, before))
+            got = loop.run(r, tick and (lambda done, before=before: tick(before + done)))  # type: ignore[misc]
             before += len(r.index)
             self.seconds += got.seconds
             ended.take(got)
@@ -178,24 +190,20 @@ class Runner:
             raise Stopped(made)
         return made
 
-    def _loop(self, rows: Rows) -> Loop | CertainLoop:
-        """The loop for cases of this structure, made when there is none yet."""
+    def _loop(self, rows: Rows) -> Loop | ErrorEstimateLoop:
+        """The loop for cases of this structure, new where none fits."""
         for loop in self.loops:
             if fits(loop, rows):
                 return loop
-        kind = CertainLoop if about_errors(self.plan.reductions) else Loop
+        kind = ErrorEstimateLoop if about_errors(self.plan.reductions) else Loop
         self.loops.append(kind(rows, self.plan.reductions, self.plan.run, self.plan.kernel, self.plan.series))
         del self.loops[:-16]
         return self.loops[-1]
 
 
-def _told(tick: Callable[[int], bool], before: int, done: int) -> bool:
-    """Tell ``tick`` how many cases of the chunk are done, when ``before`` of them are done by earlier loops; gives its answer."""
-    return tick(before + done)
 
-
-def fits(loop: Loop | CertainLoop, rows: Rows) -> bool:
-    """Whether the loop's blocks can run these cases: same structure, tables and kinks."""
+def fits(loop: Loop | ErrorEstimateLoop, rows: Rows) -> bool:
+    """Whether the loop's blocks can run these cases: same structure, tables and breakpoints."""
     a, b = loop.model.built, rows.built
     if a is b:
         return True

@@ -1,4 +1,4 @@
-"""The command line: ``trunnion`` (see ``app`` for its commands). Nothing heavy is imported before it is needed."""
+"""The command line ``trunnion``. Commands import numpy and other large packages only when they run."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; the exit code: 0 done, 1 failed with a diagnosis, 2 wrong use."""
-    from engine.basics.interrupts import held
+    """Run a command. Exit code: 0 done, 1 failed with a diagnosis, 2 wrong use."""
+    from trunnion.basics.interrupts import held
 
     with held() as interrupt:
         try:
             with interrupt.open():
-                from engine.cli.entry import run
+                from trunnion.cli.entry_point import run
 
                 return run(list(sys.argv[1:] if arguments is None else arguments))
-        except KeyboardInterrupt:  # pressed before there was a command, or as it ended
+        except KeyboardInterrupt:  # Ctrl-C before the command began, or as it ended
             return 1

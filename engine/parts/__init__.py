@@ -1,1 +1,1 @@
-"""Scenes made of parts: functions of any numbers, compiled once a machine, and tapes of calls that a scene is (METHOD, "Parts")."""
+"""Scenes as bytecode: precompiled primitives with numbers as operands, and programs that call them (theory, "Parts")."""

@@ -1,10 +1,10 @@
 """Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), in motion (``animate``; ``view`` in a
 notebook)."""
 
-from engine.plots.animate import animate
-from engine.plots.curves import figure
-from engine.plots.files import save_figure
-from engine.plots.mechanism import mechanism
-from engine.plots.view import view
+from trunnion.plots.animation.html_or_film import animate
+from trunnion.plots.animation.notebook_view import view
+from trunnion.plots.curves.curve_page import figure
+from trunnion.plots.mechanism_pictures.instant_picture import mechanism
+from trunnion.plots.style.figure_files import save_figure
 
 __all__ = ["animate", "figure", "mechanism", "save_figure", "view"]

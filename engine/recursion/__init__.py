@@ -1,7 +1,15 @@
-"""The paper's recursion in its own notation, written once on symbolic expressions (METHOD, "Overview").
+"""The paper's recursion in its own notation, as symbolic expressions (theory, "Overview").
 
-In the order in which a model is built: ``symbols`` holds the inputs, ``kinematics`` positions and velocities outward (paper §2),
-``loads`` masses and applied forces, ``cuts`` the constraints of cut joints (§4), ``reduction`` the inward pass (§3, §6),
-``accelerations`` the outward one (§6), ``reactions`` what joints transmit (§5), ``elements`` what the contact forms of §7 are fed
-with, and ``redundancy`` the reactions that decide where redundant loops leave a choice. ``vectors`` is the algebra below them.
-"""
+Modules in the order in which a model is built:
+
+  symbolic_inputs           time, state, parameters, signals
+  body_kinematics           positions and velocities outward (paper §2)
+  masses_and_forces         masses and applied forces
+  cut_joint_constraints     constraints of cut joints (§4)
+  inward_reduction          inward pass (§3, §6)
+  outward_accelerations     outward pass (§6)
+  joint_reactions           transmitted wrenches (§5)
+  complement_equation_terms inputs of the contact forms (§7)
+  redundant_loop_reactions  scaled reactions, which select those of redundant loops
+
+``vector_algebra`` is used by all."""

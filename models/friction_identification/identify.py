@@ -1,6 +1,6 @@
 """Coulomb and viscous friction of a pendulum from one measured swing: ``python identify.py`` in this folder.
 
-``make`` writes measured.csv anew: a run with known friction, read by an encoder with noise.
+``make`` writes measured.csv: a run with known friction, read by an encoder with noise.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-import engine
+import trunnion
 
 HERE = Path(__file__).resolve().parent
 TRUTH = {"joints.pivot.friction.mu": 0.23, "joints.pivot.damping": 0.008}
@@ -22,7 +22,7 @@ ANGLE = "pivot.q[1]"
 
 def make(file: Path) -> None:
     """Synthetic data of known truth."""
-    run = engine.simulate(str(HERE / "scene.yaml"), rtol=1e-10, overrides=TRUTH, outputs=[ANGLE])
+    run = trunnion.simulate(str(HERE / "scene.yaml"), rtol=1e-10, overrides=TRUTH, outputs=[ANGLE])
     noise = NOISE * np.random.default_rng(SEED).normal(size=len(run.time))
     with file.open("w", newline="", encoding="utf-8") as out:
         table = csv.writer(out, lineterminator="\n")
@@ -30,10 +30,10 @@ def make(file: Path) -> None:
         table.writerows((f"{t:.4f}", f"{a:.6f}") for t, a in zip(run.time, run[ANGLE] + noise, strict=True))
 
 
-def identify(file: Path) -> engine.Fit:
+def identify(file: Path) -> trunnion.Fit:
     """Least squares with the gradients of the run, across its stops."""
     time, angle = np.loadtxt(file, delimiter=",", skiprows=1).T
-    return engine.fit(str(HERE / "scene.yaml"), list(TRUTH), time, {ANGLE: angle})
+    return trunnion.fit(str(HERE / "scene.yaml"), list(TRUTH), time, {ANGLE: angle})
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""The web page: one HTML file, its style and scripts, Plotly's JavaScript from the installed package; nothing else."""
+"""The web page of the server."""

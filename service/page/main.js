@@ -1,14 +1,14 @@
-// Puts the page together.
+// Assembles the page.
 
-import { $, notice, useKey, wrong } from "./api.js";
-import * as compare from "./compare.js";
-import * as editor from "./editor.js";
-import * as form from "./form.js";
-import * as job from "./job.js";
-import * as jobs from "./jobs.js";
-import * as preview from "./preview.js";
-import * as router from "./router.js";
-import * as server from "./server.js";
+import { $, notice, useKey, wrong } from "./basics/requests_and_dom.js";
+import * as compare from "./jobs/job_comparison.js";
+import * as editor from "./new_run/scene_editor.js";
+import * as form from "./new_run/run_form.js";
+import * as job from "./jobs/job_view.js";
+import * as jobs from "./jobs/job_lists.js";
+import * as preview from "./new_run/mechanism_preview.js";
+import * as router from "./basics/router.js";
+import * as server from "./basics/server_status.js";
 
 async function begin() {
   notice("");

@@ -1,1 +1,1 @@
-"""What is kept: jobs, their chunks and attempts, events, API keys. SQLite or PostgreSQL, by URL."""
+"""The store: jobs with chunks and attempts, events, API keys."""

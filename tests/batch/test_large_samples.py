@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from engine.basics.problems import SceneError
-from engine.batch import evenly
-from engine.batch.cases import sampled
-from engine.batch.evenly import BITS, LARGE, _bits, _directions, latin, points, strips, walked, width
-from tests.batch.sampling import MU, scene
+from tests.batch.synthetic_results import MU, scene
+from trunnion.basics.problems import SceneError
+from trunnion.batch.cases import sample_points
+from trunnion.batch.cases.grids_and_samples import sampled
+from trunnion.batch.cases.sample_points import BITS, LARGE, _bits, _directions, directions_from_points, latin, points, strips, width
 
 POINTS = 1000
 
@@ -22,7 +22,7 @@ POINTS = 1000
 def test_rows_by_themselves_are_those_of_the_whole_sample(method: str, axes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     count = POINTS * width(method, axes)
     whole = points(POINTS, axes, 7, method, 0, count)
-    monkeypatch.setattr(evenly, "LARGE", 10)
+    monkeypatch.setattr(sample_points, "LARGE", 10)
     for start, stop in ((0, count), (count - 1, count), (17, 18), (333, 777), (100, 101)):
         assert np.array_equal(points(POINTS, axes, 7, method, start, stop), whole[start:stop])
 
@@ -40,7 +40,7 @@ def test_a_large_latin_sample_spreads_as_a_small_one(monkeypatch: pytest.MonkeyP
     """Two numbers of a case know nothing of each other, nor of their neighbour's: correlations of n pairs by chance are below
     4/√n."""
     n = 1 << 14
-    monkeypatch.setattr(evenly, "LARGE", 10)
+    monkeypatch.setattr(sample_points, "LARGE", 10)
     x, small = points(n, 2, 3, "latin", 0, n), latin(n, 2, 3)
     for column in x.T:
         assert np.array_equal(np.sort(np.floor(column * n)), np.arange(n)), "one case in every strip"
@@ -77,10 +77,11 @@ def test_sobol_points_by_their_numbers_are_those_of_the_sequence_to_the_bit(axes
 
 def test_directions_are_those_that_the_points_of_the_sequence_name() -> None:
     for axes in (1, 5, 40):
-        assert np.array_equal(walked(qmc.Sobol(axes, scramble=False, bits=BITS), 14), _directions(axes)[:, :14] >> np.uint64(16))
+        found = directions_from_points(qmc.Sobol(axes, scramble=False, bits=BITS), 14)
+        assert np.array_equal(found, _directions(axes)[:, :14] >> np.uint64(16))
 
 
 def test_the_last_point_is_had_as_soon_as_the_first_and_no_more_are_promised_than_there_are() -> None:
     assert points(1 << BITS, 2, 1, "sobol", (1 << BITS) - 1, 1 << BITS).shape == (1, 2)
-    with pytest.raises(SceneError, match="more than Sobol's points"):
+    with pytest.raises(SceneError, match="points of Sobol"):
         sampled(scene(), {MU: (0, 1)}, (1 << BITS) + 1, 0, "sobol")

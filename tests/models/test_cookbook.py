@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from engine.cli import extensions, main
-from engine.scene.library import models_dir
+from trunnion.cli import main
+from trunnion.scene.library.model_folders import models_dir
 
 FOLDER = models_dir() / "cookbook"
 PAGES = sorted(p for p in FOLDER.glob("*.md") if p.name != "README.md")
@@ -43,8 +43,6 @@ def test_the_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
             if "install" in words:
                 continue  # everything is installed here already; tests/pages tries the installation that the page prints
             assert words[0] == "trunnion"
-            if words[1] in extensions.EXTRAS and words[1] not in extensions.registered():
-                continue  # a command of an extra that is not installed here
             assert main(words[1:]) == 0, line
 
 

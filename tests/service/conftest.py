@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from service.settings import Limits, Settings
-from tests.service.databases import DatabaseMissing, installed, packaged
-from tests.service.serving import InProcess, Served
+from tests.service.http_servers import InProcess, Served
+from tests.service.postgresql_servers import DatabaseMissing, installed, packaged
+from trunnion.service.basics.server_settings import Limits, Settings
 
 
 def missing(tool: str, why: str) -> None:

@@ -1,4 +1,4 @@
-"""Every row of the gallery says the right thing on both sides of its threshold, however its scene is told."""
+"""Every row of the gallery has the correct verdict on both sides of its threshold, for every equivalent scene."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import math
 
 import pytest
 
-from engine.basics.problems import SceneError
-from engine.scene import load_scene, models_dir
-from engine.scene.overrides import apply
-from engine.simulation import choosing
-from engine.system.build import build as system_of
-from tests.stability.row import EDGE, Row
-from tests.stability.rows import ROWS
-from tests.stability.solids import massive
-from tests.stability.tellings import TELLINGS, told
+from tests.stability.entries.mass_springs_spin import massive
+from tests.stability.equivalent_scenes import TELLINGS, told
+from tests.stability.gallery import ROWS
+from tests.stability.gallery_entry import EDGE, Row
+from trunnion.basics.problems import SceneError
+from trunnion.scene import load_scene, models_dir
+from trunnion.scene.overrides import apply
+from trunnion.simulation.settings import kernel_choice
+from trunnion.system.construction.system_builder import build as system_of
 
 FOLDER = models_dir() / "stability"
 
@@ -28,8 +28,8 @@ def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
     """As if each of its runs were one of a thousand; the others are made of parts."""
-    monkeypatch.setattr(choosing, "RUNS", 0)
-    assert choosing.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"
+    monkeypatch.setattr(kernel_choice, "RUNS", 0)
+    assert kernel_choice.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"
     asked(row, TELLINGS[0], slow=False)
 
 

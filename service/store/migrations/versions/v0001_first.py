@@ -5,8 +5,6 @@ from alembic import op
 
 revision = "0001"
 down_revision = None
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:
@@ -19,7 +17,7 @@ def upgrade() -> None:
 
 
 def create_jobs() -> None:
-    """Jobs: what was asked, how far it is, who works on it."""
+    """Add the table of jobs: request, progress, lease."""
     op.create_table(
         "jobs",
         sa.Column("id", sa.String(length=32), nullable=False),
@@ -54,7 +52,7 @@ def create_jobs() -> None:
 
 
 def create_keys() -> None:
-    """Keys that clients show."""
+    """Add the table of API keys."""
     op.create_table(
         "keys",
         sa.Column("id", sa.String(length=16), nullable=False),
@@ -68,7 +66,7 @@ def create_keys() -> None:
 
 
 def create_attempts() -> None:
-    """Attempts at chunks of a job."""
+    """Add the table of attempts to run chunks."""
     op.create_table(
         "attempts",
         sa.Column("id", sa.BigInteger().with_variant(sa.Integer(), "sqlite"), autoincrement=True, nullable=False),
@@ -86,7 +84,7 @@ def create_attempts() -> None:
 
 
 def create_chunks() -> None:
-    """Chunks of a job: which cases, and what became of them."""
+    """Add the table of chunks: cases, state, results."""
     op.create_table(
         "chunks",
         sa.Column("job", sa.String(length=32), nullable=False),
@@ -104,7 +102,7 @@ def create_chunks() -> None:
 
 
 def create_events() -> None:
-    """What happened to a job, for those who follow it."""
+    """Add the table of events of jobs."""
     op.create_table(
         "events",
         sa.Column("id", sa.BigInteger().with_variant(sa.Integer(), "sqlite"), autoincrement=True, nullable=False),

@@ -1,16 +1,14 @@
-"""How fast a job goes, how often its lease was renewed, and what each of its parts holds."""
+"""Columns for the pace of a job, the renewals of its lease, and the contents of its chunks."""
 
 import sqlalchemy as sa
 from alembic import op
 
 revision = "0002"
 down_revision = "0001"
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:
-    """Add the columns. Of parts that are there already nothing is known: their counts stay empty."""
+    """Add the columns. Counts of existing parts are unknown and stay empty."""
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.add_column(sa.Column("pace", sa.Float(), nullable=False, server_default="0"))
         jobs.add_column(sa.Column("landed", sa.Float(), nullable=True))

@@ -1,12 +1,10 @@
-"""Tags of jobs, and who did what."""
+"""Tags of jobs, and the audit log."""
 
 import sqlalchemy as sa
 from alembic import op
 
 revision = "0003"
 down_revision = "0002"
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:

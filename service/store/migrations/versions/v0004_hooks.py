@@ -1,12 +1,10 @@
-"""Where a job's end is to be told, and what became of telling it."""
+"""Webhooks for ends of jobs, and their results."""
 
 import sqlalchemy as sa
 from alembic import op
 
 revision = "0004"
 down_revision = "0003"
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:

@@ -1,12 +1,10 @@
-"""How many cases of a study are known so far."""
+"""A column for the number of known cases of a study."""
 
 import sqlalchemy as sa
 from alembic import op
 
 revision = "0005"
 down_revision = "0004"
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:

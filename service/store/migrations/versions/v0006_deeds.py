@@ -1,11 +1,9 @@
-"""What was done of late is found soon."""
+"""An index that finds recent entries of the audit log."""
 
 from alembic import op
 
 revision = "0006"
 down_revision = "0005"
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:

@@ -1,12 +1,10 @@
-"""Where the pieces of a job that is done end, as a sum: of older jobs it is found when it is asked for."""
+"""A digest of the chunk ends of a finished job; for older jobs it is computed on request."""
 
 import sqlalchemy as sa
 from alembic import op
 
 revision = "0007"
 down_revision = "0006"
-branch_labels = None
-depends_on = None
 
 
 def upgrade() -> None:

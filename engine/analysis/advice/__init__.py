@@ -1,0 +1,1 @@
+"""Advice: the cheapest model, method and tolerance that meet a given error."""

@@ -1,0 +1,52 @@
+"""The influence of each joint's friction on outputs: their first-order change when its coefficient goes to zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+from trunnion.analysis.work_precision.error_measure import ErrorMeasure
+from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.scene.data_classes.scene import Scene
+
+
+@dataclass(frozen=True)
+class FrictionInfluence:
+    """A joint with friction. predicted: relative change of the outputs when its friction is removed; NaN where there is no
+    sensitivity."""
+
+    joint: str
+    predicted: float
+
+
+def rank_influences(
+    scene: Scene, joints: list[str], measure: ErrorMeasure, until: float, samples: int
+) -> tuple[list[FrictionInfluence], str]:
+    """(joints by falling influence; notes of the sensitivities, or why there are none). until, s: end of the run."""
+    names = {j: _friction_coefficient(scene, j) for j in joints}
+    given = {j: n for j, n in names.items() if n}
+    try:
+        s = sensitivity(scene, [n for n, _ in given.values()], measure.names, until, until / samples, rtol=1e-8)
+    except (SceneError, SimulationError) as e:
+        return [FrictionInfluence(j, float("nan")) for j in joints], str(e).splitlines()[0]
+    out = []
+    for j in joints:
+        if j not in given:
+            out.append(FrictionInfluence(j, float("nan")))
+            continue
+        path, value = given[j]
+        change = s.derivatives[:, :, s.parameters.index(path)] * value
+        out.append(FrictionInfluence(j, measure.error(s.values - change, s.values)))
+    return sorted(out, key=lambda i: -i.predicted if np.isfinite(i.predicted) else -np.inf), "; ".join(s.notes)
+
+
+def _friction_coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:
+    """(path, value) of the coefficient of a joint's friction; None where it is zero."""
+    friction = scene.joints[joint].friction
+    assert friction is not None
+    scale = LAWS[scene.law_of(friction)].scale
+    value = getattr(friction, scale)
+    return (f"joints.{joint}.friction.{scale}", float(value)) if value else None

@@ -1,0 +1,261 @@
+"""``advise``: a ladder of models from ideal joints up, the error and cost of every rung, and the cheapest sufficient one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trunnion.analysis.advice.friction_influence import FrictionInfluence, rank_influences
+from trunnion.analysis.advice.model_reduction import (
+    FrictionForm,
+    apply_form,
+    friction_forms,
+    frictional_joints,
+    keep_friction,
+    make_planar,
+)
+from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel, estimate_integration_error, methods, time_repeats
+from trunnion.analysis.work_precision.error_measure import ErrorMeasure, make_error_measure
+from trunnion.analysis.work_precision.measurement_points import FrictionVariant
+from trunnion.analysis.work_precision.reference_solution import Reference, find_reference
+from trunnion.analysis.work_precision.request_and_results import Progress
+from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.kernel.interface.output_columns import columns
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.run import Model
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.system_builder import build
+
+TIGHT = 1e-10
+"""Relative tolerance of runs that measure a model's own error, at which the method's error is negligible."""
+RTOLS = tuple(10.0**-k for k in range(2, 13))
+SURE = 30.0
+"""A predicted error above this multiple of the requested error excludes a rung without a run."""
+TOO_SLOW = 10.0
+"""A method that takes this multiple of the best time is slower by itself, not by other load of the machine."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A method at a tolerance. error: total; minimum, median: stepping time, s.
+
+    integration: the integration's part of the error, as the run estimates it (theory, "Global error").
+    """
+
+    method: str
+    rtol: float
+    error: float
+    minimum: float
+    median: float
+    integration: float = math.nan
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model.
+
+    Attributes:
+        joints: joints with friction.
+        form: form of their friction; None without any.
+        flat: ideal ball joints replaced by revolutes.
+        model_error: error of the model itself.
+        setting: the cheapest setting that meets the requested error; None where none does.
+        predicted: whether ``model_error`` comes from sensitivities alone.
+    """
+
+    joints: tuple[str, ...]
+    form: FrictionForm | None
+    flat: tuple[str, ...]
+    model_error: float
+    setting: Setting | None
+    outcome: str = "done"
+    predicted: bool = False
+
+    def describe(self) -> str:
+        """The model in words."""
+        text = f"friction in {', '.join(self.joints)}: {self.form}" if self.joints else "all joints ideal"
+        return text + (f"; {', '.join(self.flat)} planar" if self.flat else "")
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The answer of ``advise``. error: the requested one; chosen: None where no rung meets it; scene: the scene reduced to the
+    chosen rung, with its method and tolerance."""
+
+    error: float
+    measure: ErrorMeasure
+    reference: Reference
+    influences: tuple[FrictionInfluence, ...]
+    rungs: tuple[Rung, ...]
+    chosen: Rung | None
+    scene: Scene | None
+    notes: tuple[str, ...]
+
+
+@dataclass
+class _Partial(BenchmarkModel):
+    """A reduced model; compared columns that it lacks count as zero."""
+
+    names: tuple[str, ...] = ()
+
+    def samples(self, result) -> np.ndarray:
+        out = np.zeros((len(result.data), len(self.names)))
+        at = {c.name: k for k, c in enumerate(result.columns)}
+        for i, n in enumerate(self.names):
+            if n in at:
+                out[:, i] = result.data[:, 1 + at[n]]
+        return out
+
+
+def advise(
+    scene: Scene, error: float, outputs: tuple[str, ...], until: float | None = None, norm: str = "rms", repeats: int = 7,
+    samples: int = 200, progress: Progress = lambda *_: None,
+) -> Advice:
+    """Find the cheapest model, method and tolerance whose outputs stay within ``error`` of the scene's.
+
+    error: relative (``ErrorMeasure``); until: end of the runs, s. SceneError for wrong input; SimulationError where no two methods
+    run the scene to its end.
+    """
+    _check(error, outputs)
+    what, end = make_error_measure(scene, outputs, norm), float(until or scene.simulation.until)
+    return _Ladder(scene, error, what, end, repeats, samples, progress).climb()
+
+
+def _check(error: float, outputs: tuple[str, ...]) -> None:
+    problems = []
+    if not 1e-9 <= error < 1:
+        problems.append(Problem("error", f"{error:g} is out of range", "relative, between 1e-9 and 1; for example 1e-3"))
+    if not outputs:
+        problems.append(Problem("outputs", "none is given", "name outputs that must be accurate, for example slider.position[1]"))
+    if problems:
+        raise SceneError(problems)
+
+
+class _Ladder:
+    def __init__(
+        self, scene: Scene, error: float, what: ErrorMeasure, until: float, repeats: int, samples: int, progress: Progress
+    ):
+        self.error, self.what, self.until, self.repeats, self.count, self.progress = error, what, until, repeats, samples, progress
+        self.forms = friction_forms(scene) if frictional_joints(scene) else []
+        self.scene = apply_form(scene, self.forms[-1]) if self.forms else scene
+        self.rungs: list[Rung] = []
+        self.scenes: list[Scene] = []
+        self.notes: list[str] = []
+
+    def climb(self) -> Advice:
+        """All rungs from ideal joints up to the first sufficient model."""
+        self.progress("reference", 0, 0)
+        found = find_reference(self._compile(self.scene))
+        if found is None:
+            raise SimulationError("no two methods run the scene to its end, so there is no reference to measure errors against")
+        self.reference = found
+        if found.error > 0.1 * self.error:
+            self.notes.append(f"the reference solution itself has an error of {found.error:.1e}")
+        joints = frictional_joints(self.scene)
+        self.progress("sensitivities", 0, 0)
+        order, note = rank_influences(self.scene, joints, self.what, self.until, self.count) if joints else ([], "")
+        self.notes += [note] if note else []
+        names = [i.joint for i in order]
+        for k in range(len(names) + 1):
+            if self._add_rungs(tuple(names[:k]), order[k:]):
+                break
+        self._try_planar_joints()
+        chosen = min((r for r in self.rungs if r.setting), key=lambda r: r.setting.median if r.setting else math.inf, default=None)
+        reduced = self._reduced_scene(chosen) if chosen else None
+        return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
+
+    def _add_rungs(self, keep: tuple[str, ...], dropped: list[FrictionInfluence]) -> bool:
+        """Add the rungs with friction in these joints; returns whether one meets the error. Sensitivities exclude runs."""
+        worst = max((i.predicted for i in dropped if math.isfinite(i.predicted)), default=0.0)
+        if worst > SURE * self.error:
+            self.rungs.append(Rung(keep, self.forms[-1] if keep else None, (), worst, None, predicted=True))
+            self.scenes.append(self.scene)
+            return False
+        some = keep_friction(self.scene, keep)
+        good = False
+        for form in self.forms if keep else [None]:
+            changed = apply_form(some, form) if form else some
+            good |= self._add_rung(keep, form, (), changed).setting is not None
+        return good
+
+    def _try_planar_joints(self) -> None:
+        """Add the cheapest sufficient rung with planar joints, if its motion is planar."""
+        best = min((k for k, r in enumerate(self.rungs) if r.setting), key=lambda k: self._median_time(k), default=None)
+        if best is None:
+            return
+        changed, flat = make_planar(self.scenes[best], self.until)
+        if flat:
+            self._add_rung(self.rungs[best].joints, self.rungs[best].form, tuple(flat), changed)
+
+    def _median_time(self, k: int) -> float:
+        setting = self.rungs[k].setting
+        return setting.median if setting else math.inf
+
+    def _add_rung(self, keep: tuple[str, ...], form: FrictionForm | None, flat: tuple[str, ...], scene: Scene) -> Rung:
+        """Run a model, measure its own error, find its cheapest setting; adds and returns the rung."""
+        rung = Rung(keep, form, flat, math.nan, None)
+        self.progress(rung.describe(), len(self.rungs), 0)
+        try:
+            ready = self._compile(scene)
+        except SceneError as e:
+            rung = replace(rung, outcome=str(e).splitlines()[0])
+        else:
+            result, outcome = ready.once(Settings(rtol=TIGHT, max_steps=1_000_000))
+            if result is None or outcome != "done":
+                rung = replace(rung, outcome=outcome)
+            else:
+                own = self.what.error(ready.samples(result), self.reference.data)
+                rung = replace(rung, model_error=own, setting=self._choose_setting(ready) if own <= self.error else None)
+        self.rungs.append(rung)
+        self.scenes.append(scene)
+        return rung
+
+    def _choose_setting(self, ready: BenchmarkModel) -> Setting | None:
+        """The cheapest setting, with the integration's part of its error."""
+        chosen = self._find_cheapest(ready)
+        if chosen is None:
+            return None
+        settings = Settings(rtol=chosen.rtol, method=chosen.method, max_steps=1_000_000)
+        result, _ = ready.once(settings)
+        if result is None:
+            return chosen
+        return replace(chosen, integration=estimate_integration_error(ready, settings, result, self.what))
+
+    def _find_cheapest(self, ready: BenchmarkModel) -> Setting | None:
+        """The method that reaches the requested error in the least time. Each method is tried at the loosest tolerance that
+        suffices. A method that takes TOO_SLOW times the best time is not tried at tighter tolerances."""
+        found: list[Setting] = []
+        for method in methods():
+            best = min((s.median for s in found), default=math.inf)
+            for rtol in RTOLS:
+                settings = Settings(rtol=rtol, method=method, max_steps=1_000_000)
+                result, outcome = ready.once(settings)
+                if result is None or outcome != "done":
+                    continue
+                if result.stats.wall_time > TOO_SLOW * best:
+                    break
+                total = self.what.error(ready.samples(result), self.reference.data)
+                if total <= self.error:
+                    low, middle, _ = time_repeats(lambda s=settings: self._time_once(ready, s), self.repeats)  # type: ignore[misc]
+                    found.append(Setting(method, rtol, total, low, middle))
+                    break
+        return min(found, key=lambda s: s.median, default=None)
+
+    def _time_once(self, ready: BenchmarkModel, settings: Settings) -> float:
+        result, _ = ready.once(settings)
+        return result.stats.wall_time if result is not None else math.inf
+
+    def _compile(self, scene: Scene) -> BenchmarkModel:
+        """The scene compiled with those compared columns that it has."""
+        there = {c.name for c in columns(build(scene).system)}
+        model = Model(scene, tuple(n for n in self.what.names if n in there) or None)
+        model.block.attach_jacobian()
+        return _Partial(scene, FrictionVariant(), model, self.what, self.until, self.until / self.count, self.what.names)
+
+    def _reduced_scene(self, chosen: Rung) -> Scene:
+        scene = self.scenes[self.rungs.index(chosen)]
+        assert chosen.setting is not None
+        simulation = replace(scene.simulation, method=chosen.setting.method, rtol=chosen.setting.rtol)
+        return replace(scene, simulation=simulation)

@@ -1,0 +1,103 @@
+"""Reduced models of a scene: joints without friction, simpler friction laws, planar joints for planar motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trunnion.analysis.work_precision.benchmark_runs import exact_law
+from trunnion.elements.friction import twin_of
+from trunnion.elements.joints import REVOLUTE, SPHERICAL
+from trunnion.scene.data_classes.field_types import AxisName
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.overrides import apply
+from trunnion.simulation.run import Model, run
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+
+PLANAR = 1e-9
+"""Out-of-plane motion, relative to in-plane motion, below which a mechanism is planar."""
+
+
+@dataclass(frozen=True)
+class FrictionForm:
+    """A form of friction. law: its name; adams: whether the normal force is Adams' approximation, else exact."""
+
+    law: str
+    adams: bool
+
+    def __str__(self) -> str:
+        return f"{self.law}, {'Adams’ normal force' if self.adams else 'exact contacts'}"
+
+
+def friction_forms(scene: Scene) -> list[FrictionForm]:
+    """Forms of friction to try, from the coarsest to the scene's own."""
+    exact = exact_law(scene)
+    order = [law for law in (twin_of(exact), exact) if law]
+    own = {law for j in scene.joints.values() if j.friction and (law := scene.law_of(j.friction))}
+    if not own <= set(order):
+        order = sorted(own)
+    return [FrictionForm(law, adams) for law in dict.fromkeys(order) for adams in (True, False)]
+
+
+def frictional_joints(scene: Scene) -> list[str]:
+    """Names of the joints with friction."""
+    return [n for n, j in scene.joints.items() if j.friction is not None]
+
+
+def keep_friction(scene: Scene, keep: Iterable[str]) -> Scene:
+    """The scene with friction in these joints alone."""
+    kept = set(keep)
+    return replace(scene, joints={n: j if n in kept else replace(j, friction=None) for n, j in scene.joints.items()})
+
+
+def apply_form(scene: Scene, form: FrictionForm) -> Scene:
+    """The scene with this form of friction in all its frictional joints."""
+    normal = "adams" if form.adams else "exact"
+    changes: dict[str, object] = {"friction.law": form.law, "friction.normal_force": normal}
+    for name, j in scene.joints.items():
+        if j.friction is not None:
+            changes |= {f"joints.{name}.friction.law": form.law} if j.friction.law is not None else {}
+            changes |= {f"joints.{name}.friction.normal_force": normal} if j.friction.normal_force is not None else {}
+    return apply(scene, changes)
+
+
+def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
+    """(scene whose ideal ball joints are revolutes about the normal of the plane of motion; those joints).
+
+    Returns the scene itself and [] where its motion until ``until``, s, is not planar.
+    """
+    able = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
+    axis = _plane_normal(scene, until) if able else None
+    if axis is None:
+        return scene, []
+    chosen = [n for n in able if not _has_start(scene, n)]
+    joints = {n: replace(j, type=REVOLUTE.name, axis=axis, start=None) if n in chosen else j for n, j in scene.joints.items()}
+    return (replace(scene, joints=joints), chosen) if chosen else (scene, [])
+
+
+def _has_start(scene: Scene, name: str) -> bool:
+    """Whether the joint has given start coordinates. The frames of its parts then need not agree."""
+    return scene.joints[name].start is not None
+
+
+def _plane_normal(scene: Scene, until: float) -> AxisName | None:
+    """The world axis along which nothing moves and about which everything turns.
+
+    None where there is no such axis, or where some body's frame is not aligned with it.
+    """
+    model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
+    result = run(model, until, until / 50, Settings(rtol=1e-8))
+    if not result.outcome.ok:
+        return None
+    v = np.array([[result[f"{b}.velocity[{k}]"] for k in (1, 2, 3)] for b in scene.bodies])
+    w = np.array([[result[f"{b}.angular_velocity[{k}]"] for k in (1, 2, 3)] for b in scene.bodies])
+    names: tuple[AxisName, ...] = ("x", "y", "z")
+    for k, name in enumerate(names):
+        others = [i for i in range(3) if i != k]
+        turned = max(np.abs(result[f"{b}.orientation[{i + 2}]"]).max() for b in scene.bodies for i in others)
+        out, across = np.abs(v[:, k]).max(), np.abs(w[:, others]).max()
+        if out <= PLANAR * np.abs(v).max() and across <= PLANAR * max(np.abs(w).max(), 1e-30) and turned <= PLANAR:
+            return name
+    return None

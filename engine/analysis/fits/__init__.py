@@ -1,0 +1,1 @@
+"""Parameter estimation from measured curves: intervals, identifiability, model comparison, experiment design."""

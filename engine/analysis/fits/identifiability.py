@@ -1,0 +1,184 @@
+"""Groups of parameters that the data cannot distinguish, and the combinations that they do determine.
+
+The groups are the near-null directions of the slopes in relative steps of the parameters (theory, "Intervals of fits"). A flat
+profile of each parameter confirms a group.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+NULL_THRESHOLD = {True: 1e-5, False: 1e-3}
+"""Singular values that count as zero, relative to the largest, for exact slopes and for differences. Slopes are scaled to columns
+of one size; the errors of either kind are about a hundred times smaller."""
+LEAST_PART = 0.05
+"""Component of a null direction, relative to its largest, below which a parameter does not belong to it."""
+FLAT = 0.1
+"""Rise of a flat profile over a relative step of FLAT_STEP, relative to the rise at the ends of an interval."""
+FLAT_STEP = 0.2
+ROUNDING = 0.1
+"""Largest distance of an exponent from a multiple of ½ at which this multiple is printed in its place."""
+
+
+@dataclass(frozen=True)
+class UnidentifiableGroup:
+    """Parameters that the data cannot distinguish.
+
+    Attributes:
+        names: names of the parameters (p).
+        determined: combinations that the data determine: (exponents (p), relative standard deviation).
+        product: whether combinations are products of powers; else sums, and ``determined`` has coefficients.
+        exact: whether the group exists for any noise, not only for this noise.
+        confirmed: whether the parameters' profiles are flat.
+    """
+
+    names: tuple[str, ...]
+    determined: tuple[tuple[tuple[float, ...], float], ...]
+    product: bool
+    exact: bool
+    confirmed: bool
+
+    def describe(self) -> str:
+        """The group and the remedy, in words."""
+        if len(self.names) == 1:
+            return f"the data hardly determine {self.names[0]}: fix its value, or measure a quantity that it changes"
+        which = f"{', '.join(self.names[:-1])} and {self.names[-1]}"
+        combined = " and ".join(f"{self._combination(e)} (± {100 * s:.2g} %)" for e, s in self.determined)
+        only = f"only {combined} {'is' if len(self.determined) == 1 else 'are'} determined" if combined else "none is determined"
+        remedy = "fix the value of one, or measure a quantity that only one of them changes"
+        if not self.confirmed:
+            remedy += "; far from the estimate the data do bound them, because their likelihood profiles are not flat"
+        return f"the data cannot tell {which} apart: {only}; {remedy}"
+
+    def _combination(self, exponents: Sequence[float]) -> str:
+        if not self.product:
+            parts = [f"{e:+.3g} {n}" for n, e in zip(self.names, exponents, strict=True) if e]
+            return " ".join(parts).removeprefix("+")
+        parts = [n if e == 1.0 else f"{n}^{e:.3g}" for n, e in zip(self.names, exponents, strict=True) if e]
+        about = [n if e == 1.0 else f"{n}^{e:g}" for n, e in zip(self.names, map(_round, exponents), strict=True) if e]
+        return " · ".join(parts) + (f", about {' · '.join(about)}" if about != parts else "")
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        combined = [{"exponents": list(e), "deviation": s} for e, s in self.determined]
+        return {"names": list(self.names), "determined": combined, "product": self.product, "exact": self.exact,
+                "confirmed": self.confirmed, "told": self.describe()}  # fmt: skip
+
+
+def _round(exponent: float) -> float:
+    near = float(Fraction(exponent).limit_denominator(2))
+    return near if abs(exponent - near) <= ROUNDING else round(exponent, 2)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The identifiability of m parameters in relative steps.
+
+    Attributes:
+        null: directions that the data do not determine with this noise (m × d).
+        blind: directions that the data do not determine for any noise (m × b).
+        deviations: relative local standard deviations (m), infinite along blind directions.
+        covariance: covariance of the determined directions (m × m).
+    """
+
+    null: np.ndarray
+    blind: np.ndarray
+    deviations: np.ndarray
+    covariance: np.ndarray
+
+
+def slope_spectrum(J: np.ndarray, count: int, t: float, exact: bool) -> Spectrum:
+    """The spectrum of slopes J ((N + priors) × m), in units of the noise, by relative steps.
+
+    The first ``count`` rows are data. Null directions are those of the data alone; deviations include priors.
+
+    t: threshold of the intervals; exact: whether the slopes are exact.
+    """
+    blind, _ = _null_space(J[:count], exact)
+    _, weak, W = np.linalg.svd(J[:count], full_matrices=False)
+    hazy = [w for w, x in zip(W, weak, strict=True) if x < t and not _is_in_span(w, blind)]
+    lost, root = _null_space(J, exact)
+    covariance = root @ root.T
+    deviations = np.sqrt(np.diag(covariance))
+    for v in np.abs(lost.T):
+        deviations[v > LEAST_PART * v.max()] = math.inf
+    return Spectrum(np.column_stack([blind, *hazy]), blind, deviations, covariance)
+
+
+def _null_space(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
+    """(null space of J with columns of one size, unit vectors, m × b; root of the covariance of the other directions, m × rest)."""
+    size = np.linalg.norm(J, axis=0)
+    size[size == 0.0] = 1.0
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # of the rows alone: as large as their square
+    s = np.append(s, np.zeros(len(V) - len(s)))
+    zero = s <= NULL_THRESHOLD[exact] * s.max(initial=0.0)
+    lost = V[zero].T / size[:, None]
+    return lost / np.linalg.norm(lost, axis=0), V[~zero].T / size[:, None] / s[~zero]
+
+
+def _is_in_span(w: np.ndarray, basis: np.ndarray) -> bool:
+    """Whether a vector lies nearly in the span of the columns of ``basis``."""
+    if not basis.shape[1]:
+        return False
+    rest = w - basis @ np.linalg.lstsq(basis, w, rcond=None)[0]
+    return bool(np.linalg.norm(rest) < 0.1 * np.linalg.norm(w))
+
+
+def find_unidentifiable(
+    names: Sequence[str], found: Spectrum, positive: np.ndarray, units: np.ndarray, flat: Callable[[int], bool]
+) -> tuple[UnidentifiableGroup, ...]:
+    """The groups of parameters in the null directions of a spectrum.
+
+    positive (m): whether a parameter can be a factor of a product; units (m): sizes of relative steps; flat(i): whether the profile
+    of parameter i is flat.
+    """
+    basis, groups = _reduce_columns(found.null), []
+    left = list(range(basis.shape[1]))
+    while left:
+        columns = [left.pop(0)]
+        members = _members(basis[:, columns])
+        while more := [c for c in left if members & _members(basis[:, [c]])]:
+            columns += more
+            left = [c for c in left if c not in more]
+            members = _members(basis[:, columns])
+        at = sorted(members)
+        product = bool(positive[at].all())
+        scale = np.ones(len(at)) if product else 1.0 / units[at]
+        combined = _orthogonal_complement(basis[np.ix_(at, columns)])
+        inner = found.covariance[np.ix_(at, at)]
+        determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
+        exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
+        if len(at) > 1 or confirmed:  # a single parameter whose profile rises is known, though not to within its own size
+            groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
+    return tuple(groups)
+
+
+def _members(columns: np.ndarray) -> set[int]:
+    part = np.abs(columns)
+    return set(np.flatnonzero((part > LEAST_PART * part.max(axis=0)).any(axis=1)).tolist())
+
+
+def _reduce_columns(basis: np.ndarray) -> np.ndarray:
+    """A basis of the same space, column-reduced with pivots, so that independent groups have separate columns."""
+    B = basis.copy()
+    for c in range(B.shape[1]):
+        rows = np.abs(B[:, c])
+        pivot = int(rows.argmax())
+        B[:, c] /= B[pivot, c]
+        for other in range(B.shape[1]):
+            if other != c:
+                B[:, other] -= B[pivot, other] * B[:, c]
+    return B
+
+
+def _orthogonal_complement(basis: np.ndarray) -> list[np.ndarray]:
+    """The orthogonal complement of a basis (p × d): p − d vectors, row-reduced, each with its largest component 1."""
+    _, s, V = np.linalg.svd(basis.T, full_matrices=True)
+    rows = _reduce_columns(V[len(s) :].T).T
+    return [np.where(np.abs(r) < LEAST_PART * np.abs(r).max(), 0.0, r) / r[np.abs(r).argmax()] for r in rows]

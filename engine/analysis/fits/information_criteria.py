@@ -1,0 +1,72 @@
+"""Information criteria for fits of different models to the same data, and a test whether the misfit is white noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from trunnion.analysis.fits.measurements import CurveComparison
+
+CORRELATED = 4.0
+"""Correlation of neighbouring misfits, in its standard deviations for white noise (1/√n), above which the misfit is not noise."""
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """Information criteria of a fit.
+
+    Attributes:
+        likelihood: −2 log of the maximum likelihood.
+        numbers: number of estimated numbers, noises among them.
+        values: number of measured values.
+        aicc: Akaike's criterion with its small-sample correction; infinite for too few values.
+        bic: Schwarz's criterion.
+    """
+
+    likelihood: float
+    numbers: int
+    values: int
+    aicc: float
+    bic: float
+
+    def document(self) -> dict[str, Any]:
+        """The object as plain data; infinite numbers are None."""
+        return {k: v if math.isfinite(v) else None for k, v in asdict(self).items()}
+
+
+def compute_criteria(misfit: np.ndarray, noise: np.ndarray, groups: np.ndarray, given: bool, parameters: int) -> Criteria:
+    """Criteria of a fit with ``misfit`` (N) and ``noise`` (N), which is given, or estimated for each of the ``groups`` (N)."""
+    n, numbers = len(misfit), parameters
+    if given:
+        total = float(np.sum((misfit / noise) ** 2 + np.log(2.0 * math.pi * noise**2)))
+    else:
+        total = 0.0
+        for g in set(groups.tolist()):
+            here = groups == g
+            variance = max(float(np.mean(misfit[here] ** 2)), 1e-300)
+            total += int(here.sum()) * (math.log(2.0 * math.pi * variance) + 1.0)
+            numbers += 1
+    free = n - numbers - 1
+    more = 2.0 * numbers * (numbers + 1) / free if free > 0 else math.inf
+    return Criteria(total, numbers, n, total + 2.0 * numbers + more, total + numbers * math.log(n))
+
+
+def note_correlated_misfits(runs: Iterable[CurveComparison]) -> list[str]:
+    """A note for every curve whose misfit is not white noise: then the model is wrong, and intervals are too narrow."""
+    out = []
+    for r in runs:
+        for c, v in r.measured.items():
+            misfit = r.model[c] - v
+            size = float(misfit @ misfit)
+            neighbours = float(misfit[1:] @ misfit[:-1]) / size if size > 0.0 else 0.0
+            if abs(neighbours) > CORRELATED / math.sqrt(len(v)) and np.abs(misfit).max() > 1e-6 * np.abs(v).max():
+                said = (
+                    f"{r.name}, {c}: the differences from the measurement at neighbouring times are correlated by {neighbours:.2g}"
+                )
+                out.append(f"{said}; they are not noise alone: the model omits an effect, and the intervals are too narrow")
+    return out

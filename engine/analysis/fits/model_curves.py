@@ -1,0 +1,174 @@
+"""The measured columns as functions of the parameters over all runs: values from plain runs, and derivatives.
+
+With set-valued friction laws, ``sensitivity`` gives exact derivatives across stick events, and plain runs make the same steps.
+Smooth stiff laws (bristles, regularised) run with the scene's own method, and differences give derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constraints
+from trunnion.analysis.fits.measurements import MeasuredRun
+from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+from trunnion.analysis.sensitivities.step_record import LEAST_STEPS
+from trunnion.basics.interrupts import heed
+from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.runtime.integrators import RK8
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.overrides import apply
+from trunnion.simulation.results.outcome import from_status
+from trunnion.simulation.run import Model
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.system.construction.system_builder import build
+
+MOST_CACHED = 6
+"""Parameter values whose curves and derivatives are cached."""
+DIFFERENCE_STEP = 1e-3
+"""Step of central differences, relative to the parameter; their error is about its square plus rtol over it."""
+STEPS_PER_CALL = 1000
+"""Steps between two checks for Ctrl-C."""
+GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.NEED_JACOBIAN)
+
+
+class ModelCurves:
+    """Curves of all runs as values (N), ordered by run, curve, time.
+
+    Attributes:
+        names: names of the parameters (m): paths, then each run's own as ``PATH @ RUN``.
+        exact: whether derivatives are exact; else central differences.
+        pairs: index pairs of ordered parameters.
+    """
+
+    def __init__(self, scene: Scene, shared: Sequence[str], own: Sequence[str], runs: Sequence[MeasuredRun], rtol: float):
+        self.runs, self.rtol = list(runs), rtol
+        self.names = [*shared, *(f"{p}{RUN_SEPARATOR}{r.name}" for r in runs for p in own)]
+        self.shared, self.own = list(shared), list(own)
+        self.scenes = [apply(scene, dict(r.overrides)) if r.overrides else scene for r in runs]
+        laws = [scene.law_of(j.friction) for j in scene.joints.values() if j.friction is not None]
+        self.exact = all(LAWS[law].sets for law in laws)
+        self.pairs = order_constraints(self.names, scene)
+        self._known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+        self._last: tuple[bytes, np.ndarray] = (b"", np.zeros(0))
+
+    @cached_property
+    def plain(self) -> list[_PlainRuns]:
+        """One runner of plain runs for each measured run."""
+        return [_PlainRuns(s, list(r.curves), r, self.rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
+
+    def apply_order(self, values: np.ndarray) -> np.ndarray:
+        """Parameter values (m) with the higher of each ordered pair raised to the lower one where it is below."""
+        out = np.array(values, float)
+        for low, high in self.pairs:
+            out[high] = max(out[high], out[low])
+        return out
+
+    def _indices(self, k: int) -> list[int]:
+        """Indices of run k's parameters."""
+        first = len(self.shared) + k * len(self.own)
+        return [*range(len(self.shared)), *range(first, first + len(self.own))]
+
+    def _scene_with(self, k: int, values: np.ndarray) -> Scene:
+        paths = [*self.shared, *self.own]
+        return apply(self.scenes[k], dict(zip(paths, values[self._indices(k)].tolist(), strict=True)))
+
+    def values(self, values: np.ndarray) -> np.ndarray:
+        """The curves (N) at parameter values (m). SceneError or SimulationError where the runs fail."""
+        values = self.apply_order(values)
+        if values.tobytes() != self._last[0]:
+            found = np.concatenate([run(self._scene_with(k, values)) for k, run in enumerate(self.plain)])
+            self._last = values.tobytes(), found
+        return self._last[1]
+
+    def slopes(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(curves (N), their derivatives by the parameters (N × m)). Errors as for ``values``."""
+        key = np.ascontiguousarray(values).tobytes()
+        if key not in self._known:
+            at = self.apply_order(values)
+            found = self._exact(at) if self.exact else self._differences(at)
+            for low, high in self.pairs:
+                if values[high] < values[low]:  # apply_order raised it: it moves with the lower one
+                    found[1][:, low] += found[1][:, high]
+                    found[1][:, high] = 0.0
+            while len(self._known) >= MOST_CACHED:  # the first entry stays: searches start there
+                del self._known[list(self._known)[1]]
+            self._known[key] = found
+        return self._known[key]
+
+    def _exact(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        curves, slopes = [], []
+        for k, r in enumerate(self.runs):
+            s = sensitivity(
+                self._scene_with(k, values), [*self.shared, *self.own], list(r.curves), r.until, r.every, self.rtol, None, heed
+            )
+            at, columns = self._indices(k), [s.names.index(c) for c in r.curves]
+            part = np.zeros((len(s.time) * len(columns), len(self.names)))
+            part[:, at] = np.vstack([s.derivatives[:, c, :] for c in columns])
+            curves.append(np.concatenate([s.values[:, c] for c in columns]))
+            slopes.append(part)
+        return np.concatenate(curves), np.vstack(slopes)
+
+    def _differences(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        middle, columns = self.values(values), []
+        for i, v in enumerate(values):
+            h = DIFFERENCE_STEP * (abs(v) or 1.0)
+            ends = []
+            for step in (h, -h):
+                moved = values.copy()
+                moved[i] += step
+                try:
+                    ends.append((moved[i], self.values(moved)))
+                except SceneError:  # outside the number's bounds: a one-sided difference
+                    ends.append((v, middle))
+            (a, up), (b, down) = ends
+            columns.append((up - down) / (a - b))
+        return middle, np.column_stack(columns)
+
+
+class _PlainRuns:
+    """Runs of one structure, with the chosen columns alone."""
+
+    def __init__(self, scene: Scene, names: list[str], r: MeasuredRun, rtol: float, like_sensitivity: bool):
+        self.names, self.count, self.every, self.until = names, len(r.time), r.every, r.until
+        longest = r.until / LEAST_STEPS if like_sensitivity else np.inf
+        method = RK8.name if like_sensitivity else scene.simulation.method
+        jams = scene.simulation.jams == "impact"
+        more = {"max_step": longest} if like_sensitivity else {"through_jams": jams}
+        self.settings = bl.Settings(rtol=rtol, method=method, **more)
+        self.model = Model(scene, names)
+
+    def __call__(self, scene: Scene) -> np.ndarray:
+        """The chosen columns at the measured times, one after the other (flat). SimulationError where the run ends early."""
+        built = build(scene)
+        model = self.model
+        if built.system != model.system or built.parameters.paths != model.built.parameters.paths:
+            model = self.model = Model(scene, self.names)
+        model.block.take(built.numbers, np.array(built.parameters.values, float))
+        model.block.configure(self.settings)
+        if model.block.assemble() != 1:
+            raise SimulationError("the loops do not close at these parameter values")
+        row = np.zeros(model.block.width)
+        self._check(model.begin(self.settings, 0.0, self.until, 2 * self.until, row))
+        rows, scratch = [row.copy()], np.zeros((4, model.block.width))
+        for k in range(1, self.count):
+            target = self.until if k == self.count - 1 else self.every * k
+            status: int = bl.MORE
+            while status in GO_ON:
+                if status == bl.NEED_JACOBIAN:
+                    model.block.attach_jacobian()
+                status, _ = model.block.advance(target, STEPS_PER_CALL, scratch)
+                heed()
+                model.block.take_events()
+            self._check(status)
+            self._check(model.block.row(row))
+            rows.append(row.copy())
+        place = {c.name: 1 + i for i, c in enumerate(model.columns)}
+        return np.array(rows)[:, [place[n] for n in self.names]].T.ravel()
+
+    def _check(self, status: int) -> None:
+        if status not in (bl.DONE, bl.OK):
+            raise SimulationError(f"the run ends early: {from_status(status, self.model.block.time, '')}")

@@ -1,0 +1,268 @@
+"""Profile-likelihood intervals: the values of a parameter at which the best fit of the others is not significantly worse.
+
+The rise of the sum of squares along the profile is χ²(1) for given noise, and F(1, ν) for estimated noise. Both are exact for
+models linear in their parameters; there the interval is the local one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.fits.least_squares_objective import Objective
+from trunnion.basics.optional_packages import brought
+from trunnion.basics.problems import SceneError, SimulationError
+
+END_TOLERANCE = 1e-3
+"""Distance of √rise from its threshold at an end, relative to the threshold; the interval's width is off by no more."""
+LEAST_DECREASE = 1e-4
+"""Expected decrease of the sum of squares, relative to the threshold's square, below which no further step is made."""
+MOST_TRIALS = 14
+MOST_STEPS = 12
+MOST_LOG_FACTOR = 3.0
+"""Largest logarithm of the factor by which a positive parameter changes in one step when it follows parameter k."""
+MOST_WIDENING = 2.5
+"""Largest factor by which the search for an end widens its step."""
+ABRUPT = 30.0
+"""Multiple of the threshold above which √rise is not interpolated linearly."""
+LEAST_RISE = 0.3
+"""√rise, relative to the threshold, that a tenth of the estimate must reach for a search nearer to zero."""
+NEARLY_ZERO = 1e-6
+"""Largest size of an estimate, relative to its start value, that counts as zero."""
+SEARCH_RANGE = 10.0
+"""Multiple of the estimate at which the search for an end gives up; for numbers of any sign, estimate ± this many sizes."""
+LEAST_FALL = 1e-2
+"""Fall of the sum of squares below its minimum, relative to the threshold's square, that counts as a better fit."""
+Rows = np.ndarray
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The confidence interval of a parameter at the fit's level, in the parameter's SI unit.
+
+    Attributes:
+        low: lower end, by the profile.
+        high: upper end, by the profile.
+        low_end: kind of the lower end: ``found``, ``bound`` (the data allow all values up to the parameter's bound) or ``open``
+            (the data allow all values that were tried).
+        high_end: kind of the upper end.
+        local: interval by the curvature at the estimate; infinite where that is zero.
+        values: values of the parameter along the profile (k).
+        rises: rises of the weighted sum of squares along the profile (k), dimensionless.
+    """
+
+    low: float
+    high: float
+    low_end: str
+    high_end: str
+    local: tuple[float, float]
+    values: np.ndarray
+    rises: np.ndarray
+
+    def document(self) -> dict[str, Any]:
+        """As plain data; infinite ends are None."""
+        local = [x if math.isfinite(x) else None for x in self.local]
+        return {"low": self.low, "high": self.high, "low_end": self.low_end, "high_end": self.high_end, "local": local,
+                "profile": {"values": self.values.tolist(), "rises": self.rises.tolist()}}  # fmt: skip
+
+
+def threshold(level: float, nu: float) -> float:
+    """√rise at the ends of an interval: by χ²(1), or by F(1, ν) for noise estimated with ν degrees of freedom."""
+    stats = brought("scipy.stats", "analysis", "fit")
+    return float(stats.norm.ppf(0.5 + 0.5 * level) if math.isinf(nu) else stats.t.ppf(0.5 + 0.5 * level, nu))
+
+
+class BetterFitFound(Exception):
+    """A profile found a better fit, at u (m), from which the search has to start again."""
+
+    def __init__(self, u: np.ndarray):
+        super().__init__("a better fit")
+        self.u = u
+
+
+class Profiles:
+    """Profiles about a minimum u (m), with residuals r and slopes J there. t: threshold of √rise."""
+
+    def __init__(self, objective: Objective, u: np.ndarray, t: float):
+        self.objective, self.u, self.t = objective, u, t
+        self.r, self.J = objective.slopes(u)
+        self.least = float(self.r @ self.r)
+
+    def fit_others(self, k: int, u: np.ndarray, J: Rows) -> tuple[np.ndarray, Rows, float]:
+        """(u, J, rise) of the best fit with parameter k fixed, from u on; J follows by Broyden's update.
+
+        BetterFitFound where it is below the minimum. SceneError or SimulationError where the run at u fails.
+        """
+        others = [i for i in range(len(u)) if i != k]
+        r = self.objective.residuals(u)
+        damping = 0.0
+        for trial in range(MOST_STEPS):
+            step = self._step(u, others, J, r, damping)
+            predicted = float(r @ r - np.sum((r + J @ step) ** 2))
+            if predicted <= LEAST_DECREASE * self.t**2:
+                break
+            if trial == MOST_STEPS // 2:  # slow convergence: the slopes have changed by more than the update follows
+                r, J = self.objective.slopes(u)
+            try:
+                tried = self.objective.residuals(u + step)
+            except (SceneError, SimulationError):
+                damping = max(4.0 * damping, 0.1)
+                continue
+            J = J + np.outer(tried - r - J @ step, step) / float(step @ step)
+            if tried @ tried < r @ r:
+                u, r, damping = u + step, tried, 0.25 * damping
+            else:
+                damping = max(4.0 * damping, 0.1)
+        rise = float(r @ r) - self.least
+        if rise < -LEAST_FALL * self.t**2:
+            raise BetterFitFound(u)
+        return u, J, max(rise, 0.0)
+
+    def _step(self, u: np.ndarray, others: list[int], J: Rows, r: np.ndarray, damping: float) -> np.ndarray:
+        """The Gauss–Newton step of the other parameters within their bounds, by an active set."""
+        step, free = np.zeros(len(u)), list(others)
+        low, high = self.objective.low, self.objective.high
+        while free:
+            size = np.linalg.norm(J[:, free], axis=0)
+            size[size == 0.0] = 1.0
+            A, b = J[:, free] / size, -(r + J @ np.where(np.isin(np.arange(len(u)), free), 0.0, step))
+            if damping:
+                A, b = np.vstack([A, math.sqrt(damping) * np.eye(len(free))]), np.append(b, np.zeros(len(free)))
+            step[free] = np.linalg.lstsq(A, b, rcond=1e-9)[0] / size
+            out = [i for i in free if not low[i] <= u[i] + step[i] <= high[i]]
+            if not out:
+                break
+            for i in out:
+                step[i] = np.clip(u[i] + step[i], low[i], high[i]) - u[i]
+                free.remove(i)
+        return step
+
+    def _predict(self, k: int, u: np.ndarray, J: Rows, to: float) -> np.ndarray:
+        """u with parameter k set to a value. The other parameters follow the slopes: positive ones by factors, the rest by sums."""
+        others = [i for i in range(len(u)) if i != k]
+        by_factor = (self.objective.low >= 0.0) & (u > 0.0)
+        by_factor[k] &= to > 0.0
+        size = np.where(by_factor, u, 1.0)
+        way = math.log(to / u[k]) if by_factor[k] else (to - u[k]) / size[k]
+        moved = u.copy()
+        if others:
+            scaled = J * size
+            norm = np.linalg.norm(scaled[:, others], axis=0)
+            norm[norm == 0.0] = 1.0
+            follow = -np.linalg.lstsq(scaled[:, others] / norm, scaled[:, k] * way, rcond=1e-9)[0] / norm
+            factor = by_factor[others]
+            moved[others] = np.where(
+                factor, u[others] * np.exp(np.clip(follow, -MOST_LOG_FACTOR, MOST_LOG_FACTOR)), u[others] + follow * size[others]
+            )
+        moved[k] = to
+        return np.clip(moved, self.objective.low, self.objective.high)
+
+    def rise_at(self, k: int, to: float) -> float:
+        """The rise of the data's sum of squares, without priors, with parameter k at a value of u; NaN where the run fails."""
+        n = len(self.objective.data)
+        try:
+            u = self.fit_others(k, self._predict(k, self.u, self.J, to), self.J)[0]
+            r = self.objective.residuals(u)[:n]
+        except (SceneError, SimulationError):
+            return math.nan
+        return float(r @ r - self.r[:n] @ self.r[:n])
+
+    def interval(self, k: int, deviation: float) -> Interval:
+        """The interval of parameter k. deviation: its local standard deviation in u; may be infinite."""
+        ends, points = [], [(float(self.u[k]), 0.0)]
+        for sign in (-1.0, 1.0):
+            end, kind, seen = self._find_end(k, sign, deviation)
+            ends.append((end, kind))
+            points += seen
+        points.sort()
+        unit = self.objective.unit[k]
+        middle, half = float(self.u[k] * unit), float(self.t * deviation * unit)
+        values, rises = (np.array(c) for c in zip(*points, strict=True))
+        (low, low_end), (high, high_end) = ends
+        ends_ = float(low * unit), float(high * unit), low_end, high_end
+        return Interval(*ends_, (middle - half, middle + half), values * unit, rises)
+
+    def _search_limit(self, k: int, sign: float, deviation: float) -> tuple[float, bool]:
+        """(the value up to which an end is searched, whether it is the parameter's bound)."""
+        u, low, high = float(self.u[k]), self.objective.low[k], self.objective.high[k]
+        unit = self.objective.unit
+        low = max([low, *(self.u[a] * unit[a] / unit[k] for a, b in self.objective.curves.pairs if b == k)])
+        size = abs(u) if abs(u) > NEARLY_ZERO else 1.0
+        least = SEARCH_RANGE * self.t * deviation if math.isfinite(deviation) else 0.0
+        if low >= 0.0 and u > NEARLY_ZERO:
+            far = (
+                max(u * SEARCH_RANGE, u + least)
+                if sign > 0
+                else max(low, u / SEARCH_RANGE)
+                if low > 0.0 or not self._can_run(k, low)
+                else low
+            )
+        else:
+            far = u + sign * max(SEARCH_RANGE * size, least)
+        bound = high if sign > 0 else low
+        return (float(bound), True) if sign * (far - bound) >= 0.0 else (far, False)
+
+    def _can_run(self, k: int, to: float) -> bool:
+        """Whether the run at a value succeeds."""
+        moved = self.u.copy()
+        moved[k] = to
+        try:
+            self.objective.residuals(moved)
+        except (SceneError, SimulationError):
+            return False
+        return True
+
+    def _find_end(self, k: int, sign: float, deviation: float) -> tuple[float, str, list[tuple[float, float]]]:
+        """(end, kind, points (value, rise) of the profile) on one side, by secant steps on √rise, which is nearly linear."""
+        far, is_bound = self._search_limit(k, sign, deviation)
+        u, J, stalled = self.u, self.J, 0
+        inner, outer = (float(u[k]), 0.0), None
+        points: list[tuple[float, float]] = []
+        size = abs(u[k]) if abs(u[k]) > NEARLY_ZERO else 1.0
+        step = self.t * deviation if math.isfinite(deviation) else 0.25 * size
+        to = float(u[k] + sign * step)
+        for _ in range(MOST_TRIALS):
+            to = far if sign * (to - far) > 0.0 else to
+            try:
+                moved, slopes, rise = self.fit_others(k, self._predict(k, u, J, to), J)
+            except (SceneError, SimulationError):
+                outer = (to, math.inf)
+                to = 0.5 * (inner[0] + to)
+                if abs(to - inner[0]) <= END_TOLERANCE * abs(inner[0] - self.u[k]):
+                    break
+                continue
+            root = math.sqrt(rise)
+            points.append((to, rise))
+            if abs(root - self.t) <= END_TOLERANCE * self.t:
+                return to, "found", points
+            if root < self.t:
+                inner, u, J, stalled = (to, root), moved, slopes, stalled + 1
+                if to == far:
+                    return to, "bound" if is_bound else "open", points
+                if self._is_near_zero(k, to) and outer is not None and root < LEAST_RISE * self.t:
+                    return to, "open", points
+            else:
+                outer, stalled = (to, root), 0
+            to = self._next_value(k, inner, outer, to) if outer is None or stalled < 2 else 0.5 * (inner[0] + outer[0])
+        if outer is None or math.isinf(outer[1]):
+            return inner[0], "open", points
+        return self._interpolate(inner, outer), "found", points
+
+    def _is_near_zero(self, k: int, to: float) -> bool:
+        """Whether a positive parameter's value is below a tenth of its estimate, where the search for an end may give up."""
+        return bool(self.objective.low[k] == 0.0 < to <= self.u[k] / SEARCH_RANGE)
+
+    def _next_value(self, k: int, inner: tuple[float, float], outer: tuple[float, float] | None, tried: float) -> float:
+        """The next value to try: between points below and above the threshold, or further out."""
+        if outer is None:
+            return float(self.u[k]) + (tried - float(self.u[k])) * min(
+                max(1.02 * self.t / max(inner[1], 1e-12), 1.05), MOST_WIDENING
+            )
+        return self._interpolate(inner, outer) if outer[1] < ABRUPT * self.t else 0.5 * (inner[0] + outer[0])
+
+    def _interpolate(self, inner: tuple[float, float], outer: tuple[float, float]) -> float:
+        share = (self.t - inner[1]) / (outer[1] - inner[1])
+        return inner[0] + min(max(share, 0.01), 0.99) * (outer[0] - inner[0])

@@ -1,0 +1,252 @@
+"""``knocks``: crossings of pins through the clearance of their bearings, and the speeds at which they hit the other side.
+
+Source: theory, "Clearance". A run with ideal joints gives the force R that a joint transmits. With clearance, R presses the pin
+against its bearing. The pin moves by s̈ = W R, where W is the mobility of the joint's point in the mechanism without the joint. The
+result is exact in the limit of no clearance. Contact dynamics are not modelled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.mechanics.state_evaluation import evaluate
+from trunnion.basics.optional_packages import brought
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.joints import REGISTRY, JointKind
+from trunnion.scene.data_classes import scene as sm
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import Model
+
+FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
+"""Number of rotations of a hinge or ball → for each freedom of the joint that also frees its point, whether it is a rotation."""
+PLANES = {1: (2, 1), 3: (0, 2)}
+"""Number of rotations of a hinge or ball → the axes of the cosine and of the sine of a contact's angle."""
+REVERSES = 0.0
+"""Cosine between the pin's accelerations before and after a dip, below which the pin may cross to the other half of its bearing."""
+NEAR = 0.2
+"""Acceleration of a pin, relative to the smaller one beside a dip, below which the motion along the bearing is integrated."""
+LEAST = 8
+"""Rows between two maxima of the force below which a dip is too short to be resolved."""
+STEPS = 400
+"""Number of instants of a flight at which its end is searched."""
+ROUND_OFF = 1e-9
+"""Distance inside the bearing, relative to the square of the clearance, from which the pin has left its side."""
+ACROSS = 1.0
+"""Shortest crossing that counts, in clearances: the chord of a sixth of the circle."""
+STRAIGHT = 1e-9
+"""Part of the last acceleration across the first one, below which the acceleration reverses on a straight line."""
+FINE = 1e-9
+"""Relative tolerance of the motion along a bearing."""
+DEGREE = 5
+"""Degree of the splines through the pin's acceleration."""
+USE = "the motion of pins through their clearance"
+LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "end_stops", "latch", "motor", "wear", "start")
+"""Keys of joints that do not affect the accelerations caused by a force."""
+
+
+@dataclass(frozen=True)
+class ClearanceImpact:
+    """A pin that crosses its bearing.
+
+    Attributes:
+        joint: name of the joint.
+        time: time at which the pin leaves its side, s.
+        turn: angle around the bearing between the two sides, rad.
+        way: length of the crossing, m.
+        flight: duration, s.
+        speed: speed along the normal at the impact, m/s.
+        mass: effective mass along the normal, kg.
+        energy: kinetic energy of ``mass`` at ``speed``, J.
+        normal: outward normal on the pin at the impact (3, inboard joint frame).
+        angle: angle of the normal, as in columns of contacts, rad.
+    """
+
+    joint: str
+    time: float
+    turn: float
+    way: float
+    flight: float
+    speed: float
+    mass: float
+    energy: float
+    normal: tuple[float, float, float]
+    angle: float
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[ClearanceImpact]:
+    """All knocks of a run, ordered by time.
+
+    The result needs coordinates and reactions of the hinges and balls, which the default outputs have.
+
+    Args:
+        result: the run.
+        clearance: radial clearance, m, of every hinge and ball, or by joint.
+
+    Raises:
+        SceneError: for other joints, clearances that are not positive, and missing columns.
+    """
+    able = {n: j for n, j in result.scene.joints.items() if _freed(j)}
+    asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
+    hint = f"hinges and balls of this scene are: {', '.join(able)}" if able else "this scene has neither hinges nor balls"
+    wrong = [Problem(n, _why_not(result.scene.joints.get(n)), hint) for n in asked if n not in able]
+    wrong += [Problem(n, f"its clearance must be positive (it is {c:g} m)") for n, c in asked.items() if not c > 0.0]
+    needed = [f"{n}.{c}" for n in asked if n in able for c in ("reaction.force[1]", "reaction.force[3]", "q[1]")]
+    hint = "run with all outputs of joints"
+    wrong += [Problem("outputs", f"knocks need the column {c}", hint) for c in needed if c not in result]
+    if wrong:
+        raise SceneError(wrong)
+    found = [k for name, c in asked.items() for k in _find_impacts(result, name, c)]
+    return sorted(found, key=lambda k: k.time)
+
+
+def _why_not(j: sm.Joint | None) -> str:
+    """The reason why a joint's clearance cannot be analysed."""
+    if j is None:
+        return "is no joint of this scene"
+    kind = REGISTRY[j.type]
+    if not kind.friction:
+        return f"has no contacts ({j.type} joints have none), and so no clearance"
+    return f"is a {j.type} joint, not a hinge or a ball: crossings of its pin cannot be computed"
+
+
+def _freed(j: sm.Joint) -> JointKind | None:
+    """The joint type that has the rotations of a hinge or ball and frees its point across the pin; None for other joints."""
+    kind = REGISTRY[j.type]
+    turning = all(kind.turns(k) for k in range(kind.nv)) and not kind.pitched and kind.rolls is None
+    wanted = FREED.get(kind.nv) if turning else None
+    return next((k for k in REGISTRY.values() if tuple(map(k.turns, range(k.nv))) == wanted), None)
+
+
+def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
+    """The impacts of a joint's pin, searched at each dip of its reaction force. c: clearance, m."""
+    force = np.column_stack([r[f"{name}.reaction.force[{k}]"] for k in (1, 2, 3)])
+    size, moves = np.linalg.norm(force, axis=1), mobility(r, name)
+    tops = [0, *(i for i in range(1, len(r) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(r) - 1]
+    out = []
+    for first, last in pairwise(tops):
+        if last - first < LEAST:
+            continue
+        low = first + int(np.argmin(size[first : last + 1]))
+        W = moves(low)
+        driven = force[first : last + 1] @ W.T
+        both = np.linalg.norm(driven[[0, -1]], axis=1)
+        if not both.min() > 0.0 or driven[0] @ driven[-1] / both.prod() > REVERSES:
+            continue
+        weak = np.flatnonzero(np.linalg.norm(driven, axis=1) < NEAR * both.min())
+        begin = r.time[first + max(int(weak[0]) - 1, 0)] if weak.size else r.time[first]
+        found = _crossing(r.time[first : last + 1], driven, c, float(begin))
+        if found is not None:
+            at, flight, speed, s0, s1 = found
+            way, n = float(np.linalg.norm(s1 - s0)), s1 / c
+            mass = 1.0 / float(n @ W @ n)
+            turn = 2 * math.asin(min(way / (2 * c), 1.0))
+            normal = -n if r.scene.joints[name].pin == "inboard" else n
+            cos, sin = (normal[k] for k in PLANES[len(r.matching(f"{name}.qd[*]"))])
+            energy, hits = 0.5 * mass * speed**2, (float(normal[0]), float(normal[1]), float(normal[2]))
+            out.append(ClearanceImpact(name, at, turn, way, flight, speed, mass, energy, hits, math.atan2(sin, cos)))
+    return out
+
+
+def mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
+    """A function of a row's number that gives the mobility of a joint's point, m/s² per N (3 × 3, inboard joint frame).
+
+    The mobility is the relative acceleration of the joint's two points, freed from each other, for each force between them. It is
+    zero along the axis of a hinge."""
+    free = _freed(r.scene.joints[name])
+    assert free is not None, name
+    ways = [k for k in range(free.nv) if not free.turns(k)]
+    axes = [free.axes[k][0].index for k in ways]
+    bare: dict[str, Any] = dict.fromkeys(LEFT_OUT)
+    joints = {n: replace(x, **bare) for n, x in r.scene.joints.items()}
+    models = []
+    for k in (None, *ways):
+        effort = tuple(1.0 if i == k else 0.0 for i in range(free.nv))
+        own = replace(joints[name], type=free.name, effort=effort, drive=None, cut=False)
+        scene = replace(r.scene, joints=joints | {name: own}, forces={}, gravity=(0.0, 0.0, 0.0))
+        models.append(Model(scene, (f"{name}.qdd[*]",)))
+
+    def at(row: int) -> np.ndarray:
+        q = {n: [r[c][row] for c in r.matching(f"{n}.q[*]")] for n in joints}
+        q[name] = [0.0] * len(ways) + q[name]
+        found = [evaluate(m, q, {}, float(r.time[row])) for m in models]
+        each = np.array([[f[f"{name}.qdd[{k + 1}]"] for k in ways] for f in found])
+        out = np.zeros((3, 3))
+        out[np.ix_(axes, axes)] = (each[1:] - each[0]).T
+        return out
+
+    return at
+
+
+def _crossing(
+    time: np.ndarray, driven: np.ndarray, c: float, begin: float
+) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
+    """(time at which the pin leaves its side, duration of the flight, normal speed at the impact, positions at both, 3 each, m).
+
+    None where the pin does not cross. time (n), s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s,
+    at which the pin rests on the bearing. Its motion along the bearing is critically damped."""
+    solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
+    make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline
+
+    a = make_interp_spline(time, driven, k=min(DEGREE, len(time) - 1))
+    start = np.asarray(a(begin))
+    e1 = start / np.linalg.norm(start)
+    across = driven[-1] - (driven[-1] @ e1) * e1
+    if np.linalg.norm(across) <= STRAIGHT * np.linalg.norm(driven[-1]):
+        across = np.cross(e1, np.eye(3)[int(np.argmin(np.abs(e1)))])
+    e2 = across / np.linalg.norm(across)
+
+    def place(y: np.ndarray) -> np.ndarray:
+        return np.asarray(math.cos(y[0]) * e1 + math.sin(y[0]) * e2)
+
+    def along(y: np.ndarray) -> np.ndarray:
+        return np.asarray(math.cos(y[0]) * e2 - math.sin(y[0]) * e1)
+
+    def slopes(t: float, y: np.ndarray) -> list[float]:
+        now = np.asarray(a(t))
+        return [y[1], float(now @ along(y)) / c - 2 * math.sqrt(float(np.linalg.norm(now)) / c) * y[1]]
+
+    def leaves(t: float, y: np.ndarray) -> float:
+        return float(a(t) @ place(y)) + c * y[1] ** 2
+
+    leaves.terminal, leaves.direction = True, -1.0  # type: ignore[attr-defined]
+    run = solve_ivp(slopes, (begin, time[-1]), [0.0, 0.0], events=leaves, rtol=FINE, atol=FINE, max_step=(time[-1] - begin) / STEPS)
+    if not run.t_events[0].size:
+        return None
+    at, y = float(run.t_events[0][0]), run.y_events[0][0]
+    s0, v0 = c * place(y), c * y[1] * along(y)
+    flight, speed, s1 = _flight(a, s0, v0, at, float(time[-1]))
+    return (at, flight, speed, s0, s1) if float(np.linalg.norm(s1 - s0)) > ACROSS * c else None
+
+
+def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tuple[float, float, np.ndarray]:
+    """(duration, normal speed, position) of a flight from s0 with velocity v0 and acceleration a(t) to the circle through s0.
+
+    NaN where the point does not reach the circle before ``end``."""
+    brentq = brought("scipy.optimize", "analysis", USE).brentq
+
+    rate, way = a.antiderivative(1), a.antiderivative(2)
+
+    def moved(t: float) -> np.ndarray:
+        return np.asarray(v0 * (t - at) + way(t) - way(at) - rate(at) * (t - at))
+
+    def outside(t: float) -> float:
+        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancelling
+
+    inside = False
+    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at the beginning, for short flights
+    for before, t in pairwise(ts):
+        inside |= outside(before) < -ROUND_OFF * float(s0 @ s0)
+        if inside and outside(t) >= 0.0:
+            hit = float(brentq(outside, before, t, xtol=1e-16))
+            s1 = s0 + moved(hit)
+            return hit - at, float((v0 + rate(hit) - rate(at)) @ s1) / float(np.linalg.norm(s0)), s1
+    return math.nan, math.nan, np.full(3, math.nan)

@@ -1,0 +1,307 @@
+"""``equilibrium``: where a mechanism comes to rest, and with friction the band of positions in which it stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.mechanics.mass_stiffness_damping import Still, remove_friction
+from trunnion.analysis.static_bounds.static_margin import hold_drives
+from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import Model, simulate
+from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
+
+SWINGS = 60
+"""Largest number of swings. Each is stopped at its largest speed, and has about a tenth of the energy of the previous swing."""
+SETTLED = 1e-4
+"""Kinetic energy, relative to its scale, below which Newton's method finishes the search."""
+FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
+"""Search for the end of a band: first and longest step and largest distance (rad, or relative to the scene's length), growth of the
+steps. Between three points the share of friction has one maximum."""
+EXACT = 1e-14
+NEUTRAL = 1e-9
+"""Stiffness, relative to the largest, below which a direction has none (round-off leaves 1e-13)."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """The range of a coordinate in which friction holds the mechanism, the other coordinates at equilibrium and loops closed.
+
+    Attributes:
+        coordinate: name of the coordinate.
+        low: lower end, rad or m; None where no end was found. For a ball: rotation from the equilibrium about an axis of its
+            inboard frame.
+        high: upper end.
+        first: the joints that slip first at the two ends.
+    """
+
+    coordinate: str
+    low: float | None
+    high: float | None
+    first: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A pose of rest of the mechanism without friction.
+
+    Attributes:
+        q: coordinates of tree joints by name, rad or m.
+        kind: "stable", "neutral" (poses beside it are poses of rest, too) or "unstable".
+        bands: ranges of rest with friction, one for each chosen coordinate.
+    """
+
+    q: dict[str, tuple[float, ...]]
+    kind: str
+    bands: tuple[Band, ...]
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
+    """The pose in which the mechanism comes to rest from its start, without friction, with held drives and the loads of t = 0.
+
+    Args:
+        scene: as for ``simulate``.
+        along: joints for which bands of rest with friction are computed; default: the tree joints with friction, or all tree
+            joints where none has friction; () for none.
+        overrides: changes of the scene, {path: value}.
+
+    Raises:
+        SceneError: for wrong input.
+        SimulationError: where the mechanism has no rest: it falls, or its loops cannot be closed.
+    """
+    loaded = scene_given(scene, overrides)
+    wanted = (along,) if isinstance(along, str) else along
+    if wrong := [n for n in wanted or () if n not in loaded.joints]:
+        raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])
+    still = find_rest(remove_friction(loaded))
+    q = coordinates(still)
+    bands, moving = [], [j.name for j in still.system.tree]
+    if cut := [n for n in wanted or () if n not in moving]:
+        what, hint = "closes a loop or couples others: it has no coordinate of its own", f"choose among: {', '.join(moving)}"
+        raise SceneError([Problem(f"along {n}", what, hint) for n in cut])
+    rubbing = [j for j in still.system.tree if loaded.joints[j.name].friction is not None]
+    rubbing = rubbing or [j for j in still.system.tree if any(k in j.free for k in range(j.kind.nv))]
+    chosen = rubbing if wanted is None else [j for j in still.system.tree if j.name in wanted]
+    if chosen and any(j.friction is not None for j in loaded.joints.values()):
+        search = _BandSearch(loaded, still)
+        bands = [band for j in chosen for band in search.bands(j)]
+    return Equilibrium(q, _kind(still), tuple(bands))
+
+
+def _kind(still: Still) -> str:
+    stiffness, _, _ = still.reduced()
+    if not stiffness.size:
+        return "stable"
+    most = float(np.linalg.eigvals(stiffness).real.max())
+    scale = max(still.model.built.numbers.rate**2, float(np.abs(stiffness).max()))
+    return "unstable" if most > NEUTRAL * scale else "neutral" if most > -NEUTRAL * scale else "stable"
+
+
+def coordinates(still: Still) -> dict[str, tuple[float, ...]]:
+    """Coordinates of tree joints that are states, rad or m, by joint."""
+    y = still.block.y
+    return {j.name: tuple(map(float, y[j.q0 : j.q0 + len(state_coordinates(j))])) for j in still.system.tree if j.kind.nv}
+
+
+def find_rest(scene: sm.Scene) -> Still:
+    """The scene in its pose of rest. Swings are stopped at their largest speed; Newton's method makes the pose exact.
+
+    SimulationError where no rest is found."""
+    still = Still(scene)
+    numbers = still.model.built.numbers
+    if np.abs(still.accelerations()).max(initial=0.0) > EXACT * numbers.rate**2:
+        watched = ("energy.kinetic", "*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
+        ended = any(x is not None for j in scene.joints.values() for x in (j.end_stops, j.latch))  # shorter than a row lasts
+        for _ in range(SWINGS):
+            spell = 1.0 / numbers.rate
+            r = simulate(scene, until=8.0 * spell, every=0.0 if ended else 0.02 * spell, rtol=1e-8, outputs=watched)
+            if not r.outcome.ok:
+                raise SimulationError(f"the mechanism does not come to rest: {r.outcome}")
+            kinetic = r["energy.kinetic"]
+            row = _fastest(kinetic)
+            if row is None:
+                raise SimulationError("no pose of rest: the mechanism accelerates without end (is a support missing?)")
+            q, down = (_row_values(r, row, of, scene.joints) for of in ("q", "latch.state"))
+            scene = engage_latches(start_at(scene, q), down)
+            if kinetic[row] < SETTLED * numbers.energy:
+                break
+        still = Still(scene)
+    if not still.settle():
+        raise SimulationError("no pose of rest was found near the pose at which the swings ended")
+    return still
+
+
+def _row_values(r: Result, row: int, of: str, joints: Iterable[str]) -> dict[str, np.ndarray]:
+    """The values of joints' columns ``of`` in a row, by joint."""
+    return {n: np.array([r[c][row] for c in r.matching(f"{n}.{of}[*]")]) for n in joints}
+
+
+def _fastest(kinetic: np.ndarray) -> int | None:
+    """The row of the first maximum of the kinetic energy; None where it only rises."""
+    slower = np.flatnonzero(np.diff(kinetic) < 0.0)
+    return int(slower[0]) if len(slower) else None
+
+
+def start_at(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
+    """The scene with start coordinates q (rad or m, by joint), at rest."""
+    joints = {}
+    for name, j in scene.joints.items():
+        values = () if REGISTRY[j.type].bodiless else tuple(map(float, q.get(name, ())))
+        start = sm.Start(q=values if len(values) != 1 else values[0]) if values and j.drive is None else j.start
+        joints[name] = replace(j, start=start if start is None else replace(start, qd=None))
+    return replace(scene, joints=joints)
+
+
+def engage_latches(scene: sm.Scene, down: Mapping[str, np.ndarray]) -> sm.Scene:
+    """The scene with latches engaged at its start. down: the tooth of each latch (from 1; 0: disengaged), by joint."""
+    joints = {}
+    for name, j in scene.joints.items():
+        states, latches = iter(down.get(name, ())), j.latch if isinstance(j.latch, tuple) else (j.latch,)
+        put = tuple(None if x is None else _engage(x, round(next(states, 0.0))) for x in latches)
+        joints[name] = replace(j, latch=put if isinstance(j.latch, tuple) else put[0])
+    return replace(scene, joints=joints)
+
+
+def _engage(x: sm.Latch, tooth: int) -> sm.Latch:
+    """A latch that begins on a tooth (from 1; 0: disengaged), which becomes its first."""
+    further = (x.pitch or 0.0) * max(tooth - 1, 0)
+    return replace(x, at=x.at + (further if x.keeps == "above" else -further), down=tooth > 0)
+
+
+def copy_latches(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
+    """The scene with the latches of ``still``."""
+    return replace(scene, joints={n: replace(j, latch=still.joints[n].latch) for n, j in scene.joints.items()})
+
+
+class _BandSearch:
+    """Searches the ranges of rest with friction near an equilibrium, pose by pose."""
+
+    def __init__(self, scene: sm.Scene, still: Still):
+        held = copy_latches(hold_drives(scene)[0], still.scene)
+        self.model, self.at = Model(held, ("energy.kinetic",)), still.block.y[: still.system.nq].copy()
+        self.built, self.moves = self.model.built, ""
+
+    def bands(self, joint: Joint) -> list[Band]:
+        """The bands of a joint's freedoms."""
+        j = next(x for x in self.model.system.tree if x.name == joint.name)
+        return [self._band(j, k) for k in range(j.kind.nv) if k in j.free]
+
+    def _band(self, j: Joint, k: int) -> Band:
+        turns = j.kind.turns(k)
+        unit, at = 1.0 if turns else self.built.numbers.length, 0.0
+        ball = j.kind.coordinate_of(k) < 0
+        if not ball:
+            at = float(self.at[j.q0 + state_coordinates(j).index(j.kind.coordinate_of(k))])
+        ends, first = [], []
+        for side in (-1, 1):
+            end, joint = self._end(j, k, side, unit)
+            ends.append(None if end is None else at + end)
+            first.append(joint)
+        name = f"{j.name} about e{k - (j.kind.nv - 3) + 1}" if ball else f"{j.name}.q[{j.kind.coordinate_of(k) + 1}]"
+        return Band(name, ends[0], ends[1], (first[0], first[1]))
+
+    def _end(self, j: Joint, k: int, side: int, unit: float) -> tuple[float | None, str]:
+        def excess(way: float) -> float:
+            return self._excess(j, k, side * way)
+
+        points = [(0.0, excess(0.0))]
+        if points[0][1] > 0.0:
+            return 0.0, self.moves
+        step = FIRST * unit
+        while points[-1][0] < FAR * unit:
+            points = [*points[-2:], (points[-1][0] + step, excess(points[-1][0] + step))]
+            inside, beyond = points[-2], points[-1]
+            if beyond[1] <= 0.0 and len(points) == 3 and points[1][1] > max(points[0][1], beyond[1]):
+                inside, beyond = points[0], _find_top(excess, points[0][0], beyond[0], EXACT**0.5 * unit)
+            if beyond[1] > 0.0:
+                return side * _find_root(excess, inside[0], beyond[0], EXACT * unit), self.moves
+            step = min(GROWS * step, LONGEST * unit)
+        return None, ""
+
+    def _excess(self, j: Joint, k: int, way: float) -> float:
+        """Largest share (friction over capacity) of any pair, minus 1, with freedom k moved by ``way``, rad or m; 1 for
+        impossible poses."""
+        q, numbers = self.at.copy(), self.built.numbers
+        at = state_coordinates(j)
+        if j.kind.coordinate_of(k) >= 0:
+            q[j.q0 + at.index(j.kind.coordinate_of(k))] += way
+        else:
+            own = j.q0 + at.index(j.kind.quaternion)
+            q[own : own + 4] = _rotate(q[own : own + 4], k - (j.kind.nv - 3), way)
+        given, by_rate = np.zeros_like(numbers.q_given), np.zeros_like(numbers.q_given_by_rate)
+        given[j.q0 : j.q0 + len(at)] = 1.0
+        by_rate[j.v0 : j.v0 + len(j.free)] = 1.0
+        block = self.model.block
+        moved = replace(numbers, q=q, q_given=given, q_given_by_rate=by_rate, v=0.0 * numbers.v)
+        block.take(moved, np.array(self.built.parameters.values))
+        block.configure(Settings(rtol=1e-9))
+        if block.assemble() != 1:
+            return 1.0
+        block.y[self.model.system.nq : block.ny] = 0.0
+        self.model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(block.width))
+        table = self.model.block.hold()
+        if table is None:
+            return 1.0
+        shares = np.nan_to_num(table["share"], nan=0.0)
+        if len(shares):
+            self.moves = slider_names(self.model.system)[int(np.argmax(shares))][0]
+        return float(shares.max(initial=0.0) - 1.0)
+
+
+def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> tuple[float, float]:
+    """A place between a and b with f > 0, or the maximum of f there, found by golden sections to ``near``; and f at that place."""
+    part = 0.5 * (math.sqrt(5.0) - 1.0)
+    x, y = b - part * (b - a), a + part * (b - a)
+    fx, fy = f(x), f(y)
+    while max(fx, fy) <= 0.0 and b - a > near:
+        if fx > fy:
+            b, y, fy = y, x, fx
+            x = b - part * (b - a)
+            fx = f(x)
+        else:
+            a, x, fx = x, y, fy
+            y = a + part * (b - a)
+            fy = f(y)
+    return max((x, fx), (y, fy), key=lambda found: found[1])
+
+
+def _find_root(f: Callable[[float], float], a: float, b: float, near: float) -> float:
+    """The root of f between a and b, at which f has opposite signs. The error is below ``near``; the Illinois method with
+    bisections is used.
+
+    SciPy's root finders are not part of the plain installation."""
+    fa, fb = f(a), f(b)
+    for n in range(200):
+        x = 0.5 * (a + b) if n % 3 == 2 or fb == fa else b - fb * (b - a) / (fb - fa)
+        fx = f(x)
+        if fx * fb <= 0.0:
+            a, fa = b, fb
+        else:
+            fa *= 0.5
+        b, fb = x, fx
+        if fb == 0.0 or abs(b - a) <= near:
+            break
+    return b
+
+
+def _rotate(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:
+    """The quaternion (4), followed by a rotation by ``angle``, rad, about an axis (0 to 2) of the inboard frame."""
+    c, s = math.cos(angle / 2), math.sin(angle / 2)
+    turn = np.zeros(3)
+    turn[axis] = s
+    w, v = quaternion[0], quaternion[1:]
+    return np.concatenate([[c * w - turn @ v], c * v + w * turn + np.cross(turn, v)])

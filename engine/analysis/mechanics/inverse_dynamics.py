@@ -1,0 +1,191 @@
+"""``inverse``: the drive efforts of a given motion, friction included."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from trunnion.basics.optional_packages import brought
+from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.joint_contacts import touching
+from trunnion.scene.queries.loads_and_signals import each
+from trunnion.scene.units.python_arguments import Names
+from trunnion.simulation.run import Model
+from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
+
+DEGREE = 5
+"""Degree of the splines through coordinates without given rates or accelerations; their error is of fourth order in the spacing."""
+ORDERS = ("q", "qd", "qdd")
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """Columns over time.
+
+    Attributes:
+        time: times (n), s.
+        names: names of the columns (c).
+        units: units of the columns (c).
+        values: values (n × c), in their units; NaN where the pose or its forces have no solution.
+        missing: the times without a solution, with reasons.
+    """
+
+    time: np.ndarray
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: np.ndarray
+    missing: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A column (n)."""
+        return self.values[:, self.names.index(name)]
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        return {
+            "time": self.time.tolist(), "names": list(self.names), "units": list(self.units), "values": self.values.tolist(),
+            "missing": list(self.missing),
+        }  # fmt: skip
+
+
+def inverse(
+    scene: Given, time: Sequence[float] | np.ndarray, motion: Mapping[str, Any], outputs: Names | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> InverseDynamics:  # fmt: skip
+    """The efforts that drive the joints through a motion.
+
+    The other joints follow; a closed loop needs as many prescribed freedoms as it has. Springs, dampers, end stops, loads and
+    friction act as in a run. The scene's own effort on a prescribed freedom is ignored.
+
+    Args:
+        scene: as for ``simulate``.
+        time: increasing times (n), s.
+        motion: coordinates ``JOINT.q[k]`` (n) of the prescribed freedoms, and optionally rates ``JOINT.qd[k]`` and accelerations
+            ``JOINT.qdd[k]``; rad or m, s. Without them a spline of degree 5 through the coordinates gives them.
+        outputs: patterns of columns; default: efforts of the drives, and all columns of contacts.
+        overrides: changes of the scene, {path: value}.
+
+    Raises:
+        SceneError: for wrong input.
+        SimulationError: where no time has a solution.
+    """
+    loaded = scene_given(scene, overrides)
+    t = np.asarray(time, float)
+    curves = _curves(loaded, t, motion)
+    model = Model(_driven(loaded, curves), outputs if outputs is not None else _usual(loaded, curves))
+    return _rows(model, t, curves)
+
+
+Freedom = tuple[str, int]
+
+
+def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[Freedom, np.ndarray]:
+    """For each prescribed freedom its coordinate, rate and acceleration (3 × n)."""
+    problems = []
+    if t.ndim != 1 or len(t) < 2 or not np.all(np.diff(t) > 0.0):
+        problems.append(Problem("time", "two times at least, increasing"))
+    given: dict[Freedom, dict[str, np.ndarray]] = {}
+    for name, values in motion.items():
+        joint, _, rest = name.rpartition(".")
+        what, _, number = rest.rstrip("]").partition("[")
+        if joint not in scene.joints or what not in ORDERS or not number.isdigit():
+            problems.append(Problem(f"motion.{name}", "is not a coordinate, rate or acceleration of a joint", "such as arm.q[1]"))
+            continue
+        kind, k = REGISTRY[scene.joints[joint].type], int(number) - 1
+        if not 0 <= k < kind.nv or kind.coordinate_of(k) < 0:
+            problems.append(Problem(f"motion.{name}", f"no such freedom of a {kind.name} joint can be prescribed"))
+        elif np.shape(values) != t.shape:
+            problems.append(Problem(f"motion.{name}", f"{len(np.ravel(values))} values for {t.size} times"))
+        else:
+            given.setdefault((joint, k), {})[what] = np.asarray(values, float)
+    for (joint, k), have in given.items():
+        if "q" not in have:
+            problems.append(Problem(f"motion.{joint}.q[{k + 1}]", "its rate is given, but the coordinate itself is missing"))
+        elif len(have) < len(ORDERS) and len(t) <= DEGREE:
+            problems.append(Problem(f"motion.{joint}.q[{k + 1}]", f"{len(t)} times are too few for a curve: {DEGREE + 1} at least"))
+    if not given and not problems:
+        problems.append(Problem("motion", "no freedom is prescribed", "for example {'arm.q[1]': …}"))
+    if problems:
+        raise SceneError(problems)
+    return {freedom: _completed(t, have) for freedom, have in given.items()}
+
+
+def _completed(t: np.ndarray, have: Mapping[str, np.ndarray]) -> np.ndarray:
+    if len(have) == len(ORDERS):
+        return np.array([have[order] for order in ORDERS])
+    make_interp_spline = brought("scipy.interpolate", "analysis", "a motion given by coordinates alone").make_interp_spline
+
+    out = [have["q"]]
+    for order in ORDERS[1:]:
+        if order in have:
+            out.append(have[order])
+        else:
+            known = len(out) - 1 if order == "qdd" and "qd" in have else 0
+            spline = make_interp_spline(t, out[known], k=DEGREE)
+            out.append(spline.derivative(ORDERS.index(order) - known)(t))
+    return np.array(out)
+
+
+def _driven(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> sm.Scene:
+    """The scene with a drive on each prescribed freedom: a ramp, to which ``_rows`` gives the coordinate, rate and acceleration of
+    each time."""
+    joints = dict(scene.joints)
+    for (name, k), (q, v, a) in ((f, c[:, 0]) for f, c in curves.items()):
+        j = joints[name]
+        count = REGISTRY[j.type].nv
+        ramp = sm.Drive(ramp=sm.Ramp(start=float(v), end=float(v + a), duration=1.0, begin=0.0, origin=float(q)))
+        drives, efforts = each(j.drive, count), each(j.effort, count)
+        drives[k], efforts[k] = ramp, None
+        left = tuple(efforts) if any(e is not None for e in efforts) else None
+        joints[name] = replace(j, drive=drives[0] if count == 1 else tuple(drives), effort=left)
+    return replace(scene, joints=joints)
+
+
+def _usual(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> tuple[str, ...]:
+    rubbing = [(n, touching(j)) for n, j in scene.joints.items() if j.friction is not None]
+    contacts = [f"{n}.contact[*].*" for n, element in rubbing if element is not None and element.count]
+    return (*(f"{name}.drive.effort[{k + 1}]" for name, k in curves), *contacts)
+
+
+def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> InverseDynamics:
+    """The columns at each time. At each time, assembly of the other joints starts from the previous pose."""
+    table = model.built.parameters
+    places = {}
+    for freedom in curves:
+        ramp = f"joints.{freedom[0]}.drive{_entry(model, freedom)}.ramp"
+        places[freedom] = [table.paths.index(f"{ramp}.{n}") for n in ("begin", "origin", "start", "end")]
+    numbers, parameters = model.built.numbers, np.array(table.values)
+    values, missing = np.full((len(t), len(model.columns)), np.nan), []
+    for row in range(len(t)):
+        now = t[row]
+        for freedom, where in places.items():
+            q, v, a = curves[freedom][:, row]
+            parameters[where] = now, q - v * now, v, v + a
+        model.block.take(numbers, parameters)
+        model.block.configure(Settings(rtol=1e-9))
+        if model.block.assemble(now) != 1:
+            missing.append(f"t = {now:g} s: the loops cannot be closed")
+            continue
+        out = np.zeros(model.block.width)
+        status = model.begin(Settings(rtol=1e-9), now, now + 1.0, 1.0, out)
+        if status == OK:
+            values[row] = out[1:]
+        else:
+            missing.append(f"t = {now:g} s: the forces have no solution (runtime status {status})")
+        y = model.block.y
+        numbers = replace(numbers, q=y[: len(numbers.q)].copy())
+    if np.isnan(values).all():
+        raise SimulationError(f"there is no solution at any time; first failure: {missing[0]}")
+    return InverseDynamics(t, tuple(c.name for c in model.columns), tuple(c.unit for c in model.columns), values, tuple(missing))
+
+
+def _entry(model: Model, freedom: Freedom) -> str:
+    """The index of a freedom's drive in the scene, "[k]"; "" where the joint has one freedom."""
+    name, k = freedom
+    return f"[{k + 1}]" if isinstance(model.built.scene.joints[name].drive, tuple) else ""

@@ -1,0 +1,81 @@
+"""``kinematics``: positions, velocities and accelerations that driven joints prescribe, without masses, loads or friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.mechanics.mass_stiffness_damping import Still
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.kernel.interface.output_columns import columns, select
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.units.python_arguments import Amount, Names, names_given
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import simulate
+from trunnion.system.construction.system_builder import build
+
+MOTION = (
+    "*.q[*]", "*.qd[*]", "*.qdd[*]", "*.position[*]", "*.velocity[*]", "*.acceleration[*]", "*.orientation[*]",
+    "*.angular_velocity[*]", "*.length", "*.offset[*]", "*.turn[*]",
+)  # fmt: skip
+"""Columns that do not depend on masses."""
+
+
+def kinematics(
+    scene: Given, until: Amount | None = None, every: Amount | None = None, rtol: Amount | None = None,
+    outputs: Names | None = None, overrides: Mapping[str, Any] | None = None,
+) -> Result:  # fmt: skip
+    """The motion that a scene's drives prescribe: positions, velocities and accelerations of joints, bodies and points.
+
+    Loops are closed. Bodies need no mass; friction, springs, loads and gravity are ignored.
+
+    Args:
+        scene: as for ``simulate``.
+        until: end time, s.
+        every: spacing of the rows, s.
+        rtol: relative tolerance.
+        outputs: patterns of columns of motion; default: all.
+        overrides: changes of the scene, {path: value}.
+
+    Returns:
+        The motion.
+
+    Raises:
+        SceneError: for wrong input, and where the drives leave a freedom open.
+    """
+    bare = prescribed(scene_given(scene, overrides, massless=True))
+    wanted = moving_columns(bare) if outputs is None else names_given(outputs)
+    return simulate(bare, until, every, rtol, outputs=wanted)
+
+
+def prescribed(scene: sm.Scene) -> sm.Scene:
+    """The scene without loads, friction and stiffnesses. SceneError where its drives leave a freedom open."""
+    joints = {
+        n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, end_stops=None, effort=None,
+                   motor=None, latch=None, wear=None)
+        for n, j in scene.joints.items()
+    }
+    forces: dict[str, sm.Applied] = {}
+    for n, f in scene.forces.items():
+        if isinstance(f, sm.SpringDamper):
+            forces[n] = replace(f, stiffness=0.0, damping=0.0)
+        elif isinstance(f, sm.Bushing):
+            forces[n] = replace(f, stiffness=0.0, damping=0.0, turning_stiffness=0.0, turning_damping=0.0)
+    bare = replace(scene, joints=joints, gravity=(0.0, 0.0, 0.0), forces=forces, outputs=("*",))
+    still = Still(bare)
+    left = still.allowed()
+    if left.size:
+        free = [n for n, moves in zip(still.freedoms, np.abs(left).max(axis=1) > 1e-9, strict=True) if moves]
+        names = ", ".join(n.replace(".qd", ".q") for n in free)
+        what = f"{left.shape[1]} freedom{'s are' if left.shape[1] > 1 else ' is'} not driven, among {names}"
+        raise SceneError([Problem("joints", what, "give as many of these joints a drive (constant, ramp, move, harmonic, table)")])
+    return bare
+
+
+def moving_columns(scene: sm.Scene) -> tuple[str, ...]:
+    """The columns of motion that a scene has."""
+    return tuple(c.name for c in select(columns(build(scene).system), MOTION))

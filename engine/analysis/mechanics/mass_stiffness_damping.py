@@ -1,0 +1,123 @@
+"""Matrices of a mechanism at rest: mass matrix, derivatives of the accelerations by coordinates and rates, basis of the rates
+that the loops allow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trunnion.analysis.mechanics.linearization import state_names
+from trunnion.analysis.static_bounds.equilibrium_equations import mass_matrix
+from trunnion.analysis.static_bounds.kernel_probe import Probe
+from trunnion.analysis.static_bounds.static_margin import hold_drives
+from trunnion.basics.problems import SimulationError
+from trunnion.scene.data_classes import scene as sm
+from trunnion.simulation.run import Model
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.structure.bodies_and_joints import state_coordinates
+
+RANK = 1e-9
+"""Singular value, relative to the largest, below which a direction counts as zero (round-off 1e-14, real directions 1e-6)."""
+CLOSE = 1e-13
+"""Step of Newton's method, relative to the scales of rest, that counts as round-off."""
+
+
+def remove_friction(scene: sm.Scene) -> sm.Scene:
+    """The scene without friction, its drives held at their start."""
+    joints = {n: replace(j, friction=None, ends=None) for n, j in scene.joints.items()}
+    return hold_drives(replace(scene, joints=joints))[0]
+
+
+class Still:
+    """A scene at rest in its start pose, with closed loops. SimulationError where the loops cannot be closed."""
+
+    def __init__(self, scene: sm.Scene):
+        self.scene, self.model = scene, Model(scene, ("energy.kinetic",))
+        self.system, self.block = self.model.system, self.model.block
+        self.block.configure(Settings(rtol=1e-9))
+        if self.block.assemble() != 1:
+            raise SimulationError("the loops cannot be closed at the start: `trunnion check` names them")
+        self._begin()
+
+    def _begin(self) -> None:
+        self.block.y[self.system.nq :] = 0.0
+        status = self.model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(self.block.width))
+        self.block = self.model.block
+        if status:
+            raise SimulationError(f"the start at rest cannot be evaluated (runtime status {status})")
+        self.block.attach_jacobian()
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """Names of the rates of all tree joints, in the state's order."""
+        return state_names(self.model)[self.system.nq : self.system.nq + self.system.nv]
+
+    def accelerations(self) -> np.ndarray:
+        """q̈ of all free rates (nv) at rest."""
+        return self.block.evaluate()[0][self.system.nq : self.system.nq + self.system.nv].copy()
+
+    def derivatives(self) -> tuple[np.ndarray, np.ndarray]:
+        """(derivatives of q̈ by displacements along each rate, ∂q̈/∂q̇), nv × nv each."""
+        nq, nv = self.system.nq, self.system.nv
+        D = self.block.derivatives()[:, : nq + nv]
+        return D[nq : nq + nv, :nq] @ D[:nq, nq:], D[nq : nq + nv, nq:]
+
+    def closing(self) -> np.ndarray:
+        """Rates of the loops' constraint rows, by each rate (rows × nv)."""
+        nv, probe = self.system.nv, Probe(self.block)
+        return np.array([probe.rates(e)[1] for e in np.eye(nv)]).reshape(nv, -1).T
+
+    def allowed(self, locked: Sequence[np.ndarray] = ()) -> np.ndarray:
+        """An orthonormal basis of the rates that the loops allow (nv × freedoms). locked: further rows that must be zero."""
+        nv, closing = self.system.nv, self.closing()
+        rows = np.vstack([closing, *locked]) if len(locked) else closing
+        if not rows.size:
+            return np.eye(nv)
+        _, sizes, Vt = np.linalg.svd(rows)
+        rank = int((sizes > RANK * sizes.max(initial=0.0)).sum())
+        return Vt[rank:].T
+
+    def reduced(self, locked: Sequence[np.ndarray] = ()) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(K, C, basis (nv × freedoms)) of s̈ = K s + C ṡ for the freedoms s that the loops allow."""
+        basis, M = self.allowed(locked), self.mass()
+        K, C = self.derivatives()
+        if not basis.size:
+            return np.zeros((0, 0)), np.zeros((0, 0)), basis
+        inertia = basis.T @ M @ basis
+        return np.linalg.solve(inertia, basis.T @ M @ K @ basis), np.linalg.solve(inertia, basis.T @ M @ C @ basis), basis
+
+    def mass(self) -> np.ndarray:
+        """The mass matrix (nv × nv)."""
+        return mass_matrix(Probe(self.block), self.system.nv)
+
+    def move(self, way: np.ndarray) -> None:
+        """Move the coordinates along rates (nv) for 1 s, and normalise quaternions."""
+        nq, y = self.system.nq, self.block.y
+        T = self.block.derivatives()[:nq, nq : nq + self.system.nv]
+        y[:nq] += T @ way
+        for j in self.system.tree:
+            if j.kind.quaternion >= 0:
+                at = j.q0 + state_coordinates(j).index(j.kind.quaternion)
+                y[at : at + 4] /= np.linalg.norm(y[at : at + 4])
+
+    def settle(self, rounds: int = 40) -> bool:
+        """Newton's method for a pose without accelerations and with closed loops. Returns whether it converged."""
+        numbers, nq = self.model.built.numbers, self.system.nq
+        scale = numbers.rate**2
+        last = np.inf
+        for _ in range(rounds):
+            a, (gap, _) = self.accelerations(), self.block.gap()
+            K, _ = self.derivatives()
+            rows, right = np.vstack([K / scale, self.closing()]), -np.concatenate([a / scale, gap])
+            way = np.linalg.lstsq(rows, right, rcond=RANK)[0]
+            size = float(np.abs(way).max(initial=0.0))
+            if not np.isfinite(size) or size > 1e3:
+                return False
+            self.move(way)
+            if size < CLOSE or (size < 1e-9 and size >= 0.5 * last):
+                self._begin()
+                return bool(np.abs(self.accelerations()).max(initial=0.0) < 1e-9 * max(scale, 1e-300)) or nq == 0
+            last = size
+        return False

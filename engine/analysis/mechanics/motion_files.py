@@ -1,0 +1,36 @@
+"""Motions from files: columns of coordinates over time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.results.external_tables import columns_of
+
+COLUMN = re.compile(r"(?P<joint>.+)\.(q|qd|qdd)\[(?P<freedom>\d+)\]")
+
+
+def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """(times (n), s; coordinates, rates and accelerations (n) by column name) of a result table or of a CSV file with names.
+
+    only: joints to read; default: all joints with columns of freedoms that can be prescribed. SceneError for an unusable file."""
+    names, values = columns_of(file, "--motion")
+    if "time" not in names:
+        raise SceneError([Problem("--motion", f"{file!r} has no column time", f"it has {', '.join(names[:6])}")])
+    if wrong := [n for n in only if not any(c.startswith(f"{n}.q[") for c in names)]:
+        raise SceneError([Problem("--drive", f"{file!r} has no column {n}.q[…]", "name a joint of the file") for n in wrong])
+    motion = {}
+    for i, name in enumerate(names):
+        match = COLUMN.fullmatch(name)
+        joint = scene.joints.get(match["joint"]) if match else None
+        if match is None or joint is None or (only and match["joint"] not in only):
+            continue
+        kind, k = REGISTRY[joint.type], int(match["freedom"]) - 1
+        if 0 <= k < kind.nv and kind.coordinate_of(k) >= 0:
+            motion[name] = values[:, i]
+    return values[:, names.index("time")], motion

@@ -1,0 +1,142 @@
+"""``modes``: vibrations about a pose of rest: frequencies, damping, shapes, without friction or with the frictional joints held."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.mechanics.equilibrium_pose import coordinates, copy_latches, find_rest, start_at
+from trunnion.analysis.mechanics.mass_stiffness_damping import Still, remove_friction
+from trunnion.basics.problems import SimulationError
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.system.structure.bodies_and_joints import state_coordinates
+
+REST = 1e-7
+"""Largest acceleration that counts as zero in a pose of rest, relative to the square of the scene's rate."""
+SLOW = 1e-7
+"""Eigenvalue, relative to the largest, below which a mode does not vibrate: its freedom has no stiffness."""
+
+
+@dataclass(frozen=True)
+class VibrationMode:
+    """One mode.
+
+    Attributes:
+        frequency: frequency of the damped vibration, Hz; 0 for a mode that creeps or diverges.
+        damping: ratio to critical damping; negative for a growing mode.
+        rate: real part of the eigenvalue, 1/s.
+        shape: complex amplitude of each freedom of the tree, the largest 1.
+    """
+
+    frequency: float
+    damping: float
+    rate: float
+    shape: dict[str, complex]
+
+
+@dataclass(frozen=True)
+class VibrationModes:
+    """All modes about a pose.
+
+    Attributes:
+        q: coordinates of tree joints, rad or m, by joint.
+        modes: the modes.
+        held: joints that friction holds.
+        scene: the scene at the pose.
+    """
+
+    q: dict[str, tuple[float, ...]]
+    modes: tuple[VibrationMode, ...]
+    held: tuple[str, ...]
+    scene: sm.Scene
+
+    def document(self) -> dict[str, Any]:
+        """As plain data; shapes as [real, imaginary]."""
+        each = [
+            {"frequency": m.frequency, "damping": m.damping, "rate": m.rate}
+            | {"shape": {n: [x.real, x.imag] for n, x in m.shape.items()}}
+            for m in self.modes
+        ]
+        return {"q": self.q, "held": list(self.held), "modes": each}
+
+
+def modes(
+    scene: Given, stick: bool = False, at_start: bool = False, overrides: Mapping[str, Any] | None = None
+) -> VibrationModes:
+    """Modes about a pose of rest, without friction, with held drives and the loads of t = 0.
+
+    Args:
+        scene: as for ``simulate``.
+        stick: whether joints with friction are held, as in vibrations too small to make them slip.
+        at_start: whether the pose is the scene's start, which must be a pose of rest; default: the pose it comes to rest in.
+        overrides: changes of the scene, {path: value}.
+
+    Raises:
+        SceneError: for wrong input.
+        SimulationError: where no pose of rest exists.
+    """
+    loaded = scene_given(scene, overrides)
+    bare = remove_friction(loaded)
+    still = Still(bare) if at_start else find_rest(bare)
+    scale = max(still.model.built.numbers.rate**2, 1e-300)
+    if np.abs(still.accelerations()).max(initial=0.0) > REST * scale:
+        raise SimulationError("the start is not a pose of rest: leave at_start out, or set the start coordinates of a pose of rest")
+    held = tuple(n for n, j in loaded.joints.items() if j.friction is not None) if stick else ()
+    K, C, basis = still.reduced(_locked(still, held))
+    n = len(K)
+    whole = np.block([[np.zeros((n, n)), np.eye(n)], [K, C]]) if n else np.zeros((0, 0))
+    values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
+    fastest = float(np.abs(values).max(initial=0.0))
+    found: list[VibrationMode] = []
+    idle = 0  # a freedom without stiffness has the eigenvalue 0 twice
+    for value, vector in sorted(zip(values, vectors.T, strict=True), key=lambda p: (abs(p[0].imag), -p[0].real)):
+        creeps = abs(value) <= SLOW * fastest
+        idle += creeps
+        if value.imag >= 0.0 and not (creeps and idle % 2 == 0):
+            found.append(_mode(value, basis @ vector[:n], still.freedoms, fastest))
+    rest = copy_latches(start_at(loaded, {k: np.array(v) for k, v in coordinates(still).items()}), still.scene)
+    return VibrationModes(coordinates(still), tuple(found), held, rest)
+
+
+def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: float) -> VibrationMode:
+    largest = shape[int(np.argmax(np.abs(shape)))]
+    shape = shape / largest
+    size, still = abs(value), abs(value) <= SLOW * fastest
+    told = {n: complex(x) for n, x in zip(names, shape, strict=True)}
+    if still:
+        return VibrationMode(0.0, 0.0, 0.0, told)
+    return VibrationMode(abs(value.imag) / (2 * np.pi), -value.real / size, float(value.real), told)
+
+
+def _locked(still: Still, held: Sequence[str]) -> list[np.ndarray]:
+    """Rows over the rates (nv) that must be zero where these joints are held. SimulationError for a cut joint."""
+    rows, nv = [], still.system.nv
+    for j in still.system.joints:
+        if j.name not in held:
+            continue
+        if not j.cut:
+            rows += [np.eye(nv)[j.v0 + i][None, :] for i in range(len(j.free))]
+    cut = [j for j in still.system.cuts if j.name in held]
+    if cut:
+        raise SimulationError(f"{cut[0].name} is the cut joint of a loop and cannot be held: set cut: true on another joint of it")
+    return rows
+
+
+def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scene:
+    """The scene at the largest excursion of a mode. size: excursion of the freedom that moves most, rad or relative to the
+    scene's length."""
+    still = Still(remove_friction(result.scene))
+    shape = result.modes[number].shape
+    way = np.array([shape[n].real for n in still.freedoms])
+    largest = int(np.argmax(np.abs(way)))
+    joint = next(j for j in still.system.tree if j.v0 <= largest < j.v0 + len(j.free))
+    unit = 1.0 if joint.kind.turns(joint.free[largest - joint.v0]) else still.model.built.numbers.length
+    for _ in range(20):
+        still.move(size * unit * way / 20)
+    y = still.block.y
+    q = {j.name: np.array(y[j.q0 : j.q0 + len(state_coordinates(j))]) for j in still.system.tree}
+    return start_at(result.scene, q)

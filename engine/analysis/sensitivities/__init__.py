@@ -1,0 +1,1 @@
+"""Derivatives of outputs by parameters along a run and across its events."""

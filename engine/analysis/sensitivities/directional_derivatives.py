@@ -1,0 +1,239 @@
+"""The sensitivity unit at one state: the motion's values, its multipliers, and their directional derivatives."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from trunnion.basics.optional_packages import brought
+from trunnion.basics.problems import SimulationError
+from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.interface.output_columns import Column, needs_quadratures
+from trunnion.kernel.shared_libraries import Kernel
+from trunnion.parts.kernels.derivative_units import Sensitivities
+from trunnion.parts.kernels.scene_kernel import PartsKernel
+from trunnion.runtime.abi.c_header import header
+from trunnion.simulation.run import Model
+from trunnion.system.structure.external_value_layout import NOW
+
+lapack = brought("scipy.linalg.lapack", "analysis", "what differentiates runs")
+MOST_ITERATIONS = 20
+RANK = 1e-9
+"""Singular values of redundant constraints, relative to the largest, with rows and columns scaled."""
+REGULAR = 1e-4
+"""Least pivot, relative to the largest, of a matrix that counts as regular. Its triangular factors take a third of the time of
+least squares."""
+FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_point": 8, "so_along": 9}
+"""The unit's functions and their numbers of arguments, all arrays."""
+
+
+class SensitivityUnit:
+    """The functions of one structure, with one set of parameter values.
+
+    Its values f are [F; R; V; H] (``kernel.units.sensitivity_unit``): F has the rates of the ny states and nquad integrals. Other
+    sizes: na active constraint rows, ne friction multipliers, np parameters (the kernel's, then the external inputs).
+    """
+
+    def __init__(self, model: Model, chosen: list[Column]):
+        self.system, self.chosen = model.system, chosen
+        kernel = model.kernel
+        parts = isinstance(kernel, PartsKernel)
+        self.functions: CompiledFunctions | Sensitivities = (
+            _interpreted_functions(kernel, chosen) if parts else CompiledFunctions(model, chosen)
+        )
+        self.n = self.functions.sizes
+        self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
+        self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
+        self.np = len(model.built.parameters.values) + len(self.system.inputs)
+        self.c, self.co = np.zeros(self.n["constants"] + 1), np.zeros(self.n["o_constants"] + 1)
+        self.w, self.f = np.zeros(self.n["point"] + 1), np.zeros(self.n["values"] + 1)
+        self.wo = np.zeros(self.n["o_point"] + 1)
+        self.nz = self.na + self.ne
+        self.width = self.ny + self.nz + self.np + 1
+        self._by_each = np.zeros((self.nz, self.width))  # unit directions of the multipliers
+        self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # reused for the derivatives along these
+        self._factored: tuple[Any, ...] | None = None
+        self._places = tuple(map(_address, (self.c, self.w, self.f)))
+        self.prepare(np.array(model.built.parameters.values, float))
+
+    def prepare(self, p: np.ndarray) -> None:
+        """Compute the constants of parameter values p (those of the kernel)."""
+        self.p = np.ascontiguousarray(p)
+        self.functions.prepare(_address(self.p), _address(self.c), _address(self.co))
+
+    def evaluate(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """All values f at (x, y, z). Derivatives refer to this point until the next call."""
+        c, w, f = self._places
+        self._now = (_address(x), _address(y), c, _address(z), w)
+        self._keep = (x, y, z)
+        self.functions.point(*self._now, f)
+        return self.f[: self.n["values"]]
+
+    def directional_derivatives(self, seeds: np.ndarray) -> np.ndarray:
+        """Derivatives of f (values × k) along the rows of ``seeds`` (k × [y | z | p | t])."""
+        out = np.empty((len(seeds), self.n["values"] + 1))
+        self.functions.along(self._now, seeds, out)
+        return out[:, : self.n["values"]].T
+
+    def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(f, z) at the root of the residuals, by Newton's method from guess z. SimulationError where it finds no root."""
+        if self.nz == 0:
+            return self.evaluate(x, y, z).copy(), z
+        a = self.ny + self.nquad
+        for _ in range(MOST_ITERATIONS):
+            f = self.evaluate(x, y, z)
+            self.Rz = self._multiplier_derivatives()
+            step = self._solve(f[a : a + self.nz])
+            most = np.maximum.reduce(np.abs(step))
+            size = max(np.maximum.reduce(np.abs(z)), most, 1e-300)
+            z = z - step
+            if most <= 1e-13 * size or most < 1e-200:  # the slopes do not change over so small a step
+                return f - self.Rz @ step, z
+        if not most <= 1e-9 * size:
+            raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")
+        f = self.evaluate(x, y, z).copy()
+        self.Rz = self._multiplier_derivatives()
+        return f, z
+
+    def _multiplier_derivatives(self) -> np.ndarray:
+        """Derivatives of f by the multipliers (values × nz), until the next call."""
+        self._factored = None
+        self.functions.along(self._now, self._by_each, self._by_z_rows)
+        return self._by_z_rows[:, : self.n["values"]].T
+
+    def _solve(self, b: np.ndarray) -> np.ndarray:
+        """A⁺ b with A the scaled derivatives of the residuals by the multipliers: least norm for redundant constraints."""
+        A, rows, columns, lu, pivots = self._factorise()
+        if len(A) == 1:
+            return b / rows[0] / A[0, 0]
+        b = (b.T / rows).T
+        if lu is not None:
+            return (lapack.dgetrs(lu, pivots, b)[0].T / columns).T
+        try:
+            found = np.linalg.lstsq(A, b, rcond=RANK)[0]
+        except np.linalg.LinAlgError as e:
+            raise SimulationError(f"the multipliers of a state have no derivative: {e}") from e
+        return (found.T / columns).T
+
+    def _factorise(self) -> tuple[Any, ...]:
+        """(A scaled, row scales, column scales, triangular factors, pivots); the last two are None unless A is clearly regular."""
+        if self._factored is None:
+            a = self.ny + self.nquad
+            A = self.Rz[a : a + self.nz]
+            rows = np.maximum.reduce(np.abs(A), axis=1)
+            rows[rows == 0] = 1.0
+            A = A / rows[:, None]
+            columns = np.sqrt(np.add.reduce(A * A, axis=0)) if len(A) > 1 else np.ones(1)
+            columns[columns == 0] = 1.0
+            A = A / columns
+            lu, pivots, failed = lapack.dgetrf(A)
+            size = np.abs(lu.diagonal())
+            regular = not failed and np.minimum.reduce(size) > REGULAR * np.maximum.reduce(size)
+            self._factored = A, rows, columns, *((lu, pivots) if regular else (None, None))
+        return self._factored
+
+    def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """(df, dz): changes of f and of the multipliers for changes S of y (ny × m), dp of p (np × m) and dt of time.
+
+        They refer to the point of the last ``solve``.
+        """
+        m = S.shape[1]
+        seeds = np.zeros((m, self.width))
+        seeds[:, : self.ny] = S[: self.ny].T
+        seeds[:, self.ny + self.nz : -1] = dp.T
+        seeds[:, -1] = dt
+        df = self.directional_derivatives(seeds)
+        if self.nz == 0:
+            return df, np.zeros((0, m))
+        a = self.ny + self.nquad
+        dz = -self._solve(df[a : a + self.nz])
+        return df + self.Rz @ dz, dz
+
+    def outputs(
+        self, x: np.ndarray, y: np.ndarray, z: np.ndarray, rate: np.ndarray, extra: np.ndarray, seeds: tuple[np.ndarray, ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Values (columns) of the chosen outputs and their derivatives (columns × m).
+
+        y: states and integrals; rate: their rates F, with v̇; seeds: derivatives (rows × m) of y, z, F and p.
+        """
+        S, dz, dF, dp = seeds
+        rows, m, v = self.system.rows, S.shape[1], slice(self.system.nq, self.system.nq + self.system.nv)
+        full = np.zeros(rows + self.ne)
+        full[self.active] = z[: self.na]
+        full[rows:] = z[self.na :]
+        lam = np.zeros((rows + self.ne, m))
+        lam[self.active] = dz[: self.na]
+        lam[rows:] = dz[self.na :]
+        acc = np.ascontiguousarray(rate[v])
+        at = tuple(map(_address, (x, y, self.co, full, acc, extra)))
+        value, out = np.zeros(len(self.chosen) + 1), np.zeros((m, len(self.chosen) + 1))
+        self.functions.output_point(*at, _address(self.wo), _address(value))
+        seeds_ = np.vstack([S, lam, dF[v], dp, np.zeros((1, m))]).T.copy()
+        self.functions.outputs_along((*at, _address(self.wo)), seeds_, out)
+        return value[:-1], out[:, :-1].T
+
+
+class CompiledFunctions:
+    """A unit's functions, compiled for the scene; ``parts.kernels.derivative_units.Sensitivities`` has the same interface."""
+
+    def __init__(self, model: Model, chosen: list[Column]):
+        folder, _ = library_cache.entry(f"sensitivity-{model.kernel.key}", lambda f: _build(f, model, chosen))
+        lib = ctypes.CDLL(str(folder / f"sensitivity{c_compiler.library_suffix()}"))
+        for name, arguments in FUNCTIONS.items():
+            getattr(lib, name).argtypes = [ctypes.c_void_p] * arguments
+        self.sizes: dict[str, int] = json.loads((folder / "sizes.json").read_text())
+        self.lib, self.point, self.output_point = lib, lib.s_point, lib.so_point
+
+    def prepare(self, p: int, c: int, co: int) -> None:
+        """Compute constants c and co from parameters p; all are addresses."""
+        self.lib.s_prepare(p, c)
+        self.lib.so_prepare(p, co)
+
+    def along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
+        """Write derivatives of the motion's values along the rows of ``seeds`` into the rows of ``out``."""
+        for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
+            self.lib.s_along(*now, s, o)
+
+    def outputs_along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
+        """Write derivatives of the columns along the rows of ``seeds`` into the rows of ``out``."""
+        for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
+            self.lib.so_along(*now, s, o)
+
+
+def _interpreted_functions(kernel: Kernel, chosen: list[Column]) -> Sensitivities:
+    """A unit's functions, interpreted from primitives."""
+    system, parameters, quadratures, redundant = kernel.structure
+    active = list(range(system.rows)) if redundant else kernel.facts["active_rows"]
+    return Sensitivities(system, parameters, active, chosen, quadratures and needs_quadratures(chosen))
+
+
+def _address(a: np.ndarray) -> int:
+    """Address of a contiguous, writable array, much faster than by ``a.ctypes``: an integration takes millions of them."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0
+
+
+def _row_addresses(a: np.ndarray) -> list[int]:
+    """Addresses of the rows of a matrix."""
+    first, stride = _address(a), a.strides[0]
+    return [first + k * stride for k in range(len(a))]
+
+
+def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
+    """Write and compile the unit in a new cache folder."""
+    c_compiler.needed("derivatives by parameters", "those of the scene's equations")
+    from trunnion.kernel.units.sensitivity_unit import parameter_unit
+
+    system, parameters, quadratures, redundant = model.kernel.structure
+    unit = parameter_unit(system, parameters, chosen, quadratures and needs_quadratures(chosen), redundant)
+    file = folder / "sensitivity.c"
+    file.write_text(unit.text)
+    (folder / "tr_abi.h").write_text(header())
+    (folder / "sizes.json").write_text(json.dumps(unit.sizes))
+    library, flags = folder / f"sensitivity{c_compiler.library_suffix()}", c_compiler.unit_flags("sensitivity", unit.text)
+    c_compiler.build_library([file], library, [folder], library_cache.cache_folder(), flags)

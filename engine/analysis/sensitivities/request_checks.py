@@ -1,0 +1,46 @@
+"""Checks of a request for derivatives: every problem at once, before anything is built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.kernel.interface.output_columns import Column, columns, select
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.run import pattern_problems
+from trunnion.simulation.settings.memory_limits import row_problems
+from trunnion.system.construction.system_builder import build
+
+SAMPLES = 100
+TOLERANCE = 1e-9
+"""Default number of samples, and default relative tolerance of the run."""
+
+
+def check_request(
+    scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float | None
+) -> tuple[list[Column], float, float, float]:
+    """(columns; end time, s; spacing of samples, s; relative tolerance) of a request. SceneError with every problem."""
+    everything = columns(build(scene).system)
+    chosen = select(everything, tuple(outputs))
+    problems = [*parameter_problems(scene, parameters), *_column_problems(everything, chosen, outputs)]
+    end = float(scene.simulation.until if until is None else until)
+    spacing = float(every or end / SAMPLES)
+    if not (0 < end < math.inf and 0 < spacing <= end):
+        problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
+    else:
+        problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
+    if problems:
+        raise SceneError(problems)
+    return chosen, end, spacing, TOLERANCE if rtol is None else rtol
+
+
+def _column_problems(everything: list[Column], chosen: list[Column], outputs: Sequence[str]) -> list[Problem]:
+    if not outputs:
+        return [Problem("outputs", "none is given", "see `trunnion check SCENE --columns` for the names")]
+    return pattern_problems(everything, tuple(outputs)) + [
+        Problem("outputs", f"{c.name} has no derivative", "choose a column of motion, forces or energies")
+        for c in chosen
+        if not c.quantity.smooth
+    ]

@@ -1,0 +1,207 @@
+"""The variational equation Ṡ = f_y S + f_p along a recorded run, by the run's own Runge–Kutta steps, with jumps at events.
+
+The time of an event g(y, p) = 0 that makes ẏ jump depends on the parameters: dt = −(g_y S + g_p)/ġ. Then S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt.
+Kinks of a continuous law cause no jump. A release causes one only where static friction exceeds sliding friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
+from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.runtime.abi import PairState
+from trunnion.runtime.integrators.rk8 import RK8
+from trunnion.simulation.runtime_interface.simulation_block import Block
+from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.external_value_layout import INSIDE
+
+A = [np.array(row, float) for row in RK8.A]
+B = np.array(RK8.B, float)
+C = np.array(RK8.C, float)
+JUMP = 1e-9
+"""Relative change of ẏ at an event below which ẏ counts as continuous."""
+AT_REST = 1e-6
+"""Sliding speed at an event, relative to the run's speeds, that counts as zero."""
+SLIP_SPEED = 1e-7
+"""Speed given to a pair at the instant at which it begins or ends to slide, relative to the run's rate scale."""
+
+
+@dataclass(frozen=True)
+class EventShift:
+    """An event whose time depends on the parameters. time, s; shift: dt/dp (m), s per parameter unit."""
+
+    time: float
+    joint: str
+    shift: np.ndarray
+
+
+class SensitivityIntegrator:
+    """Integrates derivatives along a run.
+
+    Attributes:
+        S: derivatives of states and integrals by the parameters ((ny + nquad) × m).
+        z: multipliers.
+        events: shifts of event times so far.
+    """
+
+    def __init__(self, unit: SensitivityUnit, block: Block, start: InitialDerivatives):
+        self.unit, self.block, self.start, self.breaks = unit, block, start, block.numbers.breaks
+        self.at = unit.system.external
+        self.m = start.p.shape[1]
+        self.S = np.vstack([start.y, np.zeros((unit.nquad, self.m))])
+        self.z = np.zeros(unit.nz)
+        self.events: list[EventShift] = []
+        self.notes: list[str] = []
+        self.speeds = np.zeros(unit.n["rates"])
+        self.rate = block.numbers.rate
+        self.turning = _directional_pairs(unit.system)
+
+    def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(f, df, dz) at a state: the unit's values, and derivatives by the parameters of values and multipliers."""
+        self.block.signals(t, x)
+        y, S = self._with_slip_direction(y, S, x)
+        f, self.z = self.unit.solve(x, y, self.z)
+        df, dz = self.unit.total_derivatives(S, self.start.p)
+        return f, df, dz
+
+    def _with_slip_direction(self, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(y, S) with SLIP_SPEED along the frozen direction for sliding pairs of several components that are momentarily at rest.
+
+        At the onset or end of sliding the direction of friction has a limit, but no derivative. Velocities across that direction
+        vanish with the speed, since friction turns against them, and so do their derivatives.
+        """
+        y = np.array(y)
+        for flag, places in self.turning:
+            mode = self.at.mode_in(x, flag)
+            d = mode.direction[: len(places)]
+            size = np.linalg.norm(d)
+            slides = mode.flag != PairState.STUCK and size > 0
+            if slides and np.linalg.norm(y[places]) < SLIP_SPEED * self.rate:
+                d = d / size
+                y[places] = SLIP_SPEED * self.rate * d
+                S = S.copy()
+                S[places] = np.outer(d, d @ S[places])
+        return y, S
+
+    def advance(self, step: RecordedStep) -> None:
+        """Integrate S over one step, and across the event at its end."""
+        n, h, x = self.unit.ny + self.unit.nquad, step.t1 - step.t0, step.x.copy()
+        x[INSIDE] = 0.5 * (step.t0 + step.t1)
+        K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
+        y0, flat = step.y0[:n], KS.reshape(len(B), n * self.m)
+        for i in range(len(B)):
+            y = y0 + h * (A[i] @ K[:i]) if i else y0
+            S = self.S + h * (A[i] @ flat[:i]).reshape(n, self.m) if i else self.S
+            f, df, _ = self._evaluate(step.t0 + C[i] * h, y, S, x)
+            K[i], KS[i] = f[:n], df[:n]
+        self.S = self.S + h * (B @ flat).reshape(n, self.m)
+        self._track_speeds(f)
+        if step.changes_mode:
+            self._cross_event(step, x)
+        for k, at in enumerate(self.breaks):
+            if abs(at - step.t1) <= 1e-12 * max(1.0, abs(at)) and np.any(self.start.breaks[k]):
+                self._cross_kink(step, k)
+
+    def _track_speeds(self, f: np.ndarray) -> None:
+        a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]
+        self.speeds = np.maximum(self.speeds, np.abs(f[a : a + self.unit.n["rates"]]))
+
+    def _cross_event(self, step: RecordedStep, x: np.ndarray) -> None:
+        n, y = self.unit.ny + self.unit.nquad, step.y1
+        x1 = step.x1.copy()
+        x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
+        after = self._evaluate(step.t1, y, self.S, x1)[0][:n]
+        f, df, _ = self._evaluate(step.t1, y, self.S, x)
+        change = f[:n] - after
+        if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
+            return
+        cause = self._find_cause(step, f, df)
+        if cause is None:
+            self.notes.append(
+                f"t = {step.t1:.6g} s: the motion jumped for an unknown cause; derivatives after this time are not reliable"
+            )
+            return
+        joint, dg, gdot = cause
+        shift = -dg / gdot
+        self.S = self.S + np.outer(change, shift)
+        self.events.append(EventShift(step.t1, joint, shift))
+
+    def _cross_kink(self, step: RecordedStep, k: int) -> None:
+        """Update S at kink k of a signal, whose time depends on a parameter."""
+        n, sides = self.unit.ny + self.unit.nquad, []
+        for side in (-1e-9, 1e-9):
+            x = step.x1.copy()
+            x[INSIDE] = step.t1 + side * max(1.0, abs(step.t1))
+            sides.append(self._evaluate(step.t1, step.y1, self.S, x)[0][:n])
+        self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
+
+    def _find_cause(self, step: RecordedStep, f: np.ndarray, df: np.ndarray) -> tuple[str, np.ndarray, float] | None:
+        """(joint, dg, ġ) of the event function g that is zero at the step's end; None where no pair causes the event.
+
+        Event function g is the speed of a pair that came to rest, or the friction ratio of a released pair. Its rate ġ is that
+        before the event, where f was last evaluated.
+        """
+        u = self.unit
+        n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
+        flow, _ = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)
+        at = 0
+        found: list[tuple[float, str, np.ndarray, float]] = []
+        for j in u.system.frictional:
+            assert j.friction is not None
+            first = j.friction.eta[0]
+            for s in j.friction.sliders:
+                mode, new = self.at.mode_in(step.x, s.flag), self.at.mode_in(step.x1, s.flag)
+                rows = [rates + at + e - first for e in s.eta]
+                d = mode.direction[: len(rows)]
+                size = np.linalg.norm(d)
+                if mode.flag != PairState.STUCK and size > 0:
+                    d = d / size
+                    speed = abs(d @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
+                    if speed < AT_REST:
+                        found.append((speed, j.name, d @ df[rows], float(d @ flow[rows, 0])))
+                elif mode.flag == PairState.STUCK != new.flag and u.n["holds"]:
+                    row = rates + u.n["rates"] + s.flag
+                    found.append((abs(f[row]), j.name, df[row], float(flow[row, 0])))
+            at += j.kind.nv
+        usable = [c for c in found if c[3] != 0.0]
+        return min(usable, key=lambda c: c[0])[1:] if usable else None
+
+
+def _directional_pairs(system: System) -> list[tuple[int, list[int]]]:
+    """(flag index, state indices of its rates) of each pair of several components whose friction has a frozen direction."""
+    found = []
+    for j in system.frictional:
+        assert j.friction is not None
+        if not j.cut and len(j.free) == j.kind.nv and LAWS[j.friction.law].sets:
+            first = j.friction.eta[0]
+            found += [(s.flag, [system.nq + j.v0 + e - first for e in s.eta]) for s in j.friction.sliders if len(s.eta) > 1]
+    return found
+
+
+def integrate_sensitivities(
+    unit: SensitivityUnit, block: Block, start: InitialDerivatives, run: StepRecord, tick: Tick
+) -> tuple[np.ndarray, np.ndarray, SensitivityIntegrator]:
+    """Integrate over a whole run. Returns (the unit's values, samples × columns; derivatives, samples × columns × m; the
+    integrator)."""
+    integrator = SensitivityIntegrator(unit, block, start)
+    out = [_columns(integrator, 0.0, run.y0, run.x0)]
+    for step in run.steps:
+        tick()
+        integrator.advance(step)
+        if step.sample:
+            out.append(_columns(integrator, step.t1, step.y1, step.x1))
+    return np.array([v for v, _ in out]), np.array([d for _, d in out]), integrator
+
+
+def _columns(integrator: SensitivityIntegrator, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values (columns) and derivatives (columns × m) of the chosen columns at a state."""
+    u, x = integrator.unit, x.copy()
+    x[INSIDE] = t + 1e-12
+    f, df, dz = integrator._evaluate(t, y, integrator.S, x)
+    y, seeds = np.ascontiguousarray(y[: u.ny + u.nquad]), (integrator.S, dz, df, integrator.start.p)
+    return u.outputs(x, y, integrator.z, f, np.zeros(u.n["extra"] + 1), seeds)

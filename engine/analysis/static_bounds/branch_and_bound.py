@@ -1,0 +1,177 @@
+"""The certified minimum of a program of norms, by spatial branch and bound over the directions of its vectors."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Answer, Cell, Relaxation
+from trunnion.analysis.static_bounds.norm_program import FAR, Program
+from trunnion.analysis.static_bounds.search_budget import Effort
+
+CLOSE = 1e-9
+"""Gap between attained and certified value at which a search ends, relative to the value and to the loads."""
+LIMIT = 0.98 * FAR
+"""Amount of an open direction from which the value is reported as unbounded."""
+EXACT = 1e-11
+"""Overestimate of a norm, relative to the loads, that counts as zero: the tolerance of the linear programs."""
+EDGE = 0.05
+"""Least distance of a cut from the sides of a cell, relative to the cell's opening. If a cut would be nearer to a side, the cell
+is halved instead."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """The minimum.
+
+    Attributes:
+        value: attained value; infinite where no state is admissible.
+        bound: certified lower bound.
+        X: state that attains the value.
+        cells: number of examined cells.
+        endless: whether the value is unbounded below, along X.
+    """
+
+    value: float
+    bound: float
+    X: np.ndarray | None
+    cells: int
+    endless: bool = False
+
+    @property
+    def gap(self) -> float:
+        """Distance between value and bound."""
+        return max(0.0, self.value - self.bound)
+
+
+class Search:
+    """One search. effort: limit of its cost; floor: known lower bound of the value; root: cones that contain all admissible
+    vectors."""
+
+    def __init__(self, program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None):
+        self.root = root or {}
+        self.program, self.effort, self.floor = program, effort, floor
+        self.linear = Relaxation(program, effort.is_over)
+        self.concave = program.concave()
+        self.value, self.left = np.inf, np.inf
+        self.X: np.ndarray | None = None
+        self.count = itertools.count()
+        self.heap: list[tuple[float, int, Cell, Answer]] = []
+        self.cells = 0
+
+    def run(self) -> Found:
+        """Search until the gap is closed, or the limit of cells or time is reached."""
+        self.effort.begin()
+        if self.effort.is_over():
+            self.effort.short += 1
+            return Found(np.inf, self.floor, None, 0)
+        self._visit(self.root, self.floor)
+        while self.heap and self.cells < self.effort.cells and not self._endless():
+            if self.heap[0][0] >= self.value - self._close():
+                break
+            if self.effort.is_over():
+                self.effort.short += 1
+                break
+            bound, _, cell, answer = heapq.heappop(self.heap)
+            parts = self._parts(cell, answer)
+            if not parts:
+                self.left = min(self.left, bound)
+            for part in parts:
+                self._visit(part, bound)
+        lowest = self.heap[0][0] if self.heap else self.value
+        return Found(self.value, min(lowest, self.left, self.value), self.X, self.cells, self._endless())
+
+    def _close(self) -> float:
+        return CLOSE * max(1.0, abs(self.value)) if np.isfinite(self.value) else 0.0
+
+    def _endless(self) -> bool:
+        return self.program.normal is None and self.X is not None and float(np.abs(self.X[:-1]).max(initial=0.0)) >= LIMIT
+
+    def _visit(self, cell: Cell, bound: float) -> None:
+        """Solve a cell's relaxation, improve its state, and queue the cell where it may contain a lower value."""
+        self.cells += 1
+        answer = self.linear.solve(cell)
+        if answer is None:
+            return
+        low = max(bound, answer.value)
+        if low >= self.value - self._close():
+            return
+        self._attain(answer.X)
+        if self.cells < 8 or self.cells % 8 == 0 or not np.isfinite(self.value):
+            climbed = self.linear.climb(answer.X)
+            if climbed is not None:
+                self._attain(climbed)
+        if low < self.value - self._close():
+            heapq.heappush(self.heap, (low, next(self.count), cell, answer))
+
+    def _attain(self, X: np.ndarray) -> None:
+        at = self.program.scaled(X)
+        if at is None or self.program.violation(at) > FEASIBLE:
+            return
+        value = self.program.objective.value(at, self.program.norms(at))
+        if value < self.value:
+            self.value, self.X = value, at
+
+    def _parts(self, cell: Cell, answer: Answer) -> list[Cell]:
+        """The parts of a cell, cut where its relaxation is worst; none where it is exact."""
+        j = self._worst(cell, answer)
+        if j is None:
+            return []
+        v = self.program.terms[j] @ answer.X
+        cones = _first(len(v)) if j not in cell else _cut(cell[j], v)
+        return [{**cell, j: G} for G in cones]
+
+    def _worst(self, cell: Cell, answer: Answer) -> int | None:
+        """The term whose overestimated norm has the largest effect; open senses of friction come first. None: exact."""
+        for row in self.program.rows:
+            if row.when is not None and row.when[0] not in cell:
+                return row.when[0]
+        over = [self._excess(j, answer) for j in range(len(self.program.terms))]
+        for a in self.program.across:
+            f, m = self.program.terms[a.force] @ answer.X, self.program.terms[a.moment] @ answer.X
+            over[a.force] = max(over[a.force], abs(float(f @ m)) / max(float(np.linalg.norm(f)), 1e-12))
+        j = int(np.argmax(over)) if over else 0
+        return j if over and over[j] > EXACT else None
+
+    def _excess(self, j: int, answer: Answer) -> float:
+        return self.concave[j] * max(0.0, answer.t[j] - float(np.linalg.norm(self.program.terms[j] @ answer.X)))
+
+
+def _first(k: int) -> list[np.ndarray]:
+    """Cones that cover all directions of k components."""
+    if k == 1:
+        return [np.array([[1.0]]), np.array([[-1.0]])]
+    if k == 2:
+        corners = [np.array([np.cos(a), np.sin(a)]) for a in (0.5, 0.5 + 2 * np.pi / 3, 0.5 + 4 * np.pi / 3)]
+        return [np.column_stack([corners[i], corners[(i + 1) % 3]]) for i in range(3)]
+    return [np.diag(s) for s in itertools.product((1.0, -1.0), repeat=k)]
+
+
+def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
+    """The two halves of a cone, cut through v (two components, v well inside), else through the middle of its widest side."""
+    k = len(v)
+    if k == 1:
+        return []
+    pairs = list(itertools.combinations(range(k), 2))
+    a, b = min(pairs, key=lambda p: float(G[:, p[0]] @ G[:, p[1]]))
+    middle = G[:, a] + G[:, b]
+    if k == 2:
+        part = np.linalg.solve(G, v)
+        share = part[0] / part.sum() if part.sum() > 0.0 else 0.5
+        if EDGE < share < 1.0 - EDGE:
+            middle = v
+    middle = middle / np.linalg.norm(middle)
+    halves = []
+    for kept in (a, b):
+        half = G.copy()
+        half[:, b if kept == a else a] = middle
+        halves.append(half)
+    return halves
+
+
+def minimise(program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None) -> Found:
+    """The minimum of a program. Arguments as for ``Search``."""
+    return Search(program, effort, floor, root).run()

@@ -1,0 +1,89 @@
+"""Bounds of norms and directions before a search, by linear programs over all admissible states.
+
+Loads determine reactions roughly; friction and self-stress turn them by a few degrees. Searches therefore begin with narrow cells.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trunnion.analysis.static_bounds.linear_relaxation import Cell, Relaxation
+from trunnion.analysis.static_bounds.norm_program import Program, Row
+from trunnion.analysis.static_bounds.search_budget import Effort
+
+CAP = 1.0 + 1e-9
+"""Factor on the largest value of a linear program: ten times its tolerance."""
+NARROW = 1e-6
+"""Least opening of a cone, rad. The error of its relaxation is the square of this opening; narrower cones are ill conditioned."""
+ROUNDS = 4
+"""Most rounds in which cones narrow each other. A further round would gain less than one cut of a cell."""
+
+
+def limit_norms(program: Program, effort: Effort) -> Program:
+    """The program with an upper bound for each norm whose overestimate relaxes it, so that its relaxations are bounded.
+
+    At the end of the time only the bounds found so far are added."""
+    rows = []
+    for j, helps in enumerate(program.concave()):
+        if helps == 0.0 or effort.is_over():
+            continue
+        square = 0.0
+        for V in program.terms[j]:
+            ends = [Relaxation(program.with_objective(Row(s * V)), effort.is_over).solve({}) for s in (1.0, -1.0)]
+            square += max((abs(e.value) for e in ends if e is not None), default=0.0) ** 2
+        linear = np.zeros(program.width)
+        linear[-1] = -float(np.sqrt(square)) * CAP
+        rows.append(Row(linear, {j: 1.0}))
+    return program.with_objective(program.objective, tuple(rows))
+
+
+def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
+    """Cones that contain the terms' vectors in every state of the program. X: one of its states."""
+    cell: Cell = {}
+    for _ in range(ROUNDS):
+        before = {j: G.copy() for j, G in cell.items()}
+        for j, helps in enumerate(program.concave()):
+            if helps > 0.0 and not effort.is_over():
+                _narrow(program, j, program.terms[j] @ X, cell, effort)
+        if all(j in before and np.abs(before[j] - G).max() < 0.1 * _opening(G) for j, G in cell.items()):
+            break
+    return cell
+
+
+def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell, effort: Effort) -> None:
+    """Add or narrow the cone of term j in the cell, where its vector stays within a half space."""
+    size, V = float(np.linalg.norm(v)), program.terms[j]
+    if size < NARROW:
+        return
+    u = v / size
+    if not _is_positive(program, u @ V, cell, effort) or effort.is_over():
+        return
+    if len(v) == 1:
+        cell[j] = u[None, :]
+        return
+    across = np.linalg.svd(u[None, :])[2][1:]
+    spans = []
+    for w in across:
+        asked = [program.with_objective(Row(s * w @ V), normal=Row(u @ V)) for s in (1.0, -1.0)]
+        ends = [Relaxation(p, effort.is_over).solve(cell) for p in asked]
+        if ends[0] is None or ends[1] is None:
+            return
+        spans.append((ends[0].value - NARROW, -ends[1].value + NARROW))
+    sides = [u + corner @ across for corner in _corners(spans)]
+    cell[j] = np.column_stack([s / np.linalg.norm(s) for s in sides])
+
+
+def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
+    """Corners of a simplex around the box of these spans: its two ends, or a triangle of twice its sides."""
+    low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
+    return [low, *(low + row for row in np.diag(size))]
+
+
+def _is_positive(program: Program, row: np.ndarray, cell: Cell, effort: Effort) -> bool:
+    """Whether one linear program proves that a linear function is positive in every state."""
+    least = Relaxation(program.with_objective(Row(row)), effort.is_over).solve(cell)
+    return least is not None and least.value >= NARROW
+
+
+def _opening(G: np.ndarray) -> float:
+    return float(np.linalg.norm(G[:, 0] - G[:, -1]))

@@ -1,0 +1,141 @@
+"""``hold``: whether friction holds a scene at its start; with ``bounds`` over all admissible states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal, overload
+
+from trunnion.analysis.static_bounds.bounds_report import HoldBounds, PairBounds
+from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
+from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
+from trunnion.analysis.static_bounds.equilibrium_space import space
+from trunnion.analysis.static_bounds.pair_and_load_bounds import (
+    NEVER,
+    AdmissibleStates,
+    admissible_states,
+    find_onsets,
+    load_bounds,
+    pair_bounds,
+)
+from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
+from trunnion.analysis.static_bounds.static_margin import HoldReport
+from trunnion.analysis.static_bounds.static_margin import hold as one_answer
+from trunnion.basics.interrupts import held
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.contact.static_friction_capacity import Pair
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.system.structure.loop_joints import USUAL
+
+FEW, CELLS, FEWER = 4, 1000, 100
+"""Most cells of a search: CELLS with up to FEW open directions, else FEWER. A search takes seconds."""
+
+
+@overload
+def hold(scene: Given, overrides: Mapping[str, Any] | None = None, bounds: Literal[False] = False) -> HoldReport: ...
+@overload
+def hold(
+    scene: Given, overrides: Mapping[str, Any] | None = None, *, bounds: Literal[True], self_stress: float | None = None,
+    misfit: float | None = None, cells: int | None = None, budget: float | None = None,
+) -> HoldBounds: ...  # fmt: skip
+def hold(
+    scene: Given, overrides: Mapping[str, Any] | None = None, bounds: bool = False, self_stress: float | None = None,
+    misfit: float | None = None, cells: int | None = None, budget: float | None = None,
+) -> HoldReport | HoldBounds:  # fmt: skip
+    """Whether friction holds a scene at rest at its start, and the margin of each pair.
+
+    Args:
+        scene: as for ``simulate``.
+        overrides: changes of the scene, {path: value}.
+        bounds: whether all admissible states are examined: equilibrium with friction within its limits.
+        self_stress: largest contact force, N, that opposed joints cause without loads; without it or ``misfit`` intervals may be
+            infinite.
+        misfit: the same as a misalignment, m: each contact force is at most the joint's ``stiffness`` times it.
+        cells: most cells of each search.
+        budget: time for all searches, s. Each has its share, and returns certified values at its end. Ctrl-C ends them, too.
+
+    Returns:
+        A ``HoldReport``; with ``bounds`` a ``HoldBounds``: ranges of normal force, friction and margin of every joint, and for
+        every load, input and drive the amount that is certainly held and the amount beyond which no state holds.
+
+    Raises:
+        SceneError: for wrong input.
+        SimulationError: where the pose cannot be assembled or the statics have no solution.
+    """
+    loaded = scene_given(scene, overrides)
+    if not bounds:
+        return one_answer(loaded)
+    problems = []
+    if self_stress is not None and not 0.0 <= self_stress < float("inf"):
+        problems.append(Problem("self_stress", f"{self_stress} is not a valid force", "give newtons, 0 or more"))
+    if misfit is not None and not 0.0 <= misfit < float("inf"):
+        problems.append(Problem("misfit", f"{misfit} is not a valid length", "give metres, 0 or more"))
+    if misfit is not None and self_stress is not None:
+        problems.append(Problem("misfit", "both misfit and self_stress limit the self-stress", "give one of them"))
+    if budget is not None and not budget > 0.0:
+        problems.append(Problem("budget", f"{budget} s is not a positive time", "give seconds above 0"))
+    if cells is not None and cells < 1:
+        problems.append(Problem("cells", f"{cells} is below 1", f"default: {CELLS}, {FEWER} beyond {FEW} open directions"))
+    if problems:
+        raise SceneError(problems)
+    answer, st = one_answer(loaded), statics(loaded)
+    pairs = tuple(st.pairs())
+    with held() as interrupt:
+        effort = Effort(cells or (CELLS if space(st, pairs).open <= FEW else FEWER), budget, lambda: interrupt.asked)
+        stress = self_stress if misfit is None else {n: misfit * (j.stiffness or USUAL) for n, j in loaded.joints.items()}
+        return replace(_bounds(answer, st, pairs, stress, effort), self_stress=self_stress, misfit=misfit)
+
+
+def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stress: Stress | None, effort: Effort) -> HoldBounds:
+    found, unheld, all_found = motions(st, pairs)
+    effort.searches = planned = _searches(st, pairs, len(found))
+    a = admissible_states(st, pairs, self_stress, effort)
+    balanced, there = a.space.misses <= NEVER, a.there
+    begin = find_onsets(a, found) if there else []
+    holds = "no" if there is False else "possible" if begin or there is None else "certain"
+    each = tuple(pair_bounds(a, i) for i in range(len(pairs))) if there is not False else ()
+    loads = [load_bounds(st, pairs, self_stress, effort, k, True) for k in range(len(st.drives))]
+    loads += [load_bounds(st, pairs, self_stress, effort, k, False) for k in range(len(st.loads))]
+    notes = (*st.notes, *_notes(a, there, unheld, all_found, balanced), *_budget_notes(effort, planned))
+    first = _first(answer, pairs, begin, each)
+    return HoldBounds(holds, first, a.space.open, None, each, tuple(loads), answer, notes, effort.ended)
+
+
+def _searches(st: Statics, pairs: tuple[Pair, ...], ways: int) -> int:
+    """Expected number of searches: two for each interval of joints and loads, and one for each motion and sense."""
+    own = sum(2 + 4 * len(p.capacities) for p in pairs)
+    return 2 + 2 * ways + own + len(st.drives) * (4 + 2 * ways) + len(st.loads) * (4 + 4 * ways)
+
+
+def _budget_notes(effort: Effort, planned: int) -> list[str]:
+    if effort.ended == "done":
+        return []
+    why = "Ctrl-C" if effort.ended == "cancelled" else "the time budget"
+    return [f"{why} ended {effort.short} of up to {planned} searches early: the bounds are those certified by then"]
+
+
+def _first(
+    answer: HoldReport, pairs: tuple[Pair, ...], begin: list[tuple[Motion, bool | None]], each: tuple[PairBounds, ...]
+) -> tuple[str, ...]:
+    """The joints of the motion that can begin; if none can, the joint nearest to its limit."""
+    if begin:
+        return tuple(dict.fromkeys(pairs[i].joint for i in begin[0][0].moving))
+    if not each:
+        return (answer.first,) if answer.first else ()
+    return (max(each, key=lambda p: p.share.largest.certified).joint,)
+
+
+def _notes(a: AdmissibleStates, there: bool | None, unheld: int, all_found: bool, balanced: bool) -> list[str]:
+    out = []
+    if not balanced:
+        out.append("a freedom without friction is not in balance: the mechanism moves")
+    if there is None:
+        out.append("the search did not decide whether friction can hold the mechanism: raise cells or budget")
+    if unheld and balanced:
+        out.append(f"{unheld} freedoms without friction are in balance only while nothing disturbs them")
+    if not all_found:
+        out.append("not all motions were examined: guaranteed loads are valid only for the examined motions")
+    if any(not c.exact for p in a.space.pairs for c in p.capacities):
+        out.append("for shafts, only upper bounds of the friction capacity are known: their intervals may be too wide")
+    return out

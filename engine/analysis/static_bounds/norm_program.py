@@ -1,0 +1,106 @@
+"""Programs of norms: minimise a row of linear functions and norms, subject to such rows.
+
+Variables are X = [y; τ], and for every term j the number t_j = |V_j X|. A row is linear·X + Σ coefficient·t ≤ 0 (or = 0). τ is 1.
+In a homogeneous program τ is free and the ``normal`` row is 1, which minimises quotients.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+FAR = 1e4
+"""Amount of an open direction, in multiples of the loads, that counts as unbounded."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row linear (d + 1) · X + Σ norms[j] t_j ≤ 0 or = 0. when: (term of one component, its sign): condition of the row."""
+
+    linear: np.ndarray
+    norms: dict[int, float] = field(default_factory=dict)
+    equal: bool = False
+    when: tuple[int, int] | None = None
+
+    def value(self, X: np.ndarray, t: np.ndarray) -> float:
+        """The left side at X (d + 1) and t."""
+        return float(self.linear @ X) + sum(c * t[j] for j, c in self.norms.items())
+
+
+def term_index(terms: list[np.ndarray], V: np.ndarray) -> int:
+    """The index of V among the terms; V is appended where it is missing."""
+    found = next((j for j, other in enumerate(terms) if other.shape == V.shape and np.array_equal(other, V)), len(terms))
+    terms += [V] if found == len(terms) else []
+    return found
+
+
+@dataclass(frozen=True)
+class Across:
+    """The vector of term ``moment`` is perpendicular to that of term ``force`` and at most ``most`` times as long."""
+
+    force: int
+    moment: int
+    most: float
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program.
+
+    Attributes:
+        terms: V_j (k × (d + 1)).
+        rows: the constraints.
+        objective: the row to minimise.
+        across: further constraints, on perpendicular vectors.
+        normal: the row that is 1 in a homogeneous program; else None.
+    """
+
+    terms: tuple[np.ndarray, ...]
+    rows: tuple[Row, ...]
+    objective: Row
+    across: tuple[Across, ...] = ()
+    normal: Row | None = None
+
+    @property
+    def width(self) -> int:
+        """d + 1."""
+        return len(self.objective.linear)
+
+    def norms(self, X: np.ndarray) -> np.ndarray:
+        """|V_j X| of all terms."""
+        return np.array([float(np.linalg.norm(V @ X)) for V in self.terms])
+
+    def scaled(self, X: np.ndarray) -> np.ndarray | None:
+        """The multiple of X whose normal row is 1; None where no positive multiple has it."""
+        if self.normal is None:
+            return X
+        size = self.normal.value(X, self.norms(X))
+        return X / size if size > 0.0 else None
+
+    def violation(self, X: np.ndarray) -> float:
+        """Largest violation of a constraint at X."""
+        t = self.norms(X)
+        worst = 0.0
+        for row in self.rows:
+            if row.when is not None and row.when[1] * float(self.terms[row.when[0]][0] @ X) <= 0.0:
+                continue
+            value = row.value(X, t)
+            worst = max(worst, abs(value) if row.equal else value)
+        for a in self.across:
+            worst = max(worst, abs(float((self.terms[a.force] @ X) @ (self.terms[a.moment] @ X))) / max(t[a.force], 1e-12))
+        return worst
+
+    def with_objective(self, objective: Row, rows: tuple[Row, ...] = (), normal: Row | None = None) -> Program:
+        """The program with another objective, additional rows, and homogeneous with ``normal``."""
+        return replace(self, objective=objective, rows=(*self.rows, *rows), normal=normal)
+
+    def concave(self) -> np.ndarray:
+        """For every term the largest coefficient by which an overestimated t would relax the program (0: none)."""
+        out = np.zeros(len(self.terms))
+        for row in (*self.rows, self.objective):
+            for j, c in row.norms.items():
+                out[j] = max(out[j], abs(c) if row.equal else -c)
+        for j, c in (self.normal.norms if self.normal else {}).items():
+            out[j] = max(out[j], abs(c))
+        return out

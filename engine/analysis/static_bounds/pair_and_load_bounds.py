@@ -1,0 +1,224 @@
+"""Results over all admissible states: intervals of every pair, breakaway of every load, motions that can begin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trunnion.analysis.static_bounds.bounds_report import Breakaway, End, Interval, JointState, LoadBounds, PairBounds, State
+from trunnion.analysis.static_bounds.branch_and_bound import Found, minimise
+from trunnion.analysis.static_bounds.domain_reduction import first_cell, limit_norms
+from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
+from trunnion.analysis.static_bounds.equilibrium_equations import Statics
+from trunnion.analysis.static_bounds.equilibrium_space import Space, holding_program, space
+from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Cell, Relaxation
+from trunnion.analysis.static_bounds.norm_program import Program, Row
+from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
+from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
+
+NEVER = 1e-7
+"""Force imbalance of a freedom without friction, relative to the loads, above which the freedom moves; round-off is 1e-12."""
+
+FIRST = 0.2
+"""Part of the remaining time for the first cones, with which every search of these states begins."""
+
+
+@dataclass(frozen=True)
+class AdmissibleStates:
+    """The states in equilibrium with friction within its limits.
+
+    Attributes:
+        space: the states in equilibrium.
+        program: the program of all limits.
+        sizes: term of each pair's friction.
+        holds: for each pair and sense of its friction, weights of terms in its capacity.
+        effort: cost limit of the searches.
+        root: the cell with which each search begins.
+        there: whether any state exists; None where the search ended without an answer.
+    """
+
+    space: Space
+    program: Program
+    sizes: list[int]
+    holds: list[dict[int, dict[int, float]]]
+    effort: Effort
+    root: Cell
+    there: bool | None
+
+    @property
+    def none(self) -> np.ndarray:
+        """A row of zeros over X."""
+        return np.zeros(self.space.open + 1)
+
+
+def admissible_states(
+    st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, load: int | None = None
+) -> AdmissibleStates:
+    """The admissible states with all loads at their present amounts, except the load with index ``load``, which is free."""
+    s = space(st, pairs, load)
+    program, sizes, holds = holding_program(s)
+    stress: dict[int, float] = {}
+    if self_stress is not None:
+        program, stress = limit_self_stress(s, program, self_stress)
+    none, root = Row(np.zeros(s.open + 1)), Cell()
+    if s.misses > NEVER:
+        return AdmissibleStates(s, program, sizes, holds, effort, root, False)
+    reach = norm_bounds(program, sizes, holds, stress)
+    if reach:
+        effort.begin(FIRST)
+        program = limit_norms(program.with_objective(none, reach), effort)
+        answer = Relaxation(program, effort.is_over).solve({})
+        if answer is None:
+            return AdmissibleStates(s, program, sizes, holds, effort, root, False)
+        root = first_cell(program, answer.X, effort)
+    found = minimise(program.with_objective(none), effort, root=root)
+    if found.X is None:
+        return AdmissibleStates(s, program, sizes, holds, effort, root, False if found.bound == np.inf else None)
+    if not reach:
+        effort.begin(FIRST)
+        program = limit_norms(program, effort)
+        root = first_cell(program, found.X, effort)
+    return AdmissibleStates(s, program, sizes, holds, effort, root, True)
+
+
+def state_of(a: AdmissibleStates, X: np.ndarray, endless: bool) -> State:
+    """The state at X; for ``endless`` the direction of X."""
+    s, st = a.space, a.space.statics
+    x = s.basis @ X[:-1] / max(float(np.abs(X[:-1]).max(initial=0.0)), 1e-300) if endless else s.x(X)
+    N = s.reactions(x) - (s.reactions(np.zeros_like(x)) if endless else 0.0)
+    eta = x[st.eta0 : st.multipliers]
+    held = st.probe.capacities(N, eta)
+    joints = {}
+    for j in st.joints:
+        pairs = [slider.flag for slider in j.element.friction.sliders]
+        shares = tuple(float(held[f, 1] / held[f, 0]) if held[f, 0] > 0.0 else 0.0 for f in pairs)
+        reaction = dict(zip(j.rubs.needs, N[j.reactions].tolist(), strict=True))
+        joints[j.rubs.joint] = JointState(reaction, tuple(float(eta[k]) for k in j.rubs.eta), shares)
+    drives = {d.name: float(x[st.multipliers + k]) for k, d in enumerate(st.drives)}
+    loads = {} if s.load is None else {st.loads[s.load].name: float(x[-1])}
+    return State(joints, drives, loads, endless)
+
+
+def end(a: AdmissibleStates, found: Found, sign: float, scale: float) -> End:
+    """The end of an interval from a minimisation of sign · quantity."""
+    if found.X is None:
+        return End(None, float(sign * found.bound * scale), None, found.cells)
+    state = state_of(a, found.X / found.X[-1] if found.X[-1] > 0.0 else found.X, found.endless or found.X[-1] <= 0.0)
+    if found.endless:
+        return End(-sign * np.inf, -sign * np.inf, state, found.cells)
+    return End(float(sign * found.value * scale), float(sign * found.bound * scale), state, found.cells)
+
+
+def interval(a: AdmissibleStates, row: Row, scale: float, normal: Row | None = None, floor: float = -np.inf) -> Interval:
+    """Least and largest value of a row, times scale. floor: lower bound of the least value."""
+    ends = []
+    for sign in (1.0, -1.0):
+        objective = Row(sign * row.linear, {j: sign * c for j, c in row.norms.items()})
+        found = minimise(a.program.with_objective(objective, normal=normal), a.effort, floor if sign > 0 else -np.inf, a.root)
+        ends.append(end(a, found, sign, scale))
+    return Interval(*ends)
+
+
+def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
+    """The intervals of a pair."""
+    pair, made, size = a.space.pairs[i], a.holds[i], a.sizes[i]
+    sense = _states_by_sense(a, i)
+    normal = [
+        interval(b, Row(a.none, {j: w / pair.static for j, w in made[k].items()}), a.space.scale, floor=0.0) for k, b in sense
+    ]
+    share = [interval(b, Row(a.none, {size: 1.0}), 1.0, Row(a.none, made[k]), 0.0) for k, b in sense]
+    friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else Row(a.none, {size: 1.0}), a.space.scale)
+    kind = a.space.statics.joint(pair.joint).element.joint.kind_name
+    return PairBounds(pair.joint, pair.part, kind, _hull(normal), friction, _hull(share), all(c.exact for c in pair.capacities))
+
+
+def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[int, AdmissibleStates]]:
+    """The senses of a pair's friction with different capacities, each with its admissible states."""
+    made, size = a.holds[i], a.sizes[i]
+    if list(made) == [0]:
+        return [(0, a)]
+    V = a.program.terms[size][0]
+    return [(k, replace(a, program=a.program.with_objective(a.program.objective, (Row(-k * V),)))) for k in made]
+
+
+def _hull(found: list[Interval]) -> Interval:
+    """The hull of several intervals."""
+    there = [i for i in found if i.least.certified < np.inf and i.largest.certified > -np.inf] or found
+    low = min(there, key=lambda i: i.least.value if i.least.value is not None else np.inf)
+    high = max(there, key=lambda i: i.largest.value if i.largest.value is not None else -np.inf)
+    bounds = min(i.least.certified for i in there), max(i.largest.certified for i in there)
+    return Interval(
+        End(low.least.value, bounds[0], low.least.state, low.least.cells),
+        End(high.largest.value, bounds[1], high.largest.state, high.largest.cells),
+    )
+
+
+def feasible(a: AdmissibleStates, program: Program) -> bool | None:
+    """Whether the program has a state; None where the search ended without an answer."""
+    found = minimise(program.with_objective(Row(a.none)), a.effort, root=a.root)
+    return True if found.X is not None else False if found.bound == np.inf else None
+
+
+def find_onsets(a: AdmissibleStates, every: list[Motion]) -> list[tuple[Motion, bool | None]]:
+    """The motions that can begin from an admissible state, in either sense; with None where the search ended without an answer."""
+    out = []
+    for m in every:
+        answers = [feasible(a, restrict_to_onset(a.space, a.program, m, s)) for s in (1.0, -1.0)]
+        if any(x is not False for x in answers):
+            out.append((m, True if True in answers else None))
+    return out
+
+
+def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, k: int, drive: bool) -> LoadBounds:
+    """The range of a load, or of a drive's effort, before a pair slips. k: its index."""
+    load = (st.drives if drive else st.loads)[k]
+    a = admissible_states(st, pairs, self_stress, effort, None if drive else k)
+    amount = a.space.amount(st.multipliers + k if drive else len(a.space.origin) - 1)
+    found, _, _ = motions(st, pairs, k if drive else None)
+    ways = []
+    for sign in (1.0, -1.0):
+        possible = end(a, minimise(a.program.with_objective(Row(-sign * amount)), effort, root=a.root), -sign, a.space.scale)
+        rows = () if drive else (Row(_at_least(sign, amount, load.now / a.space.scale)),)
+        ends = []
+        for m, sense in _onset_senses(st, found, k, sign, drive):
+            program = restrict_to_onset(a.space, a.program, m, sense).with_objective(Row(sign * amount), rows)
+            ends.append((end(a, minimise(program, effort, root=a.root), sign, a.space.scale), m))
+        ways.append(_breakaway(pairs, possible, ends, sign, np.nan if drive else load.now))
+    low, high, error = ways[1].possible.certified, ways[0].possible.certified, FEASIBLE * a.space.scale
+    if not drive and not low - error <= load.now <= high + error:  # no state holds the present load
+        ways = [replace(w, guaranteed=End(None, float("nan"), None, 0)) for w in ways]
+    return LoadBounds(load.name, load.unit, None if drive else load.now, *ways)
+
+
+def _at_least(sign: float, amount: np.ndarray, now: float) -> np.ndarray:
+    """The row sign · (now − amount) ≤ 0: the load is at its amount or beyond."""
+    out = -sign * amount
+    out[-1] += sign * now
+    return out
+
+
+def _onset_senses(st: Statics, found: list[Motion], k: int, sign: float, drive: bool) -> list[tuple[Motion, float]]:
+    """(motion, sense) pairs that a load may begin: for a drive those along its effort, for loads all of them."""
+    if not drive:
+        return [(m, s) for m in found for s in (1.0, -1.0)]
+    out = []
+    for m in found:
+        rates = st.driven[k] @ m.rates
+        if float(np.abs(rates).max()) > 1e-9 * float(np.abs(m.rates).max()):
+            out.append((m, sign if rates[0] > 0.0 else -sign))
+    return out
+
+
+def _breakaway(pairs: tuple, possible: End, ends: list[tuple[End, Motion]], sign: float, now: float) -> Breakaway:
+    """The motion that begins first, and the load up to which no motion can begin. That load is at most the largest one for which a
+    state was found (without one, the present load), because ``possible.certified`` only excludes states beyond it."""
+    held = now if possible.value is None else possible.value
+    there = [(e, m) for e, m in ends if e.value is not None or e.certified != sign * np.inf]
+    if not there:
+        return Breakaway(End(None, held, None, sum(e.cells for e, _ in ends)), possible, ())
+    first, motion = min(there, key=lambda em: sign * (em[0].certified if em[0].value is None else em[0].value))
+    certified = sign * min(sign * held, *(sign * e.certified for e, _ in there))
+    joints = tuple(dict.fromkeys(pairs[i].joint for i in motion.moving))
+    return Breakaway(End(first.value, certified, first.state, first.cells), possible, joints)

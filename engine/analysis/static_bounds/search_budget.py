@@ -1,0 +1,36 @@
+"""Cost limits of searches: cells of each search, and a time in seconds that all searches share."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+
+class Effort:
+    """The limits. cells: most cells of each search; seconds: time for all searches, None: no limit; asked: whether Ctrl-C was
+    pressed; searches: expected number of searches."""
+
+    def __init__(
+        self, cells: int, seconds: float | None = None, asked: Callable[[], bool] = lambda: False, searches: int = 1
+    ):  # fmt: skip
+        self.cells, self.asked, self.searches = cells, asked, searches
+        self.end = np.inf if seconds is None else time.monotonic() + seconds
+        self.until = self.end
+        self.short = 0
+
+    def begin(self, part: float = 0.0) -> None:
+        """Begin a search. Its time is an equal share of the remaining time, or ``part`` of it where that is more."""
+        now = time.monotonic()
+        self.until = now + max(0.0, self.end - now) * max(part, 1.0 / max(1, self.searches))
+        self.searches -= 1
+
+    def is_over(self) -> bool:
+        """Whether the search must stop."""
+        return self.asked() or time.monotonic() >= self.until
+
+    @property
+    def ended(self) -> str:
+        """One of the words done, budget (searches ended early) and cancelled (Ctrl-C)."""
+        return "cancelled" if self.asked() else "budget" if self.short else "done"

@@ -1,0 +1,201 @@
+"""Refinement: find where a result jumps or bends, or an outcome changes, by halving boxes.
+
+A box in the numbers' ranges has a case at each corner. Halving it across one number adds cases in the middle of its edges; their
+distance from a straight line is the result's curvature there. Boxes with different outcomes at their corners, or with the largest
+curvature for their size, are halved next. The search ends when these are narrower than the tolerance, or the cases are used up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
+
+GRID = 1 << 40
+"""Grid intervals of each range: places are integers, so that equal places are equal numbers."""
+BOXES_PER_ROUND = 8
+"""Boxes halved in one round."""
+SLENDER = 4
+"""Largest ratio of a box's length to its width. A longer box is halved across its length."""
+FLAT, JUMP = 0.002, 0.02
+"""Relative to the result's range: curvature that counts as straight; abrupt change across a box of least width that counts as a
+jump."""
+OUTCOME = "outcome"
+MOST_REPORTED = 1000
+Place = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box. low, high: opposite corners on the grid; curvature: the result's distance from a straight line, of its range."""
+
+    low: Place
+    high: Place
+    curvature: float
+
+    def corners(self) -> list[Place]:
+        """All corners."""
+        return list(product(*zip(self.low, self.high, strict=True)))
+
+    def sides(self) -> np.ndarray:
+        """Side lengths, relative to the ranges."""
+        return (np.array(self.high, float) - np.array(self.low, float)) / GRID
+
+
+@dataclass(frozen=True)
+class BoxRefinement:
+    """A refinement.
+
+    Attributes:
+        low: lower ends of the numbers' ranges, SI units.
+        high: upper ends, SI units.
+        of: name of the result, or OUTCOME.
+        most: most cases.
+        tolerance: least width of a box, relative to the ranges.
+    """
+
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    of: str
+    most: int = 200
+    tolerance: float = 1e-3
+    kind: str = "refine"
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """The reductions that the study needs."""
+        return () if self.of == OUTCOME else (self.of,)
+
+    def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
+        """Its cases in rounds (``Study.rounds``)."""
+        d = len(self.paths)
+        steps = 8 if d == 1 else 4 if d == 2 else 2
+        at = [GRID // steps * i for i in range(steps + 1)]
+        map_ = _BoxMap(self)
+        first = list(product(*[at] * d))[: self.most]
+        map_.add(first, (yield self._numbers(first)))
+        map_.boxes = [
+            Box(tuple(at[i] for i in k), tuple(at[i + 1] for i in k), 1.0)
+            for k in product(range(steps), repeat=d)
+            if all(c in map_.ends for c in Box(tuple(at[i] for i in k), tuple(at[i + 1] for i in k), 1.0).corners())
+        ]
+        while True:
+            report(map_.answer("not ended yet"))
+            chosen = map_.choose_boxes()
+            if not chosen:
+                return map_.answer("every box is narrower than the tolerance, or the result is nearly linear in it")
+            new = list(dict.fromkeys(m for box, axis in chosen for m in _edge_middles(box, axis) if m not in map_.ends))
+            if len(map_.ends) + len(new) > self.most:
+                return map_.answer("the allowed number of cases is used up")
+            if new:
+                map_.add(new, (yield self._numbers(new)))
+            for box, axis in chosen:
+                map_.halve(box, axis)
+
+    def _numbers(self, places: list[Place]) -> np.ndarray:
+        """The numbers at places, SI units (places × paths)."""
+        unit = np.array(places, float).reshape(len(places), -1) / GRID
+        low, high = np.array(self.low), np.array(self.high)
+        return low + (high - low) * unit
+
+
+def _edge_middles(box: Box, axis: int) -> list[Place]:
+    """The middles of a box's edges along one axis."""
+    middle = (box.low[axis] + box.high[axis]) // 2
+    return list(dict.fromkeys((*c[:axis], middle, *c[axis + 1 :]) for c in box.corners()))
+
+
+class _BoxMap:
+    """All cases by place, and the boxes between them. ends: place → (case, outcome, value)."""
+
+    def __init__(self, wanted: BoxRefinement):
+        self.wanted = wanted
+        self.ends: dict[Place, tuple[int, str, float]] = {}
+        self.boxes: list[Box] = []
+
+    def add(self, places: list[Place], seen: CaseResults) -> None:
+        """Add the results of a round."""
+        values = seen.numbers[self.wanted.of] if self.wanted.results else np.zeros(len(seen))
+        for place, outcome, value in zip(places, seen.outcomes, values.tolist(), strict=True):
+            known = "" if outcome != "done" or value == value else " without a value"
+            self.ends[place] = (len(self.ends), outcome + known, value if outcome == "done" else float("nan"))
+
+    def _range(self) -> float:
+        """Range of the result; 1 where it is constant."""
+        known = [v for _, _, v in self.ends.values() if v == v]
+        return (max(known) - min(known) if known else 0.0) or 1.0
+
+    def outcomes(self, box: Box) -> list[str]:
+        """The outcomes at a box's corners."""
+        return list(dict.fromkeys(self.ends[c][1] for c in box.corners()))
+
+    def largest_change(self, box: Box, axis: int, whole: float) -> float:
+        """Largest change of the result along the box's edges of one axis, of its range; 1 where outcomes differ."""
+        most = 0.0
+        for c in box.corners():
+            if c[axis] == box.low[axis]:
+                a, b = self.ends[c], self.ends[(*c[:axis], box.high[axis], *c[axis + 1 :])]
+                most = max(most, 1.0 if a[1] != b[1] else abs(a[2] - b[2]) / whole if a[2] == a[2] else 0.0)
+        return most
+
+    def choose_boxes(self) -> list[tuple[Box, int]]:
+        """(box, axis) of the boxes to halve next."""
+        whole = self._range()
+        d, rated = len(self.wanted.paths), []
+        for n, box in enumerate(self.boxes):
+            sides = box.sides()
+            changed = len(self.outcomes(box)) > 1
+            if sides.max() <= self.wanted.tolerance or (not changed and box.curvature < FLAT):
+                continue
+            rises = [self.largest_change(box, k, whole) if sides[k] > self.wanted.tolerance else -1.0 for k in range(d)]
+            axis = int(np.argmax(sides))
+            if sides.max() <= SLENDER * sides.min():
+                axis = max(range(d), key=lambda k, r=rises, s=sides: (r[k], s[k], -k))  # type: ignore[misc]
+            worth = (1.0 if changed else box.curvature) * float(np.prod(sides)) ** (1.0 / d)
+            rated.append((-worth, n, box, axis))
+        return [(box, axis) for _, _, box, axis in sorted(rated, key=lambda r: r[:2])[:BOXES_PER_ROUND]]
+
+    def halve(self, box: Box, axis: int) -> None:
+        """Replace a box by its halves, with the curvature found at the new cases."""
+        whole, middle, bends = self._range(), (box.low[axis] + box.high[axis]) // 2, 0.0
+        for c in box.corners():
+            if c[axis] == box.low[axis]:
+                a, m, b = (self.ends[(*c[:axis], x, *c[axis + 1 :])][2] for x in (box.low[axis], middle, box.high[axis]))
+                off = abs(m - 0.5 * (a + b)) / whole
+                bends = max(bends, off if off == off else 0.0)
+        self.boxes.remove(box)
+        for low, high in ((box.low[axis], middle), (middle, box.high[axis])):
+            half = Box((*box.low[:axis], low, *box.low[axis + 1 :]), (*box.high[:axis], high, *box.high[axis + 1 :]), 0.0)
+            steep = max(self.largest_change(half, k, whole) for k in range(len(self.wanted.paths)))
+            self.boxes.append(Box(half.low, half.high, max(0.25 * bends, min(steep, 2.0 * bends))))
+
+    def answer(self, why: str) -> dict[str, Any]:
+        """The answer as plain data: boxes in which outcomes change or the result jumps."""
+        w, whole, found = self.wanted, self._range(), []
+        low, high = np.array(w.low), np.array(w.high)
+        for box in self.boxes:
+            ends = self.outcomes(box)
+            rise = max(self.largest_change(box, k, whole) for k in range(len(w.paths)))
+            narrow = box.sides().max() <= w.tolerance
+            if len(ends) > 1 or (narrow and rise > JUMP and box.curvature > 0.5 * rise):
+                a, b = (low + (high - low) * np.array(x, float) / GRID for x in (box.low, box.high))
+                told = {"low": a.tolist(), "high": b.tolist(), "outcomes": ends, "narrow": bool(narrow)}
+                found.append(told | {"change": rise * whole if len(ends) == 1 else None})
+        found.sort(key=lambda f: f["low"])
+        return {
+            "kind": w.kind,
+            "of": w.of,
+            "why": why,
+            "paths": list(w.paths),
+            "units": list(w.units),
+            "boundaries": found[:MOST_REPORTED],
+            "more": max(0, len(found) - MOST_REPORTED),
+            "cases": len(self.ends),
+        }

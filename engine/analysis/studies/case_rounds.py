@@ -1,0 +1,139 @@
+"""Studies: cases in rounds, each chosen from the results of earlier ones.
+
+A study is a generator that yields cases and receives their results. It depends on its seed and these results alone, so that a
+restarted study requests the same cases again, bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from trunnion.batch.cases.grids_and_samples import Cases
+
+if TYPE_CHECKING:
+    import pyarrow
+
+MISSING = "lost"
+"""Outcome of a case without a row, which could not be run."""
+
+
+@dataclass(frozen=True)
+class CaseResults:
+    """Results of n cases. outcomes (n): outcome of each case; numbers: values (n) by result, NaN for a missing value."""
+
+    outcomes: tuple[str, ...]
+    numbers: dict[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    @property
+    def done(self) -> np.ndarray:
+        """Whether each case ran to its end (n)."""
+        return np.array([o == "done" for o in self.outcomes], bool)
+
+
+Rounds = Generator[np.ndarray, CaseResults, dict[str, Any]]
+"""Yields cases (n × paths, SI units), receives their results, returns the answer."""
+
+
+class Study(Protocol):
+    """A study. kind: name of the study; paths, units: the varied numbers; results: the reductions that it needs; most: largest
+    number of cases."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def paths(self) -> tuple[str, ...]: ...
+    @property
+    def units(self) -> tuple[str, ...]: ...
+    @property
+    def most(self) -> int: ...
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """The reductions that the study needs."""
+        ...
+
+    def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
+        """The cases in rounds; ``report`` is called with the intermediate answer after each round."""
+        ...
+
+
+class StudyProgress:
+    """The progress of a study.
+
+    Attributes:
+        values: the cases requested so far (n × paths), SI units.
+        finished: number of cases whose results are known.
+        answer: the final or intermediate answer.
+        is_over: whether the study requests no more cases.
+    """
+
+    def __init__(self, study: Study):
+        self.study = study
+        self.answer: dict[str, Any] = {}
+        self.is_over, self.finished = False, 0
+        self.asking = study.rounds(self._note)
+        self.values = np.array(next(self.asking), float)
+
+    def _note(self, answer: dict[str, Any]) -> None:
+        self.answer = answer
+
+    @property
+    def requested(self) -> int:
+        """Number of cases requested so far."""
+        return len(self.values)
+
+    def report(self, seen: CaseResults) -> None:
+        """Receive the results of the cases ``finished`` … ``requested`` − 1."""
+        self.finished = self.requested
+        try:
+            self.values = np.concatenate([self.values, self.asking.send(seen)])
+        except StopIteration as end:
+            self.answer, self.is_over = end.value, True
+
+    def rows(self, start: int, stop: int) -> np.ndarray:
+        """The numbers of the cases start … stop − 1 (cases × paths), SI units."""
+        return self.values[start:stop]
+
+
+class ReportedCases:
+    """Case numbers that another process chooses and reports."""
+
+    def __init__(self) -> None:
+        self.start, self.values = 0, np.zeros((0, 0))
+
+    def report(self, start: int, values: Sequence[Sequence[float]]) -> None:
+        """Receive the numbers of the cases from ``start`` on."""
+        self.start, self.values = start, np.array(values, float)
+
+    def __call__(self, start: int, stop: int) -> np.ndarray:
+        """The numbers of the cases start … stop − 1. RuntimeError for cases that were not reported."""
+        found = self.values[max(0, start - self.start) : stop - self.start]
+        if start < self.start or len(found) < stop - start:
+            raise RuntimeError(f"the parameter values of the cases {start} to {stop - 1} are unknown here")
+        return found
+
+
+def study_cases(study: Study, values: Callable[[int, int], np.ndarray]) -> Cases:
+    """All cases that a study may request; values(start, stop) gives their numbers."""
+    return Cases(study.paths, study.units, study.most, values)
+
+
+def results_of(table: pyarrow.Table, start: int, stop: int, names: Sequence[str]) -> CaseResults:
+    """The results of the cases start … stop − 1 from a table that may lack some and may have others."""
+    outcomes = [MISSING] * (stop - start)
+    numbers = {n: np.full(stop - start, np.nan) for n in names}
+    cases = table["case"].to_numpy()
+    here = np.flatnonzero((cases >= start) & (cases < stop))
+    ends = table["outcome"].to_pylist()
+    for i in here:
+        outcomes[cases[i] - start] = ends[i]
+    for n in names:
+        numbers[n][cases[here] - start] = table[n].to_numpy().astype(float)[here]
+    return CaseResults(tuple(outcomes), numbers)

@@ -1,0 +1,228 @@
+"""Optimisation by a matrix adaptation evolution strategy (MA-ES, Beyer and Sendhoff 2017) within bounds and constraints.
+
+The strategy uses ranks alone: feasible cases by their goal, then infeasible ones by their distance, then cases without a value.
+So jumps, kinks and failed cases do not disturb the search. The search begins at the best case of a first sample. A second search
+begins elsewhere, with twice as many cases in each round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite, log, sqrt
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
+from trunnion.batch.cases.sample_points import latin
+
+STARTS = 2
+"""Number of searches."""
+GOALS = ("minimise", "maximise", "reach")
+FIRST, LEAST_ROUND = 4, 8
+"""Number of cases of the first sample for each number, in addition to one round; least number of cases of a round."""
+FIRST_STEP = 0.6
+"""First step, relative to the spacing of the first sample."""
+REACHED = 1e-9
+"""Relative distance within which a target counts as reached."""
+
+
+@dataclass(frozen=True)
+class Optimisation:
+    """An optimisation.
+
+    Attributes:
+        low: lower bounds of the numbers, SI units.
+        high: upper bounds, SI units.
+        own: the scene's own numbers, SI units.
+        goal: one of GOALS.
+        of: name of the result.
+        target: value to reach, for the goal "reach".
+        within: constraints (result, low, high).
+        most: most cases.
+        tolerance: distance from the best numbers at which it ends, relative to their ranges.
+    """
+
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    own: tuple[float, ...]
+    goal: str
+    of: str
+    target: float
+    within: tuple[tuple[str, float, float], ...]
+    most: int = 600
+    seed: int = 0
+    tolerance: float = 1e-3
+    kind: str = "optimise"
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """The reductions that the study needs."""
+        return tuple(dict.fromkeys((self.of, *(name for name, _, _ in self.within))))
+
+    def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
+        """Its cases in rounds (``Study.rounds``)."""
+        tried = _Trials(self)
+        low, high = np.array(self.low), np.array(self.high)
+        size = max(LEAST_ROUND, 4 + int(3 * log(len(low))))
+        first = min(self.most, FIRST * len(low) + size) - 1
+        unit = np.vstack([self._start()[None, :], latin(first, len(low), self.seed)])
+        ends: list[float] = []
+        tried.add(unit, (yield low + (high - low) * unit))
+        begin, step = tried.best_place(), FIRST_STEP * len(unit) ** (-1.0 / len(low))
+        while True:
+            report(tried.answer(""))
+            strategy, why = _Strategy(begin, step, size, [self.seed, len(ends)]), ""
+            while not why:
+                unit = strategy.round(self.most - len(tried))
+                if not len(unit):
+                    return tried.answer("the allowed number of cases is used up")
+                strategy.learn(tried.add(unit, (yield low + (high - low) * unit)))
+                report(tried.answer(""))
+                why = "reached" if tried.reached() else "settled" if strategy.reach() < self.tolerance else ""
+            ends.append(tried.best_key()[1])
+            if why == "reached" or len(ends) == STARTS:
+                return tried.answer(why)
+            size *= 2
+            begin = latin(1, len(low), self.seed + 1 + len(ends))[0]
+
+    def _start(self) -> np.ndarray:
+        """The scene's own numbers in the unit box; ½ for those outside their bounds."""
+        low, high, own = (np.array(x) for x in (self.low, self.high, self.own))
+        return np.where((low <= own) & (own <= high), (own - low) / (high - low), 0.5)
+
+
+class _Strategy:
+    """The evolution strategy in the unit box: mean, step size, and transformation matrix."""
+
+    def __init__(self, mean: np.ndarray, step: float, size: int, seed: list[int]):
+        d, half = len(mean), size // 2
+        self.mean, self.size = mean.copy(), size
+        self.random = np.random.Generator(np.random.PCG64(seed))
+        w = np.log(half + 0.5) - np.log(np.arange(1, half + 1))
+        self.weights = w / w.sum()
+        many = 1.0 / (self.weights**2).sum()
+        self.slow = (many + 2.0) / (many + d + 5.0)
+        self.one = 2.0 / ((d + 1.3) ** 2 + many)
+        self.rest = min(1.0 - self.one, 2.0 * (many - 2.0 + 1.0 / many) / ((d + 2.0) ** 2 + many))
+        self.damping = 1.0 + self.slow + 2.0 * max(0.0, sqrt((many - 1.0) / (d + 1.0)) - 1.0)
+        self.usual = sqrt(d) * (1.0 - 1.0 / (4.0 * d) + 1.0 / (21.0 * d * d))
+        self.gain = sqrt(self.slow * (2.0 - self.slow) * many)
+        self.step, self.matrix, self.path = step, np.eye(d), np.zeros(d)
+        self.drawn = self.moves = np.zeros((0, d))
+
+    def round(self, left: int) -> np.ndarray:
+        """The next cases (n × d), at most ``left``, reflected at the ends of the box."""
+        n = min(self.size, left)
+        self.drawn = self.random.standard_normal((self.size, len(self.mean)))[:n]
+        self.moves = (self.drawn[:, None, :] * self.matrix[None, :, :]).sum(axis=2)
+        there = np.abs(self.mean + self.step * self.moves) % 2.0
+        return np.where(there > 1.0, 2.0 - there, there)
+
+    def learn(self, order: np.ndarray) -> None:
+        """Update the strategy from the order of the round's cases, the best first."""
+        order = order[: len(self.weights)]
+        w = self.weights[: len(order), None]
+        z, moves = self.drawn[order], self.moves[order]
+        middle = (w * z).sum(axis=0)
+        self.mean = np.clip(self.mean + self.step * (w * moves).sum(axis=0), 0.0, 1.0)
+        self.path = (1.0 - self.slow) * self.path + self.gain * middle
+        eye = np.eye(len(middle))
+        spread = (w[:, :, None] * z[:, :, None] * z[:, None, :]).sum(axis=0)
+        change = eye + 0.5 * self.one * (np.multiply.outer(self.path, self.path) - eye) + 0.5 * self.rest * (spread - eye)
+        self.matrix = (self.matrix[:, :, None] * change[None, :, :]).sum(axis=1)
+        self.step = min(1.0, self.step * float(np.exp(self.slow / self.damping * (sqrt((self.path**2).sum()) / self.usual - 1.0))))
+
+    def reach(self) -> float:
+        """Standard deviation of the strategy's cases along the widest axis, relative to the ranges."""
+        return self.step * float(np.sqrt((self.matrix**2).sum(axis=1)).max())
+
+
+class _Trials:
+    """The cases so far, their ranks, and the best of them."""
+
+    def __init__(self, wanted: Optimisation):
+        self.wanted = wanted
+        self.places: list[np.ndarray] = []
+        self.keys: list[tuple[int, float]] = []
+        self.results: list[dict[str, float]] = []
+        self.failed = self.top = 0
+        self.scales: dict[str, float] = {}
+        self.path: list[tuple[int, float]] = []
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def add(self, unit: np.ndarray, seen: CaseResults) -> np.ndarray:
+        """Add the results of a round; returns the indices of its cases, the best first."""
+        begin, done = len(self), seen.done
+        if not self.scales:
+            for name, a, b in self.wanted.within:
+                known = seen.numbers[name][done & ~np.isnan(seen.numbers[name])]
+                ends = [abs(x) for x in (a, b) if isfinite(x) and x]
+                self.scales[name] = float(known.std()) if len(known) and known.std() > 0.0 else max(ends, default=1.0)
+        for i in range(len(seen)):
+            result = {n: float(v[i]) for n, v in seen.numbers.items()}
+            key = self._key(result) if done[i] else (2, 0.0)
+            self.failed += key[0] == 2
+            if not self.keys or key < self.keys[self.top]:
+                self.top = len(self)
+                self.path.append((len(self), result[self.wanted.of] if key[0] == 0 else float("nan")))
+            self.places.append(unit[i])
+            self.keys.append(key)
+            self.results.append(result)
+        return np.array(sorted(range(len(seen)), key=lambda i: (self.keys[begin + i], i)), int)
+
+    def _key(self, result: dict[str, float]) -> tuple[int, float]:
+        """Rank key of a case: (0, goal), (1, violation of constraints), or (2, 0) without a value."""
+        w = self.wanted
+        if any(result[n] != result[n] for n in w.results):
+            return 2, 0.0
+        missed = sum(max(a - result[n], result[n] - b, 0.0) / self.scales[n] for n, a, b in w.within)
+        if missed > 0.0:
+            return 1, missed
+        value = result[w.of]
+        return 0, {"minimise": value, "maximise": -value, "reach": abs(value - w.target)}[w.goal]
+
+    def best(self) -> int:
+        """The number of the best case, the first of equal ones."""
+        return self.top
+
+    def best_key(self) -> tuple[int, float]:
+        """Rank key of the best case."""
+        return self.keys[self.best()]
+
+    def best_place(self) -> np.ndarray:
+        """The best case in the unit box."""
+        return self.places[self.best()]
+
+    def reached(self) -> bool:
+        """Whether the target is reached."""
+        w, (kind, off) = self.wanted, self.best_key()
+        return w.goal == "reach" and kind == 0 and off <= REACHED * max(abs(w.target), 1e-300)
+
+    def answer(self, why: str) -> dict[str, Any]:
+        """The answer as plain data."""
+        w, best = self.wanted, self.best()
+        kind, off = self.keys[best]
+        values = np.array(w.low) + (np.array(w.high) - np.array(w.low)) * self.places[best]
+        words = {"": "not ended yet", "settled": f"the search converged to {w.tolerance:g} of the ranges"}
+        return {
+            "kind": w.kind,
+            "goal": w.goal,
+            "of": w.of,
+            "target": w.target if w.goal == "reach" else None,
+            "why": words.get(why, why),
+            "settled": why in ("settled", "reached"),
+            "feasible": kind == 0,
+            "missed": off if kind == 1 else 0.0 if kind == 0 else None,
+            "case": best,
+            "numbers": [{"path": p, "unit": u, "value": float(v)} for p, u, v in zip(w.paths, w.units, values, strict=True)],
+            "results": {n: (v if abs(v) < inf else None) for n, v in self.results[best].items()} if kind < 2 else {},
+            "cases": len(self),
+            "failed": self.failed,
+            "path": [{"case": i, "value": v if v == v else None} for i, v in self.path],
+        }

@@ -1,0 +1,139 @@
+"""A scene with one friction law, compiled once and run with any settings; a failed run is a result."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.analysis.work_precision.error_measure import ErrorMeasure
+from trunnion.analysis.work_precision.measurement_points import FrictionVariant
+from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.friction import exact_of
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.overrides import apply
+from trunnion.simulation.global_error.error_estimate import SAFETY
+from trunnion.simulation.global_error.tighter_run_settings import companion
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import Model, run
+from trunnion.simulation.runtime_interface.simulation_block import METHODS, Settings
+
+MOST_STEPS = 1_000_000
+"""Step limit of a measured run; a setting that needs more is reported as a failure."""
+
+
+@dataclass
+class BenchmarkModel:
+    """A scene compiled with one friction law; ``until`` and ``every`` in s."""
+
+    scene: Scene
+    variant: FrictionVariant
+    model: Model
+    measure: ErrorMeasure
+    until: float
+    every: float
+
+    def once(self, settings: Settings) -> tuple[Result | None, str]:
+        """Run once. Returns (result or None, "done" or the failure)."""
+        try:
+            result = run(self.model, self.until, self.every, settings)
+        except (SceneError, SimulationError) as e:
+            return None, str(e)
+        return result, "done" if result.outcome.ok else str(result.outcome).split(":")[0]
+
+    def samples(self, result: Result) -> np.ndarray:
+        """The compared columns, samples × columns."""
+        return result.data[:, 1:]
+
+
+def estimate_integration_error(ready: BenchmarkModel, settings: Settings, result: Result, measure: ErrorMeasure) -> float:
+    """The error of the result, as a tighter run estimates it (theory, "Global error"), in ``measure``; NaN where that run fails."""
+    tight, correction = companion(settings, result.stats.counters)
+    other, outcome = ready.once(tight)
+    if other is None or outcome != "done":
+        return math.nan
+    return SAFETY * correction * measure.error(ready.samples(result), ready.samples(other))
+
+
+def make_benchmark_model(
+    scene: Scene, variant: FrictionVariant, measure: ErrorMeasure, until: float, samples: int
+) -> BenchmarkModel:
+    """Compile a scene with a law, and its Jacobian unit, so that no timed run pays for either."""
+    changed = with_law(scene, variant)
+    model = Model(changed, measure.names, runs=math.inf)
+    model.block.attach_jacobian()
+    return BenchmarkModel(changed, variant, model, measure, until, until / samples)
+
+
+def with_law(scene: Scene, variant: FrictionVariant) -> Scene:
+    """The scene with this law in all its joints."""
+    if not variant.law:
+        return scene
+    changes: dict[str, object] = {"friction.law": variant.law}
+    for name, j in scene.joints.items():
+        if j.friction is not None and j.friction.law is not None:
+            changes[f"joints.{name}.friction.law"] = variant.law
+        if j.friction is not None and j.friction.v_eps is not None and variant.v_eps:
+            changes[f"joints.{name}.friction.v_eps"] = variant.v_eps
+    if variant.v_eps:
+        changes["friction.v_eps"] = variant.v_eps
+    return apply(scene, changes)
+
+
+def has_friction(scene: Scene) -> bool:
+    """Whether any joint of the scene has friction."""
+    return any(j.friction is not None for j in scene.joints.values())
+
+
+def friction_variants(
+    scene: Scene, laws: tuple[str, ...] = (), v_eps: tuple[float, ...] = ()
+) -> tuple[list[FrictionVariant], list[str]]:
+    """(friction variants that the scene has numbers for; why other laws are left out). The exact law comes first.
+
+    laws: names, default all; v_eps: regularisation speeds, m/s, for laws that have one.
+    """
+    if not has_friction(scene):
+        return [FrictionVariant()], []
+    out, notes = [], []
+    order = [exact_law(scene), *sorted(LAWS)]
+    for law in dict.fromkeys(laws or order):
+        try:
+            changed = with_law(scene, FrictionVariant(law))
+        except SceneError as e:
+            notes.append(f"law {law} left out: {e.problems[0].what}")
+            continue
+        out += (
+            [FrictionVariant(law, v) for v in (v_eps or (1e-2, 1e-3, 1e-4, 1e-5))] if has_v_eps(changed) else [FrictionVariant(law)]
+        )
+    return out, notes
+
+
+def exact_law(scene: Scene) -> str:
+    """The law that errors are measured against: the scene's own, or the set-valued law that it regularises."""
+    return exact_of(scene.friction.law)
+
+
+def has_v_eps(scene: Scene) -> bool:
+    """Whether the scene's law is regularised with v_eps."""
+    from trunnion.system.construction.system_builder import build
+
+    return any(name == "v_eps" for j in build(scene).system.frictional if j.friction for name, _ in j.friction.numbers)
+
+
+def methods() -> tuple[str, ...]:
+    """Names of all methods, the automatic choice first."""
+    return tuple(sorted(METHODS, key=lambda m: (m != "auto", METHODS[m])))
+
+
+def time_repeats(once: Callable[[], float], repeats: int, limit: float = 2.0) -> tuple[float, float, int]:
+    """(minimum, median, count) of the seconds that ``once`` returns; ends after three repeats once they took ``limit`` s."""
+    times: list[float] = []
+    started = time.perf_counter()
+    while len(times) < repeats and (len(times) < min(3, repeats) or time.perf_counter() - started < limit):
+        times.append(once())
+    return min(times), statistics.median(times), len(times)

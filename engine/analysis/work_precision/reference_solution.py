@@ -1,0 +1,65 @@
+"""The reference solution: two different methods at tight tolerance, and the distance between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel, methods
+from trunnion.runtime.integrators import REGISTRY, Impulses
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+
+TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
+TIME_STEPPING = tuple(m.name for m in REGISTRY if isinstance(m, Impulses))
+"""First-order methods take millions of steps for few digits at tight tolerance. They run only where fewer than two other methods
+reach the end."""
+STEPS = 3_000_000
+"""Step limit of a reference run."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference solution. data: samples × compared columns; error: relative distance between the two methods in ``made_by``."""
+
+    data: np.ndarray
+    error: float
+    made_by: str
+
+
+@dataclass(frozen=True)
+class _ReferenceRun:
+    method: str
+    rtol: float
+    data: np.ndarray
+
+
+def find_reference(ready: BenchmarkModel) -> Reference | None:
+    """The pair of methods that agree best at tight tolerance; None where fewer than two reach the end."""
+    tried = [t for m in methods() if m not in ("auto", *TIME_STEPPING) for t in _tightest_runs(ready, m)]
+    if len({t.method for t in tried}) < 2:
+        tried += [t for m in TIME_STEPPING for t in _tightest_runs(ready, m)]
+    pairs = [(ready.measure.error(b.data, a.data), a, b) for a, b in combinations(tried, 2) if a.method != b.method]
+    if not pairs:
+        return None
+    error, a, b = min(pairs, key=lambda p: p[0])
+    near, far = sorted((a, b), key=lambda t: _median_distance(ready, t, tried))
+    return Reference(near.data, error, f"{near.method} at rtol {near.rtol:.0e}, {far.method} at {far.rtol:.0e}")
+
+
+def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
+    """The method's runs at the two tightest tolerances that reach the end."""
+    out: list[_ReferenceRun] = []
+    for rtol in TIGHT:
+        result, outcome = ready.once(Settings(rtol=rtol, method=method, max_steps=STEPS))
+        if result is not None and outcome == "done":
+            out.append(_ReferenceRun(method, rtol, ready.samples(result)))
+        if len(out) == 2:
+            break
+    return out
+
+
+def _median_distance(ready: BenchmarkModel, t: _ReferenceRun, others: list[_ReferenceRun]) -> float:
+    """Median distance from the other methods' runs; the run with the smaller one is the better reference."""
+    return float(np.median([ready.measure.error(o.data, t.data) for o in others if o.method != t.method]))

@@ -1,0 +1,83 @@
+"""The interface of reference solvers: other programs that solve the same scene."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import ClassVar
+
+import numpy as np
+
+from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 12, 2))
+
+
+class SceneNotSupported(Exception):
+    """The program cannot represent the scene; the text says why."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A method with a relative tolerance, or a fixed step in s."""
+
+    method: str
+    rtol: float = 0.0
+    step: float = 0.0
+
+
+class ReferenceSolver(ABC):
+    """A program prepared for a scene. The constructor raises SceneNotSupported; whatever ``run`` raises counts as a failure."""
+
+    name: ClassVar[str]
+    package: ClassVar[str]
+    methods: tuple[str, ...] = ()
+    """The methods to measure."""
+    steps: ClassVar[tuple[int, ...]] = ()
+    """Numbers of fixed steps between two sample times; () for error control with TOLERANCES."""
+    all_columns: ClassVar[bool] = False
+    """Whether the solver gives every column; otherwise it gives only positions of mass centres."""
+
+    def __init__(self, ready: BenchmarkModel, scene: Snapshot):
+        self.ready, self.scene = ready, scene
+        self.samples = round(ready.until / ready.every)
+        self.times = np.linspace(0.0, ready.until, self.samples + 1)
+
+    @classmethod
+    def version(cls) -> str:
+        """Installed version; "" where it is not installed."""
+        try:
+            return version(cls.package)
+        except PackageNotFoundError:
+            return ""
+
+    @abstractmethod
+    def describe_omissions(self) -> str:
+        """The parts of the scene that this program omits, and the computations in which it differs from Trunnion."""
+
+    def settings(self) -> list[Setting]:
+        """Every method with decreasing steps or tolerances."""
+        if self.steps:
+            return [Setting(m, step=self.ready.every / n) for m in self.methods for n in self.steps]
+        return [Setting(m, r) for m in self.methods for r in TOLERANCES]
+
+    @abstractmethod
+    def run(self, s: Setting) -> tuple[np.ndarray, float]:
+        """Run once. Returns (compared columns at the sample times, (samples + 1) × columns; stepping time, s)."""
+
+    def by_position(self, positions: np.ndarray) -> np.ndarray:
+        """Compared columns (samples × columns) from positions of all mass centres (samples × bodies × 3), m."""
+        index = {p.name: i for i, p in enumerate(self.scene.parts)}
+        out = []
+        for name in self.ready.measure.names:
+            body, _, rest = name.partition(".position[")
+            out.append(positions[:, index[body], int(rest[:-1]) - 1])
+        return np.column_stack(out)
+
+
+def compares_only_positions(ready: BenchmarkModel, scene: Snapshot) -> bool:
+    """Whether every compared column is the position of a mass centre."""
+    names = {p.name for p in scene.parts}
+    return all(n.partition(".position[")[0] in names and n.count(".") == 1 for n in ready.measure.names)

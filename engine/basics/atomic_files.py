@@ -1,0 +1,68 @@
+"""Files written completely or not at all, and early checks of file names."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from trunnion.basics.optional_packages import remedy, there
+from trunnion.basics.problems import Problem, SceneError
+
+PARQUET = ".parquet"
+WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
+"""Suffixes that need an optional package: the package, and the extra that brings it."""
+
+
+def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
+    """Reasons why ``path`` cannot be written: a suffix not in ``suffixes``, or a folder that is not writable. where: option or
+    argument of the name."""
+    target = Path(path)
+    text = os.fspath(path)
+    if target.suffix.lower() not in suffixes:
+        what = f"{text!r} ends in {target.suffix!r}" if target.suffix else f"{text!r} has no suffix"
+        return [Problem(where, f"{what}, which does not say what to write", f"end it in {' or '.join(suffixes)}")]
+    package, extra = WRITERS.get(target.suffix.lower(), ("", ""))
+    if package and not there(package):
+        others = [x for x in suffixes if x not in WRITERS]
+        hint = f"{remedy(extra)}{f', or end it in {others[0]}' if others else ''}"
+        return [Problem(where, f"{text!r} needs the package {package}, which is not installed", hint)]
+    folder = target.parent
+    if target.is_dir():
+        return [Problem(where, f"{text!r} is a folder", "give the name of a file")]
+    if not folder.is_dir():
+        return [Problem(where, f"the folder {os.fspath(folder)!r} does not exist", "create it, or choose another")]
+    if not os.access(folder, os.W_OK):
+        return [Problem(where, f"the folder {os.fspath(folder)!r} cannot be written", "choose another")]
+    return []
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = "file") -> Iterator[Path]:
+    """A temporary name in the same folder, renamed to ``path`` at the end of the block, removed after an error.
+
+    SceneError for an unknown suffix, a folder that is not writable, or a full disk."""
+    problems = destination_problems(path, suffixes, where)
+    if problems:
+        raise SceneError(problems)
+    try:
+        with replacing(path) as work:
+            yield work
+    except OSError as e:
+        raise SceneError([Problem(where, f"cannot write {os.fspath(path)!r}: {e.strerror or e}")]) from e
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
+    """A temporary name in the folder of ``path`` (links followed), with the suffix of ``path`` or another one. At the end of the
+    block the file replaces ``path`` in one step; after an error it is removed. An OSError passes through."""
+    target = Path(os.path.realpath(path))
+    work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{suffix or target.suffix}")
+    try:
+        yield work
+        work.replace(target)
+    finally:
+        with suppress(OSError):
+            work.unlink(missing_ok=True)

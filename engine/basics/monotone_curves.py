@@ -1,0 +1,38 @@
+"""Smooth monotone curves through given points, as expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from trunnion.basics.lazy_casadi import SX, ca
+
+KNOTS = 12
+"""Largest number of points. Shorter curves repeat the last point, so that one code serves all."""
+
+
+def filled(points: Sequence, count: int = KNOTS) -> list:
+    """``count`` points: the last one is repeated."""
+    return [*points, *[points[-1]] * (count - len(points))]
+
+
+def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) -> SX:
+    """Cubic pieces through (at, value) with slopes by Fritsch and Butland, constant beyond the ends. flat: slope 0 at the first
+    point; else the slope of the first chord. Points may repeat at the end."""
+    n = len(at)
+    h = [at[i + 1] - at[i] for i in range(n - 1)]
+    safe = [ca.if_else(x > 0, x, 1) for x in h]
+    rise = [(value[i + 1] - value[i]) / s for i, s in enumerate(safe)]
+    slope = [ca.SX(0) if flat else rise[0], *[_slope(h[i - 1 : i + 1], rise[i - 1 : i + 1]) for i in range(1, n - 1)], ca.SX(0)]
+    out = ca.SX(value[0])
+    for i in range(n - 1):
+        u = ca.fmin(ca.fmax((x - at[i]) / safe[i], 0), 1)
+        a, b = slope[i], slope[i + 1]
+        out += h[i] * u * (a + u * (3 * rise[i] - 2 * a - b + u * (a + b - 2 * rise[i])))
+    return out
+
+
+def _slope(h: Sequence[SX], rise: Sequence[SX]) -> SX:
+    """Slope between two pieces: 0 at a turn, else a weighted harmonic mean."""
+    one, two, product = 2 * h[1] + h[0], h[1] + 2 * h[0], rise[0] * rise[1]
+    below = one * rise[1] + two * rise[0]
+    return ca.if_else(product > 0, (one + two) * product / ca.if_else(product > 0, below, 1), 0)

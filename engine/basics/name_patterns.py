@@ -1,0 +1,30 @@
+"""Shell-style patterns over names such as ``ball.contact[1].angle``. Only ``*`` and ``?`` are wild cards; brackets are literal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from fnmatch import translate
+
+MOST_WILD = 1000
+"""Most patterns with wild cards in one list: each is compared with every name. Plain names are unlimited."""
+
+
+def is_wild(pattern: str) -> bool:
+    """Whether a pattern has wild cards."""
+    return "*" in pattern or "?" in pattern
+
+
+def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
+    """A predicate for names that match one of the patterns. Wild patterns are compiled once; plain ones are looked up."""
+    every = tuple(patterns)
+    plain = frozenset(p for p in every if not is_wild(p))
+    wild = [re.compile(translate(p.replace("[", "[[]"))).match for p in dict.fromkeys(every) if is_wild(p)]
+    return lambda name: name in plain or any(match(name) for match in wild)
+
+
+def unmatched(patterns: Iterable[str], names: Iterable[str]) -> list[str]:
+    """The patterns without a match among the names, each once."""
+    known = tuple(names)
+    there = frozenset(known)
+    return [p for p in dict.fromkeys(patterns) if not (any(map(matcher((p,)), known)) if is_wild(p) else p in there)]

@@ -1,0 +1,164 @@
+"""Declarations of scene numbers: name, unit, allowed values. One declaration serves scene files, overrides, sweeps, the service
+and FMUs."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+_NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
+ZERO_BELOW = 1e-100
+"""Magnitudes below this are printed and written as 0: norms of zero are sqrt(1e-300), which avoids a division by zero."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Allowed finite values, from ``least`` to ``most``. open: without ``least``. nonzero: without 0. advice: remedy for a value
+    outside."""
+
+    least: float = -math.inf
+    most: float = math.inf
+    open: bool = False
+    nonzero: bool = False
+    advice: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.least < self.most:
+            raise ValueError(f"no number lies between {self.least:g} and {self.most:g}")
+
+    @property
+    def free(self) -> bool:
+        """Whether every finite number is allowed."""
+        return self.least == -math.inf and self.most == math.inf and not self.nonzero
+
+    def holds(self, value: float) -> bool:
+        """Whether the bound allows a value."""
+        above = value > self.least if self.open else value >= self.least
+        return math.isfinite(value) and above and value <= self.most and not (self.nonzero and value == 0.0)
+
+    @property
+    def rule(self) -> str:
+        """The bound in words: "must be positive", "must lie between 1e-14 and 0.1"."""
+        if self.nonzero:
+            return "must not be 0"
+        if self.most < math.inf:
+            both = self.least > -math.inf
+            return f"must lie between {self.least:g} and {self.most:g}" if both else f"must not be above {self.most:g}"
+        if self.least == 0.0:
+            return "must be positive" if self.open else "must not be negative"
+        if self.least > -math.inf:
+            return f"must be above {self.least:g}" if self.open else f"must not be below {self.least:g}"
+        return "must be a finite number"
+
+    def refusal(self, name: str, value: float) -> str:
+        """The message for a refused value."""
+        return f"{name} {self.rule} (it is {value:g})"
+
+
+ANY = Bound()
+"""Every finite number."""
+POSITIVE = Bound(0.0, open=True)
+NOT_NEGATIVE = Bound(0.0)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Order of two numbers of one owner: ``high`` ≥ ``low`` (strict: >)."""
+
+    low: str
+    high: str
+    strict: bool = False
+
+    def holds(self, low: float, high: float) -> bool:
+        """Whether the two values are in order."""
+        return low < high if self.strict else low <= high
+
+    def refusal(self, low: float, high: float) -> str:
+        """The message for two values in the wrong order."""
+        rule, fault = ("be above", "not above") if self.strict else ("not be below", "below")
+        return f"{self.high} must {rule} {self.low}: {high:g} is {fault} {low:g}"
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a friction law or contact element.
+
+    name, unit   key in a scene, and SI unit ("1": none).
+    text         description, as a phrase: "coefficient of sliding friction".
+    bound        allowed values.
+    example      a value as written in a scene.
+    needed       whether the law (element) requires it; needed_with: the number with which it is required.
+    default      value where a joint gives none (the scene's ``friction`` group then has this key too).
+    not_below    another number of the same owner, its lower limit.
+    count        how many there are (a cross has two journals: one number for both, or a list).
+    symbol       letter in formulas, if not its name.
+    varies       whether it may follow time or an input; by_speed: whether it may follow the sliding speed."""
+
+    name: str
+    unit: str
+    text: str
+    bound: Bound = ANY
+    example: str = "0.3"
+    needed: bool = True
+    needed_with: str = ""
+    default: float | None = None
+    not_below: str = ""
+    count: int = 1
+    symbol: str = ""
+    varies: bool = False
+    by_speed: bool = False
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(f"{self.name!r} cannot be the name of a number: small letters, digits and _")
+        if not self.text:
+            raise ValueError(f"number {self.name} does not say what it is")
+        if self.default is not None and not self.bound.holds(self.default):
+            raise ValueError(f"number {self.name}: its default {self.default:g} {self.bound.rule}")
+        if self.count < 1:
+            raise ValueError(f"number {self.name}: there cannot be {self.count} of it")
+
+    @property
+    def order(self) -> Order | None:
+        """The comparison by ``not_below``; None without it."""
+        return Order(self.not_below, self.name) if self.not_below else None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Its name, or ``radius[1]``, ``radius[2]``, … with a count."""
+        return (self.name,) if self.count == 1 else tuple(f"{self.name}[{k + 1}]" for k in range(self.count))
+
+    @property
+    def hint(self) -> str:
+        """The hint for a missing or wrong value."""
+        return f"for example {self.name}: {self.example}"
+
+
+def checked_numbers(owner: str, numbers: Any) -> None:
+    """ValueError for inconsistent numbers of an owner ("law lugre")."""
+    if not isinstance(numbers, tuple) or not all(isinstance(n, Number) for n in numbers):
+        raise ValueError(f"{owner}: its numbers are a tuple of Number(name, unit, text, …)")
+    names = [n.name for n in numbers]
+    for n in numbers:
+        if names.count(n.name) > 1:
+            raise ValueError(f"{owner}: two numbers are called {n.name}")
+        for other in (n.needed_with, n.not_below):
+            if other and other not in names:
+                raise ValueError(f"{owner}: {n.name} refers to {other}, which is none of its numbers")
+        if n.needed and n.needed_with:
+            raise ValueError(f"{owner}: {n.name} is needed always, or with {n.needed_with}: not both")
+
+
+def merged(owners: dict[str, tuple[Number, ...]]) -> dict[str, tuple[Number, tuple[str, ...]]]:
+    """Numbers of several owners by name, each with its owners. ValueError when one name has two meanings."""
+    out: dict[str, tuple[Number, tuple[str, ...]]] = {}
+    for owner, numbers in owners.items():
+        for n in numbers:
+            first, who = out.get(n.name, (n, ()))
+            for what in ("unit", "bound", "default", "not_below"):
+                if getattr(first, what) != getattr(n, what):
+                    raise ValueError(f"number {n.name} has another {what} in {owner} than in {who[0]}")
+            out[n.name] = (first, (*who, owner))
+    return out

@@ -1,0 +1,111 @@
+"""Renamed words of the interface: one table a kind, deprecated word → word in use.
+
+Readers of scenes, paths, patterns, reductions, requests, stored jobs and result files translate through this module alone, so that
+deprecated words work for one more version. ``deprecation_notes`` collects one note a word; runs, commands and requests report them.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+EVENTS = {"stop": "stick", "turn": "contact_jump", "stop_on": "end_stop_engaged", "stop_off": "end_stop_released"}
+"""Kinds of events."""
+OUTCOMES = {
+    "stopped": "cancelled",
+    "apart": "overlap_lost",
+    "gimbal": "gimbal_lock",
+    "stalled": "no_progress",
+    "unsettled": "not_converged",
+}
+"""Outcomes of runs."""
+JOINT_KEYS = {"stops": "end_stops"}
+"""Scene keys of a joint."""
+SIMULATION_VALUES = {"jams": {"stop": "end"}}
+"""Values of scene keys below ``simulation``."""
+SETTINGS = {"patience": "cpu_limit", "steps": "max_steps", "over": "vary"}
+"""Settings of batches: fields of requests and stored jobs, names of server limits."""
+OPTIONS = {
+    "--over": "--vary", "--to": "--vary", "--patience": "--cpu-limit", "--steps": "--max-steps", "--outputs": "--columns",
+    "--stops": "--end-stops", "--file": "--output", "--output-dir": "--output", "--peers": "--solvers",
+    "--no-peers": "--no-solvers",
+}  # fmt: skip
+"""Options of commands."""
+
+_DEVICE = re.compile(r"(?<=\.)stop(?=\.(?:effort|power|\*))")
+"""The end stop in a column ``JOINT.stop.effort[k]`` or ``JOINT.stop.power[k]``, or in a pattern of them."""
+_JOINT_KEY = re.compile(rf"(joints\.[^.\[\]]+\.)({'|'.join(JOINT_KEYS)})(?![^.\[])")
+"""A renamed key in a dotted path."""
+
+_collected: ContextVar[list[str] | None] = ContextVar("deprecation_notes", default=None)
+
+
+@contextmanager
+def deprecation_notes() -> Iterator[list[str]]:
+    """Collect the notes about deprecated words that are read inside, one a word. Outside, each is a FutureWarning."""
+    notes: list[str] = []
+    token = _collected.set(notes)
+    try:
+        yield notes
+    finally:
+        _collected.reset(token)
+
+
+def report(kind: str, word: str, instead: str) -> None:
+    """Note that a deprecated word was read. kind: what it names ("event", "scene key", …); instead: the word in use."""
+    add_note(f"{kind} {word} is deprecated: write {instead}")
+
+
+def add_note(note: str) -> None:
+    """Add a note about a deprecated word that was read elsewhere, such as in another process."""
+    notes = _collected.get()
+    if notes is None:
+        warnings.warn(note, FutureWarning, stacklevel=4)
+    elif note not in notes:
+        notes.append(note)
+
+
+def current(kind: str, words: Mapping[str, str], word: str) -> str:
+    """The word in use for a word that a user wrote; a deprecated one is reported."""
+    if word not in words:
+        return word
+    report(kind, word, words[word])
+    return words[word]
+
+
+def current_path(path: str) -> str:
+    """A dotted scene path in the words in use; deprecated keys are reported."""
+    found = _JOINT_KEY.match(path)
+    if found is None:
+        return path
+    return f"{found[1]}{current('scene key', JOINT_KEYS, found[2])}{path[found.end() :]}"
+
+
+def current_paths(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by dotted path, with the paths in the words in use."""
+    return {current_path(path): value for path, value in changes.items()}
+
+
+def current_options(words: Sequence[str], known: Collection[str]) -> list[str]:
+    """The words behind a command with its options in use. known: the options of the command; a deprecated one is reported."""
+    end = words.index("--") if "--" in words else len(words)
+    names = {old: new for old, new in OPTIONS.items() if old not in known and new in known}
+    pairs = [word.partition("=") for word in words[:end]]
+    return [current("option", names, name) + sign + value for name, sign, value in pairs] + list(words[end:])
+
+
+def current_column(name: str) -> str:
+    """The name in use of a column of a run, or of a pattern; nothing is reported."""
+    return _DEVICE.sub("end_stop", name)
+
+
+def current_pattern(pattern: str, matches: bool) -> str:
+    """A pattern of columns in the words in use. A pattern that ``matches`` a column as written stays; another is reported."""
+    new = pattern if matches else current_column(pattern)
+    if new != pattern:
+        report("column", pattern, new)
+    return new

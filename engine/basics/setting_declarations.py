@@ -1,0 +1,123 @@
+"""The settings of a run, declared once: name, unit, valid values, help, and who offers each.
+
+Options of the command line, checks of Python functions and fields of REST requests follow from this table. A new setting is one
+entry here and the code that obeys the setting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
+
+RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
+"""Relative tolerances. Below, round-off spoils the error estimate of a step; above, results are no approximation."""
+STUDIES = ("trunnion sweep", "trunnion optimise", "trunnion refine")
+SWEEPS = (*STUDIES, "trunnion.sweep", "POST /v1/jobs")
+DERIVATIVES = ("trunnion sensitivity", "trunnion.sensitivity", "POST /v1/sensitivities")
+WEAR = "trunnion wear"
+KNOCKS = "trunnion knocks"
+KINEMATICS = "trunnion kinematics"
+SERVED = ("POST /v1/jobs", "trunnion jobs submit")
+RUNS = ("trunnion simulate", "trunnion.simulate", *SWEEPS)
+"""Who offers settings: commands, Python functions, requests."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A setting of a run.
+
+    name         in Python and REST, and with two dashes on the command line.
+    unit         SI unit ("1": none); empty for a word.
+    text         description, a sentence; ``{methods}`` and ``{laws}`` stand for the names in the registries.
+    offered      who offers it.
+    default      value where it is not given; ``own_defaults``: at those with another.
+    bound        allowed values; ``own_bounds``: at those with others.
+    words        "methods", "laws" or "kernels" if its value is the name of one.
+    metavar      placeholder of its value in a command's help.
+    several      who takes several values."""
+
+    name: str
+    unit: str
+    text: str
+    offered: tuple[str, ...]
+    default: str
+    bound: Bound = ANY
+    words: str = ""
+    metavar: str = ""
+    several: tuple[str, ...] = ()
+    own_defaults: Mapping[str, str] = field(default_factory=dict)
+    own_bounds: Mapping[str, Bound] = field(default_factory=dict)
+
+    def bound_at(self, who: str) -> Bound:
+        """Allowed values at one of those who offer it."""
+        return self.own_bounds.get(who, self.bound)
+
+    def told(self, who: str) -> str:
+        """The help of the setting and its default, in sentences, with the placeholders."""
+        many = " Repeatable." if who in self.several else ""
+        return f"{self.text}{many} Default: {self.default_at(who)}."
+
+    def default_at(self, who: str) -> str:
+        """The default at one of those who offer it, in words."""
+        return self.own_defaults.get(who, self.default)
+
+
+_SPACING = Bound(0.0, open=True, advice="give a positive spacing, such as 10 ms")
+SETTINGS = (
+    Setting(
+        "until", "s", "End of the run, s: 10, 500 ms, 2 min.",
+        (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion chart", "trunnion advise", "trunnion jobs submit"), "the scene's",
+        Bound(POSITIVE.least, open=True, advice="give a positive end time, such as 2.5, 10 ms or 1 min"), metavar="T",
+    ),
+    Setting(
+        "every", "s", "Spacing of the rows, s; 0: a row at each of the solver's own steps.",
+        (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
+        Bound(NOT_NEGATIVE.least, advice="give a positive spacing, or 0 for every step"), metavar="DT",
+        own_defaults=dict.fromkeys(DERIVATIVES, "a hundredth of the run"), own_bounds=dict.fromkeys(DERIVATIVES, _SPACING),
+    ),
+    Setting(
+        "rtol", "1", "Relative tolerance of positions and velocities.",
+        (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion chart"),
+        "the scene's", RTOL, metavar="R", several=("trunnion chart",),
+        own_defaults=dict.fromkeys(DERIVATIVES, "1e-9") | {"trunnion chart": "1e-2 … 1e-12"},
+    ),
+    Setting(
+        "step", "s", "Fixed step of the solver, s, in place of error control.", ("trunnion simulate", "trunnion.simulate"),
+        "error control", Bound(NOT_NEGATIVE.least, advice="a positive step, or 0 for error control"), metavar="H",
+    ),
+    Setting(
+        "method", "", "Integration method: {methods}.", (*RUNS, WEAR, KNOCKS, "trunnion chart"), "the scene's", words="methods",
+        metavar="M", several=("trunnion chart",), own_defaults={"trunnion chart": "all"},
+    ),
+    Setting(
+        "kernel", "",
+        "How the equations are evaluated: {kernels}. parts starts at once, because nothing is compiled; compiled runs "
+        "small scenes faster. auto: parts, or compiled for 1000 or more runs of a small scene.",
+        RUNS, "auto", words="kernels", metavar="K",
+    ),
+    Setting(
+        "cpu_limit", "s", "Most processor time of a case, s; a longer case ends with the outcome out_of_time.",
+        (*SWEEPS, "trunnion jobs submit"), "no limit",
+        Bound(0.0, open=True, advice="a positive time, such as 60 or 5 min"), metavar="S",
+        own_defaults=dict.fromkeys(SERVED, "what the server allows"),
+    ),
+    Setting(
+        "max_steps", "1", "Most steps of the solver in a run; a longer run ends with the outcome max_steps.",
+        (*SWEEPS, "trunnion.simulate", "trunnion jobs submit"), "no limit",
+        Bound(1.0, 2e9, advice="a number from 1 to 2e9"), metavar="N",
+        own_defaults=dict.fromkeys(SERVED, "what the server allows"),
+    ),
+    Setting(
+        "law", "", "Friction law of all joints: {laws}.",
+        ("trunnion simulate", *STUDIES, "trunnion sensitivity", WEAR, KNOCKS, "trunnion chart"), "each joint's own",
+        words="laws", metavar="L", several=("trunnion chart",), own_defaults={"trunnion chart": "all"},
+    ),
+)  # fmt: skip
+"""All settings of runs."""
+
+
+def offered(who: str) -> tuple[Setting, ...]:
+    """The settings that a command, function or request offers."""
+    return tuple(s for s in SETTINGS if who in s.offered)

@@ -1,0 +1,1 @@
+"""Cases of a batch: grids, lists, samples, distributions."""

@@ -1,0 +1,121 @@
+"""Values for a scene's numbers, read into SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, is_dataclass
+from numbers import Real
+from typing import Any
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.findings.findings_and_paths import parse_path
+from trunnion.scene.findings.name_suggestions import shown
+from trunnion.scene.overrides import apply
+from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.units.quantities import agree, parse_quantity
+from trunnion.scene.units.unit_parser import UnitError
+
+MOST_REPORTED = 5
+"""Most reported mistakes of one path; values of a grid mostly share one mistake."""
+
+
+class Reader:
+    """Reads values of one path into SI numbers; the first mistakes are appended to ``problems``.
+
+    The unit of the path is determined once, so that a million values do not build a million scenes.
+    """
+
+    def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
+        self.scene, self.path, self.where, self.problems = scene, path, where, problems
+        found = number_at(scene, path)
+        self.unit = found[1] if found is not None else ""
+        self.wrong = self.tried = 0
+
+    @property
+    def untold(self) -> int:
+        """Number of mistakes that are not reported."""
+        return max(0, self.wrong - MOST_REPORTED)
+
+    def complain(self, what: str, hint: str = "") -> None:
+        """Report a mistake, or only count it."""
+        self.wrong += 1
+        if self.wrong <= MOST_REPORTED:
+            self.problems.append(Problem(self.where, what, hint))
+
+    def _complain_once(self, what: str, hint: str) -> None:
+        """Report a mistake of the path, which all of its values share, once."""
+        if Problem(self.where, what, hint) not in self.problems:
+            self.complain(what, hint)
+
+    def number(self, value: Any) -> float:
+        """SI value of one entry; plain numbers are SI. A number that the scene refuses is not reported here: its case fails."""
+        value = _plain(value)
+        if isinstance(value, bool) or not isinstance(value, float | str):
+            self.complain(f"{shown(value)} is not a number")
+            return math.nan
+        if isinstance(value, float) and not math.isfinite(value):
+            self.complain("is not finite")
+            return math.nan
+        if not self.unit and self.tried < MOST_REPORTED:
+            self.tried += 1
+            return self._first(value)
+        return value if isinstance(value, float) else self._with_unit(value)
+
+    def _with_unit(self, text: str) -> float:
+        """SI value of a number with a unit that fits the path."""
+        try:
+            value = parse_quantity(text)
+            agree(value, self.unit or "1")
+        except UnitError as e:
+            self.complain(e.what, e.hint)
+            return math.nan
+        return float(value)
+
+    def _first(self, value: float | str) -> float:
+        """The first value of a number that the scene lacks. The scene built with it shows the unit."""
+        try:
+            found = number_at(apply(self.scene, {self.path: value}), self.path)
+        except SceneError as e:
+            for p in e.problems:
+                self._complain_once(f"{p.where}: {p.what}" if p.where != self.path else p.what, p.hint)
+            return math.nan
+        if found is None:
+            hint = "give the path of a number, such as joints.ball.friction.mu"
+            self._complain_once("is not a single number of the scene", hint)
+            return math.nan
+        self.unit = found[1]
+        return found[0]
+
+
+def _plain(value: Any) -> Any:
+    """A number, or a text that is one, as a float; anything else unchanged."""
+    if isinstance(value, bool) or not isinstance(value, Real | str):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        return value
+    except OverflowError:
+        return math.inf
+
+
+def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
+    """(value, unit) of a number of a scene; None where the path does not lead to a number."""
+    place = parse_path(path)
+    node: Any = scene
+    for i, key in enumerate(place or ()):
+        if isinstance(node, float) and place is not None and place[i:] == (0,):
+            place = place[:i]  # a single number may stand for a list of one: q[1] is that number
+            break
+        node = _part(node, key)
+    return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None
+
+
+def _part(node: Any, key: str | int) -> Any:
+    """The part of a scene at a key or index of another part; None without one."""
+    if isinstance(key, int):
+        return node[key] if isinstance(node, tuple) and key < len(node) else None
+    if isinstance(node, dict):
+        return node.get(key)
+    return getattr(node, key, None) if is_dataclass(node) and key in {f.name for f in fields(node)} else None

@@ -1,0 +1,1 @@
+"""Execution of cases on this machine's processors."""

@@ -1,0 +1,52 @@
+"""Cancellation of batches and time limits of cases, also within calls into C."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import inf
+
+from trunnion.simulation.runtime_interface.cancellation import HOST
+
+CALL_SECONDS = 0.02
+"""Target duration of a call into C: below 50 ms, after which progress, cancellation and Ctrl-C must be served."""
+Tick = Callable[[int], bool]
+"""tick(finished cases of these rows) → whether to continue."""
+
+
+class Watch:
+    """Ends a batch when its tick returns False, and a case when it reaches its time limit. C calls ``host`` every few
+    milliseconds. cpu_limit: most processor time of a case, s; None: no limit."""
+
+    def __init__(self, cpu_limit: float | None) -> None:
+        self.host, self.cpu_limit = HOST(self._gives_up), cpu_limit or inf
+        self.begin(None, lambda: 0)
+
+    def begin(self, tick: Tick | None, at: Callable[[], int]) -> None:
+        """Watch a new batch. tick: receives the number of finished cases; at: gives that number."""
+        self.tick, self.at, self.asked = tick, at, time.perf_counter()
+        self.case, self.since = -1, 0.0
+        self.raised: BaseException | None = None
+
+    def impatient(self) -> bool:
+        """Whether the present case has exceeded its time limit. Its time counts from the first call for it."""
+        now = time.thread_time()
+        if self.at() != self.case:
+            self.case, self.since = self.at(), now
+        return now - self.since > self.cpu_limit
+
+    def _gives_up(self) -> int:
+        now = time.perf_counter()
+        if now - self.asked < CALL_SECONDS:
+            return 0
+        self.asked = now
+        try:
+            return int(self.impatient() or (self.tick is not None and not self.tick(self.at())))
+        except BaseException as e:  # noqa: BLE001  # exceptions cannot pass through C: pass_on raises it
+            self.raised = e
+            return 1
+
+    def pass_on(self) -> None:
+        """Raise the tick's exception, if any."""
+        if self.raised is not None:
+            raise self.raised

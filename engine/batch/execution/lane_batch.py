@@ -1,0 +1,104 @@
+"""Cases of a batch that step together in SIMD lanes (``runtime/hosts/batch_coroutines.c``), called through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+
+import numpy as np
+
+from trunnion.basics.interrupts import Unwanted
+from trunnion.batch.execution.cancellation_and_time_limit import CALL_SECONDS, Tick
+from trunnion.batch.execution.case_blocks import CaseBlocks
+from trunnion.kernel.shared_libraries import lanes_fit
+from trunnion.runtime.abi.batch_records import BATCH, ENSEMBLE, STRAND, STRANDS
+from trunnion.runtime.abi.enumerations import Strand
+from trunnion.simulation.runtime_interface import simulation_block as bl
+
+STACK = 256 * 1024
+"""Bytes of a case's stack: 100 times the need of the largest compiled scene without friction."""
+CACHE_LINE = 64
+
+
+class Ensemble:
+    """The cases of a loop that step together, each with block, buffers and stack."""
+
+    def __init__(self, loop: CaseBlocks):
+        self.loop, self.lib = loop, loop.lib
+        self.all, self.strands = ENSEMBLE.ctype(), (STRAND.ctype * STRANDS)()
+        self.batches = [BATCH.ctype.from_buffer_copy(loop.batch) for _ in range(STRANDS)]
+        self.all.lanes, self.all.strand = loop.model.kernel.lanes(), ctypes.addressof(self.strands)
+        self.all.columns = loop.model.kernel.lane_columns()
+        self.all.strands, self.all.stack_bytes = STRANDS, STACK
+        stacks = loop._buffer(STRANDS * STACK + CACHE_LINE)
+        stacks += -stacks % CACHE_LINE
+        rows, scratch = 8 * loop.batch.capacity * loop.width, 8 * (loop.model.kernel.sizes["rows"] + 1)
+        for i, (strand, b) in enumerate(zip(self.strands, self.batches, strict=True)):
+            strand.batch, strand.stack = ctypes.addressof(b), stacks + i * STACK
+            b.variant[0].plain = loop._buffer(loop.blocks[0].bytes)
+            b.rows, b.scratch = loop._buffer(rows), loop._buffer(scratch * loop.loop_rows)
+        self.budget = 200
+
+    def run(self, n: int, tick: Tick | None) -> tuple[np.ndarray, bool]:
+        """Run the n cases of the loop's batch. Returns (``Ended`` of each case (n), whether the tick returned False).
+
+        Exceptions of the tick are raised, except Unwanted."""
+        ended = np.zeros(n, np.intc)
+        for b in self.batches:
+            for name in ("p", "y", "given", "inputs", "set", "out", "settings"):
+                setattr(b, name, getattr(self.loop.batch, name))
+        self.all.ncases, self.all.ended = n, ended.ctypes.data
+        at = ctypes.addressof(self.all)
+        self.lib.tr_ensemble_begin(at)
+        self.since = {}
+        while True:
+            began = time.perf_counter()
+            status = self.lib.tr_ensemble_run(at, self.budget)
+            spent = time.perf_counter() - began
+            self.loop.seconds += spent
+            if status == bl.DONE:
+                return ended, False
+            if status == bl.NEED_JACOBIAN:
+                self._jacobian()
+            elif status == bl.MORE:
+                self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 20), 1_000_000))
+                self._drop_slow_cases()
+            else:
+                raise RuntimeError("a case exceeded its stack; this is a defect of Trunnion, please report its scene")
+            try:
+                if tick is not None and not tick(int(self.all.finished)):
+                    return ended, True
+            except Unwanted:
+                return ended, True
+
+    since: dict[int, float]
+    """Case → processor time at which it was first seen, s."""
+
+    def _drop_slow_cases(self) -> None:
+        """Drop cases that may have reached their CPU-time limit. They are run alone later, which measures their time exactly."""
+        if self.loop.watch.cpu_limit == float("inf"):
+            return
+        now = time.thread_time()
+        going = {b.at: i for i, b in enumerate(self.batches) if self.strands[i].state != Strand.OVER}
+        self.since = {case: self.since.get(case, now) for case in going}
+        for case, since in self.since.items():
+            if now - since > self.loop.watch.cpu_limit:
+                self.lib.tr_ensemble_drop(ctypes.addressof(self.all), going[case])
+
+    def _jacobian(self) -> None:
+        """Attach the Jacobian unit to all cases, with blocks that have room for it. Resume the cases that wait for it."""
+        v = self.loop.batch.variant[0]
+        if not v.full:
+            self.loop.batch.which = 0
+            self.loop._jacobian()
+        for b in self.batches:
+            own = b.variant[0]
+            own.j, own.full_bytes, own.full = v.j, v.full_bytes, own.full or self.loop._buffer(v.full_bytes)
+        self.lib.tr_ensemble_resume(ctypes.addressof(self.all))
+
+
+def ensemble_of(loop: CaseBlocks) -> Ensemble | None:
+    """The ensemble of a loop; None with stored rows or bounded steps, and for scenes or processors without lanes."""
+    if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel) or not loop.lib.tr_ensemble_there():
+        return None
+    return Ensemble(loop)

@@ -1,0 +1,36 @@
+"""Outcomes and audits of cases from the records of the C loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from trunnion.runtime.abi import Verdict
+from trunnion.simulation.results.audit import WORDS, Audit, audit_of, judged
+from trunnion.simulation.results.outcome import DONE, Outcome
+
+
+def audits_of(cases: np.ndarray, joints: Sequence[str]) -> list[Audit]:
+    """The audit of each case (n records of ``CASE``). Audits within the tolerance have only the figures of tables, which is 50
+    times faster."""
+    said = cases["audit"]
+    plain = ((said["verdict"] == Verdict.WITHIN) & (cases["rows"] != 0.0)).tolist()
+    known = said["judged"].astype(bool).tolist()
+    figures = zip(*(said[n].tolist() for n in ("tolerance", "lost", "turned", "share")), strict=True)
+    out = []
+    for i, (tolerance, lost, turned, share) in enumerate(figures):
+        if not plain[i]:
+            out.append(audit_of(said[i], joints) if cases["rows"][i] else Audit())
+        elif known[i]:
+            out.append(Audit(WORDS[Verdict.WITHIN], tolerance, lost, turned_over=turned, share=share))
+        else:
+            out.append(Audit(WORDS[Verdict.WITHIN], tolerance))
+    return out
+
+
+def ends_of(cases: np.ndarray, failed: Mapping[int, Outcome], joints: Sequence[str]) -> tuple[list[Outcome], list[Audit]]:
+    """(outcomes, audits) of the cases (n records). failed: outcomes of failed cases by index."""
+    audits = audits_of(cases, joints)
+    ends = [failed.get(i) or Outcome(DONE, t) for i, t in enumerate(cases["time"].tolist())]
+    return [judged(o, a) for o, a in zip(ends, audits, strict=True)], audits

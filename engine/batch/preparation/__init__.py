@@ -1,0 +1,1 @@
+"""Parameters and settings of each case as rows for the C loop."""

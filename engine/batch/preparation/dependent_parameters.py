@@ -1,0 +1,41 @@
+"""Cases over a scene's parameters as cases over the numbers that depend on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from trunnion.basics.interrupts import heed
+from trunnion.basics.problems import SceneError
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.expressions.parameter_dependence import DependentNumbers, parameter
+
+
+class Followers:
+    """Turns values of varied paths into values of ``paths``: the scene's own numbers, then the numbers that depend on varied
+    parameters. A varied number itself depends on nothing."""
+
+    def __init__(self, scene: Scene, paths: Sequence[str]):
+        self.following = DependentNumbers(scene)
+        self.names = [parameter(p) for p in paths]
+        self.own = [i for i, name in enumerate(self.names) if not name]
+        named = [name for name in self.names if name]
+        self.followers = [p for p in self.following.of(named) if p not in set(paths)] if named else []
+        self.paths = [*(paths[i] for i in self.own), *self.followers]
+
+    def values(self, given: np.ndarray) -> tuple[np.ndarray, dict[int, SceneError]]:
+        """(values, errors) of varied numbers, a row a case. values: numbers of ``paths``, a row a case. errors: by case, where an
+        expression has no value."""
+        if not any(self.names):
+            return given, {}
+        out, wrong = np.zeros((len(given), len(self.paths))), {}
+        out[:, : len(self.own)] = given[:, self.own]
+        for i, row in enumerate(given.tolist()):
+            heed()
+            changes = {name: v for name, v in zip(self.names, row, strict=True) if name}
+            try:
+                out[i, len(self.own) :] = self.following.values(changes, self.followers)
+            except SceneError as e:
+                wrong[i] = e
+        return out, wrong

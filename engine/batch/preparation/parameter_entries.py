@@ -1,0 +1,98 @@
+"""Values of a group of numbers, written into their entries of the flat numbers without building a scene for each value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from trunnion.basics.problems import SceneError
+from trunnion.batch.preparation.entry_formulas import entries_of, total_mass
+from trunnion.scene.overrides import apply
+from trunnion.system.construction.system_builder import Built
+
+MOST_CORNERS = 64
+"""Largest number of corners of the box of a group's values at which the scene is checked. With more corners, every value is
+built."""
+TRIED = 5
+"""Number of values that are built to find the entries of a number."""
+Placed = tuple[np.ndarray, np.ndarray]
+"""(indices of entries, their numbers for each value)."""
+Known = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]
+"""(indices of entries, function from values to their numbers)."""
+Flat = Callable[[np.ndarray], np.ndarray | None]
+
+
+def _identity(values: np.ndarray) -> np.ndarray:
+    return values
+
+
+class Placing:
+    """A group of paths of one owner.
+
+    start: the scene; base: its flat numbers; mass: index of the mass of all bodies among these; flat: values of the group → flat
+    numbers of the scene with them, None for refused values or another structure."""
+
+    def __init__(self, start: Built, base: np.ndarray, mass: int, paths: tuple[str, ...], flat: Flat):
+        self.start, self.base, self.mass, self.paths, self.flat = start, base, mass, paths, flat
+        self.known: Known | None = None
+        self.box = np.full((2, len(paths)), np.nan)
+        """The range of values in which ``known`` has been tested."""
+
+    def of(self, distinct: np.ndarray) -> Placed | None:
+        """The entries of values (n × paths); None where each value must be built. Values within the tested range need no new
+        test."""
+        low, high = distinct.min(axis=0), distinct.max(axis=0)
+        if self.known is None or not ((self.box[0] <= low) & (high <= self.box[1])).all():
+            around = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
+            ends = np.unique(np.vstack([around, distinct]), axis=0) if self.known else distinct
+            self.known, self.box = self._table_entries(ends) or self._copies(ends) or self._formula(ends), around
+        return (self.known[0], self.known[1](distinct)) if self.known else None
+
+    def _table_entries(self, distinct: np.ndarray) -> Known | None:
+        """The entries of the table of parameters; None where it lacks one of the paths or the scene refuses the values."""
+        place = [self.start.parameters.place(p) for p in self.paths]
+        return (np.array(place), _identity) if None not in place and self._is_accepted(distinct) else None
+
+    def _copies(self, distinct: np.ndarray) -> Known | None:
+        """The entries that equal the path's number (start values, points); None where it acts in another way."""
+        if len(self.paths) > 1 or (found := self._tried(distinct)) is None:
+            return None
+        tried, rows = found
+        differs = np.flatnonzero((rows != self.base).any(axis=0))
+        return (differs, _identity) if len(differs) and (rows[:, differs] == tried).all() else None
+
+    def _formula(self, distinct: np.ndarray) -> Known | None:
+        """The entries of a formula; None without one, or where a bit differs from the built scenes."""
+        formula = entries_of(self.start, self.paths)
+        if formula is None or not self._is_accepted(distinct) or (found := self._tried(distinct)) is None:
+            return None
+        index = {p: k for k, p in enumerate(self.start.parameters.paths)}
+        if not index.keys() >= set(formula.parameters):
+            return None
+        place = [index[p] for p in formula.parameters] + [len(index) + k for k in formula.states]
+        place += [len(self.base) - 1] if formula.pull else []
+        tried, rows = found
+        expected = np.repeat(self.base[None, :], len(tried), axis=0)
+        expected[:, place] = formula.numbers(tried)
+        expected[:, self.mass] = total_mass(self.start, expected)
+        return (np.array(place), formula.numbers) if (expected.view(np.uint64) == rows.view(np.uint64)).all() else None
+
+    def _is_accepted(self, distinct: np.ndarray) -> bool:
+        """Whether the scene accepts the values at the corners of their box, hence all values: bounds and comparisons are linear."""
+        if 2 ** len(self.paths) > MOST_CORNERS:
+            return False
+        try:
+            for corner in product(*zip(distinct.min(axis=0), distinct.max(axis=0), strict=True)):
+                apply(self.start.scene, dict(zip(self.paths, map(float, corner), strict=True)))
+        except SceneError:
+            return False
+        return True
+
+    def _tried(self, distinct: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """(some of the values, flat numbers of scenes built with them); None for refused values or another structure."""
+        tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, TRIED).astype(int))]
+        tried = tried[(tried != 0.0).all(axis=1)]
+        rows = [self.flat(v) for v in tried]
+        return (tried, np.array(rows)) if len(rows) and not any(r is None for r in rows) else None

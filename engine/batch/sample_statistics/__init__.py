@@ -1,0 +1,1 @@
+"""Statistics of samples: quantiles, bins, Sobol indices."""

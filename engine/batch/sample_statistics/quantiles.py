@@ -1,0 +1,85 @@
+"""Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
+
+A quantile's interval lies between two order statistics, whose ranks alone determine its probability, for any distribution. A
+probability has the interval of Clopper and Pearson. A case without a value counts as the least for lower ends and as the largest
+for upper ends, so that intervals hold for any value of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from trunnion.basics.optional_packages import brought
+from trunnion.batch.sample_statistics.sobol_indices import CONFIDENCE, Estimate
+
+EVEN = "the intervals are those of independent cases; the cases are spread more evenly, so the intervals are wider than necessary"
+EXACT = "the intervals hold for any distribution, with at least the confidence"
+USUAL = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The distribution of a result over a sample.
+
+    Attributes:
+        of: the result.
+        unit: its unit.
+        quantiles: (probability, estimate of the quantile).
+        above: (bound, estimate of the probability above it).
+        cases: number of cases.
+        missing: number of cases without a value.
+        note: meaning of the intervals.
+    """
+
+    of: str
+    unit: str
+    quantiles: tuple[tuple[float, Estimate], ...]
+    above: tuple[tuple[float, Estimate], ...]
+    cases: int
+    missing: int
+    note: str
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        plain = {n: getattr(self, n) for n in ("of", "unit", "cases", "missing", "note")} | {"confidence": CONFIDENCE}
+        quantiles = [{"probability": p, **asdict(e)} for p, e in self.quantiles]
+        return plain | {"quantiles": quantiles, "above": [{"bound": b, **asdict(e)} for b, e in self.above]}
+
+
+def spread(
+    of: str, unit: str, values: np.ndarray, sampling: str, at: Sequence[float] = USUAL, above: Sequence[float] = ()
+) -> Spread:
+    """Quantiles at probabilities, and probabilities above bounds, of a sample's values (n; NaN: no value)."""
+    known, missing = np.sort(values[~np.isnan(values)]), int(np.isnan(values).sum())
+    quantiles = tuple((p, _quantile(known, missing, p)) for p in at)
+    exceeded = tuple((b, _share(int((known > b).sum()), len(known), missing)) for b in above)
+    return Spread(of, unit, quantiles, exceeded, len(values), missing, EXACT if sampling == "random" else EVEN)
+
+
+def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
+    """The quantile at a probability of sorted values (n); an end without a bounding value is None."""
+    binomial = brought("scipy.special", "analysis", "an interval").bdtr
+    n, tail = len(known) + missing, 0.5 * (1.0 - CONFIDENCE)
+    if not len(known):
+        return Estimate(None, None, None)
+    below = binomial(np.arange(n, dtype=float), n, p)  # probability of at most k cases below the quantile
+    low, high = int(np.searchsorted(below, tail, "right")) - 1, int(np.searchsorted(below, 1.0 - tail, "left"))
+    padded = np.concatenate([np.full(missing, -np.inf), known]), np.concatenate([known, np.full(missing, np.inf)])
+    ends = padded[0][low] if low >= 0 else -np.inf, padded[1][high] if high < n else np.inf
+    return Estimate(float(np.quantile(known, p)), *(float(e) if isfinite(e) else None for e in ends))
+
+
+def _share(count: int, known: int, missing: int) -> Estimate:
+    """The probability of an outcome of ``count`` among ``known`` cases."""
+    special, n, tail = brought("scipy.special", "analysis", "an interval"), known + missing, 0.5 * (1.0 - CONFIDENCE)
+    if not known:
+        return Estimate(None, 0.0, 1.0)
+    most = count + missing
+    low = float(special.betaincinv(count, n - count + 1, tail)) if count else 0.0
+    high = float(special.betaincinv(most + 1, n - most, 1.0 - tail)) if most < n else 1.0
+    return Estimate(count / known, low, high)

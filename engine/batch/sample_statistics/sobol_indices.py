@@ -1,0 +1,200 @@
+"""Sobol indices of a crossed sample (``sampling="saltelli"``), with intervals.
+
+f are results of samples A and B, of A_i (A with number i from B) and of B_i (B with number i from A); both halves are used
+(Saltelli et al. 2010):
+
+    first S_i = ½ ⟨f_B (f_Ai − f_A) + f_A (f_Bi − f_B)⟩ / V
+    total T_i = ¼ ⟨(f_A − f_Ai)² + (f_B − f_Bi)²⟩ / V (Jansen 1999)
+    second S_ij = ⟨½ (f_Bi f_Aj + f_Ai f_Bj) − f_A f_B⟩ / V − S_i − S_j
+    V = ½ ⟨(f_A − f_B)²⟩
+
+The only influential number has exactly 1, a number without influence exactly 0, for any points.
+
+Intervals: the points are in REPLICATES independent scrambles. The jackknife leaves out each in turn, and Student's t gives an
+interval from the differences. The intervals therefore hold for evenly spread points, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trunnion.basics.optional_packages import brought
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.batch.cases.sample_points import REPLICATES
+
+if TYPE_CHECKING:
+    import pyarrow
+
+CONFIDENCE = 0.95
+FAILED = "failed"
+"""An additional result where cases fail: 1 for a case with another outcome than ``done``, else 0."""
+FLAT = 1e-12
+"""Standard deviation, relative to the largest value, that counts as rounding: the result does not vary."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its 95 % confidence interval; all None where it cannot be estimated."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+NOTHING = Estimate(None, None, None)
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol indices of a result.
+
+    Attributes:
+        of: the result.
+        unit: its unit.
+        paths: the varied numbers (d).
+        first: share of the variance that vanishes where a number is known (d).
+        total: share of the variance that stays where all other numbers are known (d).
+        second: share of the interaction of two numbers by pair of paths.
+        mean: mean of the result.
+        deviation: its standard deviation.
+        points: number of points.
+        cases: number of cases.
+        missing: number of cases without a value by reason: their outcome, or ``no value``.
+        notes: limits of the estimates.
+    """
+
+    of: str
+    unit: str
+    paths: tuple[str, ...]
+    first: tuple[Estimate, ...]
+    total: tuple[Estimate, ...]
+    second: dict[tuple[str, str], Estimate]
+    mean: Estimate
+    deviation: Estimate
+    points: int
+    cases: int
+    missing: dict[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        second = [{"paths": list(pair), **asdict(e)} for pair, e in self.second.items()]
+        plain = {n: getattr(self, n) for n in ("of", "unit", "points", "cases", "missing")}
+        of = {n: zip(self.paths, getattr(self, n), strict=True) for n in ("first", "total")}
+        both = {n: [{"path": p, **asdict(e)} for p, e in pairs] for n, pairs in of.items()}
+        spread = {n: asdict(getattr(self, n)) for n in ("mean", "deviation")}
+        return plain | spread | both | {"second": second, "confidence": CONFIDENCE, "notes": list(self.notes)}
+
+
+def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], units: Mapping[str, str]) -> list[Indices]:
+    """The indices of results, columns of a crossed sample's table, and of failures where cases fail.
+
+    Rows must be in order of cases. Incomplete points at the end are ignored. SceneError for too few points."""
+    each = 2 * len(paths) + 2
+    cases = table["case"].to_numpy()
+    n = int(np.argmin(cases == np.arange(len(cases)))) if len(cases) and (cases != np.arange(len(cases))).any() else len(cases)
+    points = n // each
+    enough(points)
+    table = table.slice(0, points * each)
+    outcome = np.array(table["outcome"].to_pylist(), object)
+    out = []
+    for name in names:
+        values = table[name].to_numpy().astype(float)
+        values[outcome != "done"] = np.nan
+        told = (name, units.get(name, ""), tuple(paths))
+        out.append(_indices(told, values.reshape(points, each), _missing(values, outcome)))
+    if (outcome != "done").any():
+        out.append(_indices((FAILED, "1", tuple(paths)), (outcome != "done").astype(float).reshape(points, each), {}))
+    return out
+
+
+def enough(points: int) -> None:
+    """SceneError for too few points."""
+    if points < 2 * REPLICATES:
+        what = f"{points} points of the crossed sample have been run; {2 * REPLICATES} are needed"
+        raise SceneError([Problem("indices", what, "wait for more points, or raise count")])
+
+
+def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
+    """Number of cases without a value by reason."""
+    why = np.where(outcome == "done", "no value", outcome)[np.isnan(values)]
+    return {str(w): int((why == w).sum()) for w in dict.fromkeys(why.tolist())}
+
+
+def _indices(told: tuple[str, str, tuple[str, ...]], f: np.ndarray, missing: dict[str, int]) -> Indices:
+    """The indices of one result f (points × cases of a point; NaN: no value)."""
+    of, unit, paths = told
+    d = len(paths)
+    whole = ~np.isnan(f).any(axis=1)
+    known = f[~np.isnan(f)]
+    found = [NOTHING] * (2 + 2 * d + d * (d - 1) // 2)
+    flat = not len(known) or bool(known.std() <= FLAT * np.abs(known).max())
+    if not flat and whole.sum() >= 2 * REPLICATES:
+        found = _jackknifed(f[whole], np.arange(len(f))[whole] % REPLICATES)
+    if not whole.all() and not flat:
+        for fill in (known.min(), known.mean(), known.max()):
+            there = _jackknifed(np.where(np.isnan(f), fill, f), np.arange(len(f)) % REPLICATES)
+            found = [around(a, b) for a, b in zip(found, there, strict=True)]
+    notes = told_of(flat, int(whole.sum()), len(f), len(known), f.size)
+    second = dict(zip(combinations(paths, 2), found[2 + 2 * d :], strict=True))
+    first, total = tuple(found[2 : 2 + d]), tuple(found[2 + d : 2 + 2 * d])
+    return Indices(of, unit, paths, first, total, second, found[0], found[1], len(f), f.size, missing, tuple(notes))
+
+
+def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list[str]:
+    """Notes about a result. whole: complete points of ``points``; known: cases of ``cases`` with a value."""
+    if flat:
+        return ["the result does not vary" if known else "no case has a value"]
+    notes = [] if whole >= 2 * REPLICATES else [f"only {whole} points have values in all their cases: no index can be estimated"]
+    if whole < points:
+        notes.append(
+            f"{cases - known} of {cases} cases have no value, in {points - whole} of {points} points. The estimates use the other "
+            "points. The intervals include the estimates with the least, mean and largest value in place of missing ones; other "
+            "missing values may give other estimates"
+        )
+    return notes
+
+
+def around(a: Estimate, b: Estimate) -> Estimate:
+    """The estimate a with the hull of both intervals."""
+    if a.low is None or b.low is None or a.high is None or b.high is None:
+        return a
+    return Estimate(a.value, min(a.low, b.low), max(a.high, b.high))
+
+
+def _jackknifed(f: np.ndarray, group: np.ndarray) -> list[Estimate]:
+    """Every number of ``_numbers`` with its jackknife interval. group (points): replicate."""
+    return jackknifed(lambda kept: _numbers(f[kept]), group)
+
+
+def jackknifed(numbers: Callable[[np.ndarray], np.ndarray], group: np.ndarray) -> list[Estimate]:
+    """Estimates with jackknife intervals. numbers: mask of rows (n) → estimates; group: replicate of each row (n)."""
+    student = brought("scipy.special", "analysis", "an interval").stdtrit
+    present = np.unique(group)
+    r = len(present)
+    whole = numbers(np.ones(len(group), bool))
+    pseudo = np.array([r * whole - (r - 1) * numbers(group != g) for g in present])
+    middle, half = pseudo.mean(axis=0), student(r - 1, 0.5 + 0.5 * CONFIDENCE) * pseudo.std(axis=0, ddof=1) / np.sqrt(r)
+    return [Estimate(float(m), float(m - h), float(m + h)) for m, h in zip(middle, half, strict=True)]
+
+
+def _numbers(f: np.ndarray) -> np.ndarray:
+    """Mean, standard deviation, first, total and second indices of f (points × cases of a point)."""
+    d = f.shape[1] // 2 - 1
+    mean = 0.5 * (f[:, 0].mean() + f[:, -1].mean())
+    g = f - mean  # reduces rounding and the variance of the estimates
+    a, b, ai, bi = g[:, 0], g[:, -1], g[:, 1 : d + 1].T, g[:, d + 1 : -1].T
+    deviation, variance = np.sqrt(0.5 * ((a * a).mean() + (b * b).mean())), 0.5 * ((a - b) ** 2).mean()
+    first = 0.5 * ((b * (ai - a)).mean(axis=1) + (a * (bi - b)).mean(axis=1)) / variance
+    total = 0.25 * (((a - ai) ** 2).mean(axis=1) + ((b - bi) ** 2).mean(axis=1)) / variance
+    cross = (a * b).mean()
+    pairs = [
+        (0.5 * ((bi[i] * ai[j]).mean() + (ai[i] * bi[j]).mean()) - cross) / variance - first[i] - first[j]
+        for i, j in combinations(range(d), 2)
+    ]
+    return np.concatenate([[mean, deviation], first, total, pairs])

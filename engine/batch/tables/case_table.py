@@ -1,0 +1,85 @@
+"""The Arrow table of a batch: a row for each case, with its numbers, outcome and reductions, and units."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trunnion.basics import arrow_columns
+from trunnion.basics.version import version
+from trunnion.batch.tables.reductions import Reduction, about_errors
+from trunnion.simulation.results.audit import WORDS, Audit
+from trunnion.simulation.results.error_statement import REASONS
+from trunnion.simulation.results.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pyarrow
+
+FORMAT = "trunnion sweep 1"
+HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
+"""Columns of every table, beside the paths and the reductions."""
+WHY = "error.why"
+"""A column before ``steps``, with errors of reductions."""
+
+
+def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:
+    """The schema of a batch's table: ``unit`` and ``description`` in the metadata of every field, and the table's origin in the
+    schema's metadata."""
+    import pyarrow as pa
+
+    def field(name: str, kind: Any, unit: str, text: str) -> Any:
+        return pa.field(name, kind, nullable=kind == pa.float64(), metadata={"unit": unit, "description": text})
+
+    fields = [field("case", pa.int64(), "1", "number of the case, from 0")]
+    fields += [field(p, pa.float64(), u, "varied") for p, u in zip(paths, units, strict=True)]
+    fields += [
+        field("outcome", pa.string(), "", "done, or the failure"),
+        field("outcome.time", pa.float64(), "s", "end time; of an inaccurate case, time of the largest energy error"),
+        field("outcome.joint", pa.string(), "", "joint of the failure"),
+        field("outcome.advice", pa.string(), "", "remedy"),
+        field("audit", pa.string(), "", f"verdict of the audit: {', '.join(WORDS.values())}; none for a case that did not start"),
+        field("audit.energy", pa.float64(), "1", "largest energy error, relative to the energy turned over"),
+        field("audit.note", pa.string(), "", "violations and energy errors beyond the tolerance, with time and joint"),
+    ]
+    if about_errors(chosen):
+        words = ", ".join(word for word in REASONS if word)
+        fields.append(field(WHY, pa.string(), "", f"reason without error estimates: {words}; empty with estimates"))
+    fields.append(field("steps", pa.int64(), "1", "steps taken"))
+    fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
+    texts = {"format": FORMAT, "version": version()} | {k: json.dumps(v, ensure_ascii=False) for k, v in about.items()}
+    return pa.schema(fields, metadata=texts)
+
+
+def table(
+    shape: pyarrow.Schema,
+    cases: np.ndarray,
+    values: np.ndarray,
+    outcomes: Sequence[Outcome],
+    audits: Sequence[Audit],
+    steps: np.ndarray,
+    numbers: np.ndarray,
+    why: np.ndarray,
+) -> pyarrow.Table:
+    """The table's rows of n cases. cases: their numbers; values (n × paths); numbers (n × reductions); why (n): indices of REASONS.
+    NaN becomes null."""
+    import pyarrow as pa
+
+    words = tuple(REASONS)
+    arrays = [
+        arrow_columns.numbers(cases.astype(np.int64)),
+        *(arrow_columns.numbers(column, nulls=True) for column in values.T),
+        arrow_columns.texts([o.name for o in outcomes]),
+        arrow_columns.numbers(np.array([o.time for o in outcomes], float), nulls=True),
+        arrow_columns.texts([o.joint for o in outcomes]),
+        arrow_columns.texts([o.advice for o in outcomes]),
+        arrow_columns.texts([a.verdict for a in audits]),
+        arrow_columns.numbers(np.array([np.nan if a.energy is None else a.share for a in audits], float), nulls=True),
+        arrow_columns.texts(["; ".join(a.notes) for a in audits]),
+        *([arrow_columns.texts([words[i] for i in why])] if WHY in shape.names else []),
+        arrow_columns.numbers(steps.astype(np.int64)),
+        *(arrow_columns.numbers(column, nulls=True) for column in numbers.T),
+    ]
+    return pa.Table.from_arrays(arrays, schema=shape)

@@ -1,0 +1,135 @@
+"""Reductions of a case: of columns over its output rows, counts and first times of its events.
+
+The text of a reduction is ``kind:what``, which is the name of its column, too. Kinds of columns are ``max``, ``min``, ``mean``
+(over finite values) and ``final``. Kinds of events, or ``any``, are ``first`` (time, s) and ``count``. The prefix ``error:``
+means the global error of a reduction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from trunnion.basics.name_patterns import MOST_WILD, is_wild
+from trunnion.basics.problems import MOST, Problem, SceneError
+from trunnion.basics.renamed_words import EVENTS, current
+from trunnion.kernel.interface.output_columns import Column, current_patterns, select
+from trunnion.runtime.abi import EventKind
+
+OF_COLUMNS = ("max", "min", "final", "mean")
+OF_EVENTS = ("first", "count")
+OF_DECISIONS = ("margin", "marginal")
+"""Over all deciding events of a case: the least margin, and the number of margins below the run's own error."""
+ERROR = "error"
+EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind}
+
+DEFAULTS = ("max:*.contact[*].normal_force", "max:*.friction.torque[*]", "min:*.friction.torque[*]", "final:*.q[*]", "count:any",
+            "first:any")  # fmt: skip
+"""Default reductions; those without a matching column are dropped."""
+
+
+def event_kind(word: str) -> str:
+    """The current name of a kind of event, which may be deprecated; "any" stays."""
+    return EVENTS.get(word, word)
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """One number of every case.
+
+    Attributes:
+        kind: one of OF_COLUMNS, OF_EVENTS, or ERROR.
+        what: name of a column, of a kind of event, or of another reduction.
+        unit: its unit.
+        description: its description.
+    """
+
+    kind: str
+    what: str
+    unit: str
+    description: str
+
+    @property
+    def name(self) -> str:
+        """Name of its column in the table."""
+        return f"{self.kind}:{self.what}"
+
+
+def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = "reductions") -> tuple[Reduction, ...]:
+    """The reductions of texts, with patterns expanded; the default ones without texts. SceneError for every text without a
+    match."""
+    found: dict[str, Reduction] = {}
+    problems: list[Problem] = []
+    names = {c.name: c for c in everything}
+    wild = sum(map(is_wild, texts))
+    if wild > MOST_WILD:
+        problems.append(
+            Problem(
+                where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "use fewer; one pattern with * matches many columns"
+            )
+        )
+        texts = DEFAULTS
+    for text in dict.fromkeys(texts or DEFAULTS):
+        kind, sign, what = text.removeprefix(ERROR + ":").partition(":")
+        if not sign or kind not in (*OF_COLUMNS, *OF_EVENTS) or not what:
+            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT; error: before one of them for its error"
+            problems.append(Problem(where, f"{text!r} is not a reduction", hint))
+            continue
+        new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, names)
+        new = [error_of(r) for r in new] if text.startswith(ERROR + ":") else new
+        if not new and texts:
+            problems.append(_unmatched(where, text, kind, what, names if len(problems) < MOST else ()))
+        found |= {r.name: r for r in new}
+    if problems:
+        raise SceneError(problems)
+    return tuple(found.values())
+
+
+def error_of(r: Reduction) -> Reduction:
+    """The global error of a reduction, as a reduction."""
+    return Reduction(ERROR, r.name, r.unit, f"global error of {r.name}: at most about; empty where no error is stated")
+
+
+def with_errors(chosen: tuple[Reduction, ...], certify: bool) -> tuple[Reduction, ...]:
+    """The reductions; with ``certify`` the errors of all of them, too."""
+    if not certify:
+        return chosen
+    return tuple(dict.fromkeys((*chosen, *(error_of(r) for r in chosen if r.kind != ERROR))))
+
+
+def about_errors(chosen: Iterable[Reduction]) -> bool:
+    """Whether any reduction is an error."""
+    return any(r.kind == ERROR for r in chosen)
+
+
+def _of_event(kind: str, what: str) -> list[Reduction]:
+    event = current("event", EVENTS, what)
+    if event != "any" and event not in EVENT_NUMBERS:
+        return []
+    text = event.replace("_", " ") if event != "any" else "event of any kind"
+    if kind == "first":
+        return [Reduction(kind, what, "s", f"time of the first {text}")]
+    return [Reduction(kind, what, "1", f"number of events: {text}")]
+
+
+def _of_columns(kind: str, pattern: str, names: Mapping[str, Column]) -> list[Reduction]:
+    said = {"max": "largest", "min": "smallest", "final": "last", "mean": "mean"}[kind]
+    (pattern,) = current_patterns((pattern,), list(names.values()))
+    chosen = select(list(names.values()), (pattern,)) if is_wild(pattern) else [names[pattern]] if pattern in names else []
+    return [Reduction(kind, c.name, c.unit, f"{said} {c.description}") for c in chosen]
+
+
+def _unmatched(where: str, text: str, kind: str, what: str, names: Iterable[str]) -> Problem:
+    known = [*EVENT_NUMBERS, "any"] if kind in OF_EVENTS else list(names)
+    near = get_close_matches(what[:80], known, 3, 0.4)
+    things, hint = "column", "see `trunnion check SCENE --columns`"
+    if kind in OF_EVENTS:
+        things, hint = "kind of event", f"one of {', '.join(known)}"
+    return Problem(where, f"{text!r} matches no {things}", f"did you mean {', '.join(near)}?" if near else hint)
+
+
+def wanted_columns(chosen: Sequence[Reduction]) -> tuple[str, ...]:
+    """Names of the columns of a kernel for these reductions; at least one."""
+    names = dict.fromkeys(r.what for r in chosen if r.kind in OF_COLUMNS)
+    return tuple(names) or ("events.count",)

@@ -1,0 +1,43 @@
+"""Tables of a sweep's chunks, merged into few large ones: a small table's columns take as much memory as its rows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pyarrow
+
+MOST_APART = 64
+"""Number of small tables that stay separate before adjacent ones are merged."""
+
+
+class TableMerge:
+    """Tables by the number of their first case, in any order."""
+
+    def __init__(self) -> None:
+        self.large: dict[int, pyarrow.Table] = {}
+        self.small: dict[int, pyarrow.Table] = {}
+
+    def add(self, start: int, table: pyarrow.Table) -> None:
+        """Add a table. start: number of its first case."""
+        self.small[start] = table
+        if len(self.small) >= 2 * MOST_APART:
+            self._merge()
+
+    def _merge(self) -> None:
+        """Merge each run of adjacent small tables. The newest stay, because others may come between them."""
+        import pyarrow as pa
+
+        runs: list[list[int]] = []
+        for start in sorted(self.small)[:MOST_APART]:
+            follows = bool(runs) and runs[-1][-1] + self.small[runs[-1][-1]].num_rows == start
+            runs[-1].append(start) if follows else runs.append([start])
+        for run in runs:
+            self.large[run[0]] = pa.concat_tables([self.small.pop(start) for start in run]).combine_chunks()
+
+    def whole(self) -> pyarrow.Table:
+        """One table of all, in order of cases."""
+        import pyarrow as pa
+
+        both = self.large | self.small
+        return pa.concat_tables([both[start] for start in sorted(both)])

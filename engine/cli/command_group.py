@@ -1,0 +1,95 @@
+"""``trunnion`` and its groups of commands. A command is imported when it is invoked or listed."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.cli.command_declaration import click_command
+from trunnion.cli.command_plugins import loaded, registered
+from trunnion.cli.command_registry import COMMANDS, GROUPS
+
+HELP = "Compute how a mechanism moves, and its friction, contact points and normal forces."
+
+
+class CommandGroup(TyperGroup):
+    """The commands whose names begin with ``prefix``; at the top level also those of other packages."""
+
+    prefix = ""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names for the help text."""
+        own = [n.removeprefix(self.prefix).split()[0] for n in COMMANDS if n.startswith(self.prefix)]
+        return list(dict.fromkeys([*own, *sorted([] if self.prefix else registered())]))
+
+    def get_command(self, ctx: Any, name: str) -> Any:
+        """A command by name; None for an unknown one. A command of another package is described, not loaded."""
+        full = self.prefix + name
+        if full in GROUPS:
+            return command_group(full)
+        if full in COMMANDS:
+            return click_command(full, import_module(COMMANDS[full]).command)
+        return TyperCommand(name, help=f"From {registered()[name].value}.") if not self.prefix and name in registered() else None
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write each command with its whole description."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(n, " ".join(self.get_command(ctx, n).help.split())) for n in self.list_commands(ctx)])
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """(name of the command, the command, the words after its name). SceneError for an unknown command."""
+        name, names = args[0], self.list_commands(ctx)
+        if name not in names:
+            near = get_close_matches(name, names, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"see {ctx.command_path} --help"
+            raise SceneError([Problem(ctx.command_path, f"there is no command {name!r}", hint)])
+        foreign = not self.prefix and name not in GROUPS and name not in COMMANDS
+        return name, loaded(name) if foreign else self.get_command(ctx, name), args[1:]
+
+
+def command_group(name: str) -> CommandGroup:
+    """The group with this name."""
+    made = CommandGroup(name=name, help=GROUPS[name], no_args_is_help=True, rich_markup_mode=None)
+    made.prefix = f"{name} "
+    return made
+
+
+app = typer.Typer(
+    name="trunnion",
+    cls=CommandGroup,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    invoke_without_command=True,
+    help=HELP,
+    epilog="Exit codes: 0 done; 1 failed, with a diagnosis; 2 wrong use. SCENE: a file or the name of a bundled model.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def print_version(given: bool) -> None:
+    """Print the version and end."""
+    if given:
+        from trunnion.basics.version import version
+
+        typer.echo(f"trunnion {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def top(
+    ctx: typer.Context,
+    version: Annotated[bool, typer.Option("--version", callback=print_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    """Print the help where no command is named."""
+    if ctx.invoked_subcommand is None:
+        typer.echo(ctx.get_help())
+
+
+COMMAND: Any = typer.main.get_command(app)
+"""``trunnion`` as a click command."""

@@ -1,0 +1,52 @@
+"""The commands, one line each: name → module. The module's function ``command`` declares the arguments, the help and the work. A
+name of two words belongs to a group. ``trunnion --help`` lists the commands in this order. A module is imported when its command
+is invoked or listed."""
+
+COMMANDS = {
+    "new": "trunnion.cli.commands.new",
+    "models": "trunnion.cli.commands.models",
+    "check": "trunnion.cli.commands.check",
+    "simulate": "trunnion.cli.commands.simulate",
+    "kinematics": "trunnion.cli.commands.kinematics",
+    "inverse": "trunnion.cli.commands.inverse",
+    "equilibrium": "trunnion.cli.commands.equilibrium",
+    "modes": "trunnion.cli.commands.modes",
+    "wear": "trunnion.cli.commands.wear",
+    "knocks": "trunnion.cli.commands.knocks",
+    "sweep": "trunnion.cli.commands.sweep",
+    "optimise": "trunnion.cli.commands.optimise",
+    "refine": "trunnion.cli.commands.refine",
+    "sensitivity": "trunnion.cli.commands.sensitivity",
+    "fit": "trunnion.cli.commands.fit",
+    "chart": "trunnion.cli.commands.chart",
+    "advise": "trunnion.cli.commands.advise",
+    "import": "trunnion.cli.commands.import_",
+    "schema": "trunnion.cli.commands.schema",
+    "fmu": "trunnion.fmu.cli.fmu",
+    "ssp": "trunnion.fmu.cli.ssp",
+    "export c": "trunnion.fmu.cli.export_c",
+    "export web": "trunnion.fmu.cli.export_web",
+    "serve": "trunnion.service.cli.serve",
+    "jobs submit": "trunnion.service.cli.jobs_submit",
+    "jobs fit": "trunnion.service.cli.jobs_fit",
+    "jobs list": "trunnion.service.cli.jobs_list",
+    "jobs show": "trunnion.service.cli.jobs_show",
+    "jobs watch": "trunnion.service.cli.jobs_watch",
+    "jobs results": "trunnion.service.cli.jobs_results",
+    "jobs answer": "trunnion.service.cli.jobs_answer",
+    "jobs cancel": "trunnion.service.cli.jobs_cancel",
+    "jobs rerun": "trunnion.service.cli.jobs_rerun",
+    "jobs delete": "trunnion.service.cli.jobs_delete",
+}
+GROUPS = {
+    "export": "Export a scene as C code or as a web page.",
+    "jobs": "Submit, follow and fetch jobs of a server (trunnion serve).",
+}
+"""Group → its help."""
+
+
+def extra_of_command(name: str) -> str:
+    """The extra that brings the packages of a command or group; "" for the engine's own."""
+    module = next((m for n, m in COMMANDS.items() if n.split()[0] == name), "")
+    room = module.partition("trunnion.")[2].partition(".")[0]
+    return room if room in ("fmu", "service") else ""

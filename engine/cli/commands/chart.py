@@ -1,0 +1,117 @@
+"""``trunnion chart``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from trunnion.cli.options.argument_reader import COLUMNS_HINT, ArgumentReader, is_pattern
+from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, columns_option, repeatable
+from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.text_table import print_answer, table
+
+if TYPE_CHECKING:
+    from trunnion.analysis.work_precision.request_and_results import WorkPrecision
+    from trunnion.scene.data_classes.scene import Scene as SceneData
+
+COMPARED = "Compare these columns, such as 'ball.*'."
+NORM = "How errors are measured: max, or rms (better for columns that jump)."
+SCALING = "Measure instead how computing time grows with the number of bodies, friction joints, loops and cases."
+
+
+def command(
+    ctx: typer.Context,
+    scene: Scene = None,
+    *,
+    settings: SettingWords,
+    v_eps: Annotated[list[str], repeatable(metavar="V", help="v_eps of laws that have it, m/s.", show_default="the scene's")],
+    norm: Annotated[str | None, typer.Option(metavar="N", help=NORM, show_default="max")] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Number of times each run is repeated.")] = 7,
+    samples: Annotated[int, typer.Option(metavar="N", help="Number of instants at which runs are compared.")] = 100,
+    fixed: Annotated[bool, typer.Option("--fixed/--no-fixed", help="Also measure runs with fixed steps.")] = True,
+    solvers: Annotated[bool, typer.Option("--solvers/--no-solvers", help="Also measure other installed programs.")] = True,
+    scaling: Annotated[bool, typer.Option("--scaling", help=SCALING)] = False,
+    changes: Changes,
+    outputs: Annotated[list[str], columns_option(COMPARED, show_default="positions of all bodies")],
+    folder: Annotated[str | None, typer.Option("-o", "--output", metavar="DIR", help="Folder for the written files.")] = None,
+    as_json: Json = False,
+) -> int:
+    """Measure error against computing time for every method, tolerance, step and friction law."""
+    from trunnion.analysis.work_precision.error_measure import NORMS
+    from trunnion.cli.output.cost_growth_report import measure_and_report
+
+    reader = ArgumentReader()
+    place = read_folder(folder, reader)
+    for name, value, usual in (("--repeat", repeat, 7), ("--samples", samples, 100)):
+        if value < 1:
+            reader.add(name, f"{value} is too small", f"at least 1; {usual} is a good start")
+    if scaling:
+        for word in [*([] if scene is None else [scene]), *ctx.args]:
+            reader.add("SCENE", f"{word!r} is not used by --scaling", "omit it: --scaling generates its own scenes")
+        reader.end()
+        return measure_and_report(place, repeat, as_json)
+    chosen = settings.values(reader)
+    arguments: dict[str, Any] = {
+        "methods": chosen["method"], "rtols": chosen["rtol"], "laws": chosen["law"], "until": chosen["until"],
+        "v_eps": speeds(v_eps, reader), "outputs": tuple(outputs), "norm": reader.choice(norm, NORMS, "--norm") or "max",
+        "samples": samples, "repeats": repeat, "fixed": fixed, "solvers": solvers,
+    }  # fmt: skip
+    loaded = reader.scene(scene, ctx, changes)
+    reader.check_columns(loaded, outputs)
+    return measure(reader.checked(loaded), arguments, place, as_json)
+
+
+def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bool) -> int:
+    """Measure, write the files to the folder ``place``, print the results; the exit code. arguments: those of
+    ``WorkPrecisionRequest``."""
+    from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
+    from trunnion.analysis.work_precision.html_page import page_data
+    from trunnion.analysis.work_precision.machine_description import pin_to_one_core
+    from trunnion.analysis.work_precision.output_files import make_folder, write_work_precision
+    from trunnion.analysis.work_precision.request_and_results import WorkPrecisionRequest
+    from trunnion.cli.output.progress_bars import ProgressBar
+    from trunnion.simulation.results.csv_and_parquet import finite
+
+    make_folder(place)
+    with pin_to_one_core(), ProgressBar(f"chart {scene.name}") as bar:
+        study = measure_work_precision(scene, WorkPrecisionRequest(**arguments), bar.show_part)
+    files = [str(p) for p in write_work_precision(study, place)]
+    return print_answer(as_json, DONE, finite(page_data(study)) if as_json else {}, summary(study), files)
+
+
+def read_folder(folder: str | None, reader: ArgumentReader) -> str:
+    """The folder of ``-o``; mistakes go to ``reader``."""
+    if folder is None:
+        reader.add("-o", "no folder for the files is given", "for example -o charts")
+    elif is_pattern(folder):
+        reader.add("-o", f"{folder!r} is not the name of a folder", COLUMNS_HINT)
+    return folder or ""
+
+
+def speeds(texts: Sequence[str], reader: ArgumentReader) -> tuple[float, ...]:
+    """Positive speeds, m/s; mistakes go to ``reader``."""
+    values = [(text, reader.quantity(text, "m/s", "--v-eps")) for text in texts]
+    for text, value in values:
+        if value is not None and value <= 0:
+            reader.add("--v-eps", f"{text} is not a positive speed", 'for example "1e-4 m/s"')
+    return tuple(value for _, value in values if value is not None)
+
+
+def summary(study: WorkPrecision) -> list[str]:
+    """References, the fastest setting at each error, other programs and failures, as lines."""
+    from trunnion.analysis.work_precision.error_cost_curves import compare_with_solvers
+    from trunnion.analysis.work_precision.measurement_points import pareto_front
+    from trunnion.analysis.work_precision.output_files import reference_lines
+
+    lines = [f"{study.scene.name}: {len(study.points)} settings, 0 to {study.until:g} s", *reference_lines(study)]
+    best = pareto_front(p for p in study.engine_points() if p.variant == study.exact)
+    rows = [(f"{p.error:.1e}", f"{1e3 * p.minimum:.3f}", f"{1e3 * p.median:.3f}", f"{p.method}, {p.setting}") for p in best]
+    lines += ["", f"fastest settings at each error{f' ({study.exact})' if study.exact.law else ''}:"]
+    lines += table(("error", "min ms", "median ms", "setting"), rows)
+    lines += ["", *compare_with_solvers(study)] if study.solver_points() else []
+    lines += [f"{name}: {text}" for name, _, text in study.solvers]
+    failed = [p for p in study.points if not p.ok]
+    lines += [f"{len(failed)} settings failed (crosses in the chart; listed in chart.csv)"] if failed else []
+    return [*lines, *study.notes, ""]

@@ -1,0 +1,31 @@
+"""``trunnion models``."""
+
+from __future__ import annotations
+
+from trunnion.cli.options.option_declarations import Json
+from trunnion.cli.output.exit_codes import DONE, print_json
+
+
+def command(as_json: Json = False) -> int:
+    """List the bundled models with their titles."""
+    from trunnion.scene.library.model_folders import bundled_names, models_dir
+
+    found = [(name, title(name)) for name in bundled_names()]
+    if as_json:
+        print_json({"exit_code": DONE, "folder": str(models_dir()), "models": [{"name": n, "title": t} for n, t in found]})
+        return DONE
+    width = max((len(n) for n, _ in found), default=0)
+    for name, text in found:
+        print(f"{name:<{width}}  {text}")
+    return DONE
+
+
+def title(name: str) -> str:
+    """The title of a bundled model, or the reason why it cannot be read."""
+    from trunnion.basics.problems import SceneError
+    from trunnion.scene.scene_loader import load_scene
+
+    try:
+        return load_scene(name).title
+    except SceneError as e:
+        return f"(cannot be read: {e.problems[0]})"

@@ -1,0 +1,96 @@
+"""Run a command; report problems, failures and defects with the exit code of each."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+from trunnion.basics.optional_packages import Missing, brings, extra_of, remedy
+from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.basics.renamed_words import deprecation_notes
+from trunnion.cli.command_group import COMMAND
+from trunnion.cli.command_registry import extra_of_command
+from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, failure_end, problems_end
+
+INTERRUPTED = 130
+"""What newer versions of typer return for a command that Ctrl-C ended; older ones raise Abort."""
+USAGE_ERROR: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")  # type: ignore[assignment]
+"""What typer raises for invalid arguments (its own copy of click's class, or click's)."""
+
+
+def run(arguments: list[str]) -> int:
+    """Run the command that the arguments name; its exit code. Deprecated words are reported on standard error."""
+    with deprecation_notes() as notes:
+        code = run_command(arguments)
+    error_lines(notes)
+    return code
+
+
+def run_command(arguments: list[str]) -> int:
+    """Run the command that the arguments name; its exit code."""
+    given = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    as_json, verbose = "--json" in given, any(a in ("-v", "--verbose") for a in given)
+    try:
+        code = COMMAND.main(arguments, prog_name="trunnion", standalone_mode=False)
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
+    except SceneError as e:
+        return problems_end(e.problems, as_json)
+    except USAGE_ERROR as e:
+        return problems_end([usage_problem(e)], as_json)
+    except SimulationError as e:
+        return failure_end(str(e), as_json)
+    except ImportError as e:
+        problem = missing_package(e, arguments)
+        return problems_end([problem], as_json) if problem else failure_end(defect_text(e, verbose), as_json)
+    except (KeyboardInterrupt, typer.Abort):
+        return failure_end("cancelled before the first results", as_json)
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # nothing reads our output any more
+        return FAILED
+    except Exception as e:  # noqa: BLE001  # the last line of defence: a defect of ours is reported as one
+        return failure_end(defect_text(e, verbose), as_json)
+    return code if isinstance(code, int) else DONE
+
+
+def usage_problem(error: Exception) -> Problem:
+    """The problem that typer found: the command, the mistake, the remedy."""
+    text = getattr(error, "format_message", lambda: str(error))().strip()
+    context = getattr(error, "ctx", None)
+    command = getattr(context, "command_path", "") or "trunnion"
+    what, _, hint = text.partition(" Did you mean ")
+    return Problem(command, what.rstrip("."), f"did you mean {hint}" if hint else f"see {command} --help")
+
+
+def missing_package(error: ImportError, words: list[str]) -> Problem | None:
+    """The problem of a missing package that an extra brings; None where no extra does, which is a defect."""
+    command = next((w for w in words if not w.startswith("-")), "")
+    own, module = extra_of_command(command), error.name or ""
+    extra = own if brings(own, module) else error.extra if isinstance(error, Missing) else extra_of(module)
+    if not extra:
+        return None
+    what = f"needs the package {module.partition('.')[0]}, which is not installed"
+    return Problem(f"trunnion {command}".rstrip(), what, remedy(extra))
+
+
+def defect_text(error: Exception, verbose: bool) -> str:
+    """A short report of a defect; verbose: the traceback."""
+    from trunnion.basics.version import version
+    from trunnion.kernel.compilation.c_compiler import CompilerError
+
+    if isinstance(error, CompilerError):
+        return str(error)
+    if verbose:
+        import traceback
+
+        return "".join(traceback.format_exception(error))
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    where = f" ({os.path.basename(frame.tb_frame.f_code.co_filename)}:{frame.tb_lineno})" if frame else ""
+    return (
+        f"internal error: {type(error).__name__}: {error}{where}\n"
+        f"This is a defect of Trunnion {version()}. Please report it with the scene and this text; -v shows more."
+    )

@@ -1,0 +1,1 @@
+"""Values of options: completion, parsing, settings of runs."""

@@ -1,0 +1,1 @@
+"""Output of commands: summaries, reports, progress, exit codes."""

@@ -1,0 +1,1 @@
+"""Requests that several commands make, read from their options."""

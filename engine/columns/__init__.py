@@ -1,0 +1,1 @@
+"""Output columns: each is defined once, for both kernels."""

@@ -1,0 +1,160 @@
+"""Declarations of output columns: names, units, descriptions, operands, and one symbolic expression.
+
+An expression takes operands by name and returns outputs by name. It imports the symbolic library inside the function, because
+names and units are read without that library."""
+
+from __future__ import annotations
+
+import inspect
+import string
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from trunnion.basics.number_declarations import ANY, Bound
+from trunnion.columns.operands import Operand
+from trunnion.columns.subjects import Subject, SubjectType
+
+COMPONENT, ITEM = "component", "item"
+"""Words in a column's name: component of a quantity, and item of a subject with several items, from 1."""
+
+
+def always(_: Subject) -> bool:
+    """Every subject has the quantity."""
+    return True
+
+
+def no_post(_: Subject) -> str:
+    """The runtime leaves the column as it is."""
+    return ""
+
+
+def select(**operand: Any) -> Any:
+    """The default expression: the columns are numbers of one operand, from ``Quantity.at`` on."""
+    (value,) = operand.values()
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One output of a kind's expression, and the columns that show it.
+
+    name       key for callers ("position"); a suffix behind a dot distinguishes outputs of one name ("extra.events").
+    output     its name among the expression's outputs.
+    column     name of a column, with words of the subject in braces: "{body}.position[{component}]".
+    unit       unit of a column, likewise ("{displacement}/s"). text: description, likewise.
+    size       number of columns.
+    at         with a selected operand: the first number shown.
+    label      part of the column's key behind the subject's.
+    given      whether a subject has it. post: "hold" (last value while its contact is open), "wrap" (angle continued by turns), or
+               "".
+    bound      allowed values.
+    integral   computed from powers integrated with the motion (else from state, multipliers and accelerations at the instant).
+    direct     changes at once with forces; the others follow by integration.
+    steps      constant between events (a count, a state, the last event).
+    smooth     differentiable by the numbers of the scene.
+    runtime    known to the runtime alone.
+    vector     "[k]" counts components of a vector in space (else coordinates, contacts, states).
+    reacts     follows reactions, which a redundant loop can leave open."""
+
+    name: str
+    output: str = ""
+    column: str
+    unit: str
+    text: str
+    size: int = 1
+    at: int = 0
+    label: tuple[str, ...] = ()
+    given: Callable[[Subject], bool] = always
+    post: Callable[[Subject], str] = no_post
+    bound: Bound = ANY
+    integral: bool = False
+    direct: bool = False
+    steps: bool = False
+    smooth: bool = True
+    runtime: bool = False
+    vector: bool = True
+    reacts: bool = False
+
+    @property
+    def instantaneous(self) -> bool:
+        """Whether it is an expression of state, multipliers and accelerations."""
+        return not (self.integral or self.runtime)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnKind:
+    """Columns with one expression, evaluated once per subject.
+
+    operands: of the expression, by parameter name. repeats: number of items of each quantity (contacts), counted by the word
+    ``item``. beside: outputs for the runtime that no column shows. name: the kind's file."""
+
+    of: SubjectType
+    operands: Mapping[str, Operand]
+    quantities: tuple[Quantity, ...]
+    expression: Callable[..., Any] = select
+    name: str = ""
+    repeats: Callable[[Subject], int] | None = None
+    beside: tuple[str, ...] = ()
+
+    @property
+    def selects(self) -> bool:
+        """Whether the columns are numbers of the operand."""
+        return self.expression is select
+
+    @property
+    def solved(self) -> bool:
+        """Whether an operand contains multipliers or accelerations, which every force changes."""
+        return any(o.solved for o in self.operands.values())
+
+
+def registered(*kinds: ColumnKind) -> dict[str, ColumnKind]:
+    """The kinds by name, in order. ValueError with all faults of their declarations."""
+    wrong = [f"column kind {k.name or '?'}: {fault}" for k in kinds for fault in faults(k)]
+    patterns = [f"{q.column} of {k.of.name}" for k in kinds for q in k.quantities]
+    for what, names in (("column kind", [k.name for k in kinds]), ("column", patterns)):
+        wrong += [f"{what} {n}: declared twice" for n in dict.fromkeys(names) if names.count(n) > 1]
+    if wrong:
+        raise ValueError("; ".join(wrong))
+    return {k.name: k for k in kinds}
+
+
+def faults(kind: ColumnKind) -> list[str]:
+    """Faults of a declaration."""
+    found = [] if kind.name.isidentifier() else ["its name is not an identifier"]
+    found += [] if kind.operands else ["no operands"]
+    found += [] if kind.quantities else ["no quantities"]
+    found += _expression_faults(kind)
+    counted = {ITEM} if kind.repeats else set()
+    for q in kind.quantities:
+        known = {*kind.of.words, *counted, *([COMPONENT] if q.size > 1 else [])}
+        needed = {*counted, *([COMPONENT] if q.size > 1 else [])}
+        found += [f"quantity {q.name or '?'}: {fault}" for fault in _quantity_faults(kind, q, known, needed)]
+    return found
+
+
+def _expression_faults(kind: ColumnKind) -> Iterator[str]:
+    if not callable(kind.expression):
+        yield "no expression"
+    elif kind.selects:
+        if len(kind.operands) != 1:
+            yield "select takes one operand"
+    elif set(inspect.signature(kind.expression).parameters) != set(kind.operands):
+        yield "the expression's parameters are not its operands"
+
+
+def _quantity_faults(kind: ColumnKind, q: Quantity, known: set[str], needed: set[str]) -> Iterator[str]:
+    for field in ("name", "column", "unit", "text"):
+        if not getattr(q, field):
+            yield f"no {field}"
+        unknown = _words(getattr(q, field)) - known
+        if unknown:
+            yield f"{field} names what {kind.of.name} does not have: {', '.join(sorted(unknown))}"
+    if needed - _words(q.column):
+        yield f"column lacks {{{'}, {'.join(sorted(needed - _words(q.column)))}}}"
+    if not kind.selects and not q.output:
+        yield "no output of the expression"
+
+
+def _words(template: str) -> set[str]:
+    return {word for _, word, _, _ in string.Formatter().parse(template) if word}

@@ -1,0 +1,98 @@
+"""Contacts of a joint with friction: normal force, position, and whether the contact is open."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.number_declarations import NOT_NEGATIVE
+from trunnion.columns.declaration import ColumnKind, Quantity
+from trunnion.columns.operands import CONTACT_REACTION, FRICTION, JOINT_MULTIPLIERS, JOINT_POSE, JOINT_RATES
+from trunnion.columns.subjects import FRICTIONAL_JOINT, Subject
+from trunnion.elements.contact import REGISTRY as CONTACTS
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.contact_element import Contact
+    from trunnion.recursion.body_kinematics import Pose
+    from trunnion.recursion.complement_equation_terms import FrictionTerms
+
+TINY = 1e-300
+TOUCHING = 1e-140
+"""Smallest force of a closed contact, N."""
+WATCHED = 4
+"""Numbers of a ``tr_contact``: force, then the watched vector on the cosine axis, the sine axis and the third axis. The contact's
+angle is atan2(third number, second)."""
+
+
+def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, pose: Pose) -> dict[str, list[SX]]:
+    """Contacts of the joint's closed forms (§7), in the inboard joint frame."""
+    from trunnion.recursion.complement_equation_terms import wrench
+    from trunnion.recursion.joint_reactions import pin_axes
+
+    e = friction.element
+    split = [[v[k] for k in range(v.numel())] for v in (rates, multipliers)]
+    found = e.contact.contacts(wrench(e, reaction), split[0], friction.laws, friction.numbers, split[1])
+    turn = ca.sparsify(pose.Ein.T @ pin_axes(e.joint, pose.Ein, pose.Eout))
+    out: dict[str, list[SX]] = {name: [] for name in ("force", "angle", "elevation", "normal", "state", "watched")}
+    for c in found:
+        for name, values in _touch(c, turn).items():
+            out[name] += values
+    return out
+
+
+def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
+    """Numbers of a contact. turn: from the pin's frame into the inboard joint frame (3×3). The angle is measured in the pin's
+    frame (ball: inboard joint frame)."""
+    vector = turn @ ca.vertcat(*c.vector)
+    normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
+    (axis, base), third = c.plane, 3 - c.plane[0] - c.plane[1]
+    own = (vector[0], vector[1], vector[2]) if c.inboard else c.vector
+    watched = c.watched or own
+    return {
+        "force": [c.force], "angle": [angle(own[base], own[axis])],
+        "elevation": [ca.asin(ca.fmin(1, ca.fmax(-1, normal[third])))], "normal": [normal[k] for k in range(3)],
+        "state": [c.force > TOUCHING], "watched": [c.force, watched[axis], watched[base], watched[third]],
+    }  # fmt: skip
+
+
+def angle(y: SX, x: SX) -> SX:
+    """atan2(y, x), but 0 at the origin, where the derivatives of atan2 are not numbers."""
+    none = x * x + y * y <= TINY
+    return ca.if_else(none, 0, ca.atan2(y, ca.if_else(none, 1, x)))
+
+
+def count(s: Subject) -> int:
+    """Number of contacts."""
+    return CONTACTS[s.data.friction.contact].count
+
+
+def elevates(s: Subject) -> bool:
+    """Whether contacts leave the plane of their angle."""
+    return CONTACTS[s.data.friction.contact].elevates
+
+
+def held(_: Subject) -> str:
+    """An open contact has no angle: the last one is held."""
+    return "hold"
+
+
+KIND = ColumnKind(
+    of=FRICTIONAL_JOINT,
+    operands={"friction": FRICTION, "reaction": CONTACT_REACTION, "rates": JOINT_RATES, "multipliers": JOINT_MULTIPLIERS,
+              "pose": JOINT_POSE},
+    expression=contacts,
+    repeats=count,
+    beside=("watched",),
+    quantities=(
+        Quantity(name="contact", output="force", label=("force",), column="{joint}.contact[{item}].normal_force", unit="N",
+                 text="normal force at contact {item} of {joint}", bound=NOT_NEGATIVE, direct=True, reacts=True),
+        Quantity(name="contact", output="angle", label=("angle",), column="{joint}.contact[{item}].angle", unit="rad",
+                 text="orientation angle of contact {item} of {joint}", post=held, direct=True, reacts=True),
+        Quantity(name="contact", output="elevation", label=("elevation",), column="{joint}.contact[{item}].elevation", unit="rad",
+                 text="elevation of contact {item} of {joint}", given=elevates, post=held, direct=True, reacts=True),
+        Quantity(name="contact", output="normal", label=("normal",), column="{joint}.contact[{item}].normal[{component}]", size=3,
+                 unit="1", text="outward normal of the pin, inboard joint frame", direct=True, reacts=True),
+        Quantity(name="contact.state", output="state", label=("state",), column="{joint}.contact[{item}].state", unit="1",
+                 text="1: touching, 0: no contact force", vector=False, direct=True, steps=True, reacts=True),
+    ),
+)  # fmt: skip

@@ -1,0 +1,25 @@
+"""Effort and power of a freedom's drive."""
+
+from trunnion.basics.lazy_casadi import SX
+from trunnion.columns.declaration import ColumnKind, Quantity
+from trunnion.columns.operands import DRIVE_EFFORT, RATE
+from trunnion.columns.subjects import DRIVEN
+
+
+def drive(effort: SX, rate: SX) -> dict[str, SX]:
+    """Effort: transmitted force along the freedom, minus friction and devices, plus rotor inertia. Power: its product with the
+    rate."""
+    return {"effort": effort, "power": effort * rate}
+
+
+KIND = ColumnKind(
+    of=DRIVEN,
+    operands={"effort": DRIVE_EFFORT, "rate": RATE},
+    expression=drive,
+    quantities=(
+        Quantity(name="drive", output="effort", column="{joint}.drive.effort[{number}]", unit="{effort}",
+                 text="effort of the drive of {joint}", direct=True),
+        Quantity(name="power", output="power", label=("drive",), column="{joint}.drive.power[{number}]", unit="W",
+                 text="power of the drive of {joint}", vector=False, direct=True),
+    ),
+)  # fmt: skip

@@ -1,0 +1,23 @@
+"""Energy residual, for the audit of a run."""
+
+from trunnion.basics.lazy_casadi import SX
+from trunnion.columns.declaration import ColumnKind, Quantity
+from trunnion.columns.operands import DRIVE_WORK, ENERGIES, LOAD_WORK, RUNTIME_VALUES, TAKEN_WORK
+from trunnion.columns.subjects import SYSTEM
+from trunnion.runtime.abi.run_records import EXTRA
+
+
+def residual(energies: SX, runtime: SX, drives: SX, loads: SX, taken: SX) -> dict[str, SX]:
+    """Energy now, minus energy at the start and all work."""
+    return {"residual": energies[0] + energies[1] - runtime[EXTRA.at("energy0")] - (drives + loads) - taken}
+
+
+KIND = ColumnKind(
+    of=SYSTEM,
+    operands={"energies": ENERGIES, "runtime": RUNTIME_VALUES, "drives": DRIVE_WORK, "loads": LOAD_WORK, "taken": TAKEN_WORK},
+    expression=residual,
+    quantities=(
+        Quantity(name="residual", output="residual", column="energy.residual", unit="J", integral=True, smooth=False,
+                 text="energy now − at the start − work of drives and loads + dissipated"),
+    ),
+)  # fmt: skip

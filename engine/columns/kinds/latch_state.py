@@ -1,0 +1,14 @@
+"""Tooth under the hook of a latch."""
+
+from trunnion.columns.declaration import ColumnKind, Quantity
+from trunnion.columns.operands import LATCH_HOOK
+from trunnion.columns.subjects import LATCH
+
+KIND = ColumnKind(
+    of=LATCH,
+    operands={"hook": LATCH_HOOK},
+    quantities=(
+        Quantity(name="latched", column="{joint}.latch.state[{number}]", unit="1",
+                 text="the tooth that the latch of {joint} is on, 0: up", vector=False, steps=True, smooth=False),
+    ),
+)  # fmt: skip

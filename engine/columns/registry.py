@@ -1,0 +1,70 @@
+"""All kinds of output columns, in the order of a result. A new kind is a file in ``kinds`` and one line of FILES."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import groupby
+
+from trunnion.basics.object_paths import objects
+from trunnion.columns.declaration import COMPONENT, ITEM, ColumnKind, registered
+from trunnion.columns.subjects import Subject, items
+from trunnion.system.structure.bodies_and_joints import System
+
+FILES = (
+    "mass_centre",
+    "body_acceleration",
+    "orientation",
+    "angular_velocity",
+    "body_point",
+    "joint_coordinate",
+    "joint_rate",
+    "joint_acceleration",
+    "reaction",
+    "drive",
+    "device",
+    "latch_state",
+    "joint_friction",
+    "sliding_state",
+    "bristle_deflection",
+    "friction_work",
+    "contact",
+    "coupling_effort",
+    "spring_damper",
+    "bushing",
+    "energy",
+    "dissipated_energy",
+    "energy_residual",
+    "audit",
+    "last_event",
+)
+KINDS = objects("trunnion.columns.kinds", (f"{file}.KIND" for file in FILES))
+REGISTRY: dict[str, ColumnKind] = registered(*(replace(kind, name=file) for file, kind in zip(FILES, KINDS, strict=True)))
+CONTACT = REGISTRY["contact"]
+
+
+def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
+    """All subjects of all kinds in a system, in the order of a result: bodies, joints, couplings, loads, the system. The kinds of
+    an item follow each other; those with ``SubjectType.by_freedom`` alternate by freedom."""
+    for scope, kinds in groupby(REGISTRY.values(), key=lambda kind: kind.of.scope):
+        runs = [(by, list(run)) for by, run in groupby(kinds, key=lambda kind: kind.of.by_freedom)]
+        for number, item in enumerate(items(system, scope)):
+            for by_freedom, run in runs:
+                found = [(kind, s) for kind in run for s in kind.of.found(number, item)]
+                yield from sorted(found, key=lambda pair: pair[1].freedom) if by_freedom else found
+
+
+def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int | None]]:
+    """Columns of a subject: number of the quantity, item (None: a single one) and component (None: a scalar), from 0."""
+    for item in range(kind.repeats(s)) if kind.repeats else (None,):
+        for number, q in enumerate(kind.quantities):
+            if q.given(s):
+                yield from ((number, item, k if q.size > 1 else None) for k in range(q.size))
+
+
+def reference() -> Iterator[tuple[str, str, str]]:
+    """(name, unit, description) of every column as references print it, names of subjects in capitals: ``BODY.position[K]``."""
+    for kind in REGISTRY.values():
+        words = {w: w.upper() for w in (*kind.of.words, ITEM, COMPONENT)}
+        for q in kind.quantities:
+            yield q.column.format_map(words), q.unit.format_map(words), q.text.format_map(words)

@@ -1,0 +1,165 @@
+"""Subjects of columns: bodies, joints, freedoms, contacts, loads, the system; each with words for names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.joints import JointKind
+from trunnion.system.structure.bodies_and_joints import Body, Joint, Load, System
+
+UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}
+"""Units of coordinates."""
+DEVICES = {"spring": "spring", "damping": "damper", "stop": "end_stop", "effort": "effort", "motor": "motor", "latch": "latch"}
+"""Devices of a freedom by field, and their words in column names."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """key: unique in its system. words: for templates. data: the body, joint, load or system. freedom: of the joint."""
+
+    key: tuple
+    words: dict[str, str]
+    data: Any
+    freedom: int = 0
+
+
+@dataclass(frozen=True)
+class SubjectType:
+    """scope: items of a system ("bodies", "joints", "ties", "loads", "system"). words: of every subject. found: subjects of one
+    item, from its number and the item. by_freedom: consecutive kinds of this type alternate from freedom to freedom."""
+
+    name: str
+    scope: str
+    words: tuple[str, ...]
+    found: Callable[[int, Any], Iterator[Subject]]
+    by_freedom: bool = False
+
+
+def items(system: System, scope: str) -> list[Any]:
+    """The items of a scope, in order."""
+    return [system] if scope == "system" else list(getattr(system, scope))
+
+
+def _units(kind: JointKind, freedom: int) -> dict[str, str]:
+    """Units of displacement and effort along a freedom: rad and N·m where it turns, m and N where it slides."""
+    return {"displacement": "rad", "effort": "N*m"} if kind.turns(freedom) else {"displacement": "m", "effort": "N"}
+
+
+def _body(i: int, b: Body) -> Iterator[Subject]:
+    yield Subject((i,), {"body": b.name}, b)
+
+
+def _point(i: int, b: Body) -> Iterator[Subject]:
+    yield from (Subject((i, name), {"body": b.name, "point": name}, b) for name, _ in b.points)
+
+
+def _joint(_: int, j: Joint) -> Iterator[Subject]:
+    yield Subject((j.name,), {"joint": j.name}, j)
+
+
+def _coordinates(_: int, j: Joint) -> Iterator[Subject]:
+    for i, c in enumerate(j.kind.coordinates):
+        yield Subject((j.name, i), {"joint": j.name, "number": str(i + 1), "displacement": UNITS[c]}, j)
+
+
+def _freedom(j: Joint, k: int) -> Subject:
+    return Subject((j.name, k), {"joint": j.name, "number": str(k + 1), **_units(j.kind, k)}, j, k)
+
+
+def _freedoms(_: int, j: Joint) -> Iterator[Subject]:
+    yield from (_freedom(j, k) for k in range(j.kind.nv))
+
+
+def _driven(_: int, j: Joint) -> Iterator[Subject]:
+    yield from (_freedom(j, k) for k in j.driven)
+
+
+def _devices(_: int, j: Joint) -> Iterator[Subject]:
+    for k, d in enumerate(j.devices):
+        for field, word in DEVICES.items():
+            if getattr(d, field) is not None:
+                own = _freedom(j, k)
+                stem = word if word == "effort" else f"{word}.effort"
+                yield Subject((j.name, k, field), own.words | {"device": word, "what": word.replace("_", " "), "stem": stem}, j, k)
+
+
+def _latches(_: int, j: Joint) -> Iterator[Subject]:
+    yield from (_freedom(j, k) for k, d in enumerate(j.devices) if d.latch is not None)
+
+
+def _tie(_: int, j: Joint) -> Iterator[Subject]:
+    yield Subject((j.rows,), {"joint": j.name, "effort": "N" if j.travels else "N*m"}, j)
+
+
+def _load(i: int, load: Load) -> Iterator[Subject]:
+    yield Subject((i,), {"load": load.name}, load)
+
+
+def _springs(i: int, load: Load) -> Iterator[Subject]:
+    yield from _load(i, load) if load.kind == "spring_damper" else ()
+
+
+def _bushings(i: int, load: Load) -> Iterator[Subject]:
+    yield from _load(i, load) if load.kind == "bushing" else ()
+
+
+def _system(_: int, system: System) -> Iterator[Subject]:
+    yield Subject((), {}, system)
+
+
+def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
+    """Freedoms along which friction acts; those that turn are counted."""
+    turn = 0
+    for k in range(j.kind.nv) if j.friction else ():
+        assert j.friction is not None
+        if k in CONTACTS[j.friction.contact].bound:
+            continue  # no friction: it is in the contacts' forces
+        turns = j.kind.turns(k)
+        turn += turns
+        words = {"what": "torque", "place": f"torque[{turn}]"} if turns else {"what": "force", "place": "force"}
+        yield Subject((j.name, k), _freedom(j, k).words | words, j, k)
+
+
+def _pairs(_: int, j: Joint) -> Iterator[Subject]:
+    for n, s in enumerate(j.friction.sliders if j.friction else ()):
+        yield Subject((s.flag,), {"joint": j.name, "number": str(n + 1)}, j)
+
+
+def _bristles(_: int, j: Joint) -> Iterator[Subject]:
+    for k in range(j.kind.nv) if j.friction and j.friction.bristles else ():
+        radius = ", at the radius" if j.kind.turns(k) else ""
+        yield Subject((j.name, k), _freedom(j, k).words | {"radius": radius}, j, k)
+
+
+def _work(_: int, j: Joint) -> Iterator[Subject]:
+    if j.friction:
+        sense = "less what the bristles have stored" if j.friction.bristles else "≤ 0"
+        yield Subject((f"friction:{j.name}",), {"joint": j.name, "sense": sense}, j)
+
+
+def _frictional(_: int, j: Joint) -> Iterator[Subject]:
+    if j.friction:
+        yield Subject((j.name,), {"joint": j.name}, j)
+
+
+FREEDOM_WORDS = ("joint", "number", "displacement", "effort")
+BODY = SubjectType("a body", "bodies", ("body",), _body)
+POINT = SubjectType("a named point", "bodies", ("body", "point"), _point)
+JOINT = SubjectType("a joint", "joints", ("joint",), _joint)
+COORDINATES = SubjectType("a coordinate", "joints", ("joint", "number", "displacement"), _coordinates)
+FREEDOM = SubjectType("a freedom", "joints", FREEDOM_WORDS, _freedoms)
+DRIVEN = SubjectType("a driven freedom", "joints", FREEDOM_WORDS, _driven)
+DEVICE = SubjectType("a device", "joints", (*FREEDOM_WORDS, "device", "what", "stem"), _devices, by_freedom=True)
+LATCH = SubjectType("a latch", "joints", FREEDOM_WORDS, _latches, by_freedom=True)
+FRICTION_FREEDOM = SubjectType("a freedom with friction", "joints", (*FREEDOM_WORDS, "what", "place"), _friction_freedoms)
+PAIR = SubjectType("a friction pair", "joints", ("joint", "number"), _pairs)
+BRISTLES = SubjectType("bristles", "joints", (*FREEDOM_WORDS, "radius"), _bristles)
+FRICTION_WORK = SubjectType("a joint's friction", "joints", ("joint", "sense"), _work)
+FRICTIONAL_JOINT = SubjectType("a joint with friction", "joints", ("joint",), _frictional)
+TIE = SubjectType("a coupling", "ties", ("joint", "effort"), _tie)
+SPRING = SubjectType("a spring between points", "loads", ("load",), _springs)
+BUSHING = SubjectType("a bushing", "loads", ("load",), _bushings)
+SYSTEM = SubjectType("the system", "system", (), _system)

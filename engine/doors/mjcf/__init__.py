@@ -1,5 +1,0 @@
-"""MJCF: the file with includes, settings and classes (``model``), masses of geoms, bodies and joints, what closes loops."""
-
-from engine.doors.mjcf.door import scene_of_mjcf
-
-__all__ = ["scene_of_mjcf"]

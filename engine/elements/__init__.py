@@ -1,0 +1,1 @@
+"""Joint types, contact elements and friction laws."""

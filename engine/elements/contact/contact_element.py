@@ -1,0 +1,231 @@
+"""Contact elements: closed forms from a joint reaction to contact forces, contact points and friction.
+
+f_c, m_c act on the part that carries the pin, in the pin's frame (notation, "Reactions, friction and contacts"). Derivation:
+theory, "Contact forms". An element's file has a function for each field of ``ContactElement``, which states its contract."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.number_declarations import Number, checked_numbers
+from trunnion.elements.friction import Law
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
+
+TINY = 1e-300
+COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
+
+
+FIXED, OVERLAP = "fixed", "overlap"
+"""Choices of a joint's ``ends``: contacts sit at the ends of one part, or at the ends of the overlap of both."""
+SPAN = "span"
+"""Name of half the length over which two parts of finite length touch, m; used beside the components of f_c, m_c."""
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Wrench of a joint on the part with the pin: needed components of f_c (N) and m_c (N m), and SPAN, by name. pin: +1 if the
+    inboard part has the pin, −1 if the outboard part; signed friction ratios change sign with it."""
+
+    values: Mapping[str, SX]
+    pin: int
+
+    def __getitem__(self, name: str) -> SX:
+        return self.values[name]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact.
+
+    force: normal force, N, ≥ 0. vector: force times the outward unit normal on the pin (3), so that a contact without force needs
+    no direction. plane: axes of the cosine and the sine of its angle. Both are in the pin's frame; ``inboard``: in the inboard
+    joint frame. watched: vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use the part
+    along their motion, because their force turns by less than 180°."""
+
+    force: SX
+    vector: tuple[SX, SX, SX]
+    plane: tuple[int, int]
+    inboard: bool = False
+    watched: tuple[SX, SX, SX] | None = None
+
+
+@dataclass(frozen=True)
+class Size(Number):
+    """A size of a contact element. drawn: default in pictures, over the mechanism's length. bears: whether spring forces depend on
+    it (``ContactElement.pressed``). ends: choice of a joint's ``ends`` to which it belongs, FIXED or OVERLAP; "": both."""
+
+    drawn: float = 0.025
+    bears: bool = True
+    ends: str = ""
+
+
+PARTS = ("pin", "inboard", "outboard")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Position of a contact: ``along`` (m) its part's joint axis ``axis`` (0, 1, 2) from the joint point, then ``arm`` (m) along
+    the outward normal.
+
+    on: part with the pin, or the inboard or outboard part. pair: friction pair, from 0. area: projected bearing area, m². arc: for
+    a contact that goes around, m² of surface per rad."""
+
+    on: str
+    axis: int
+    along: float
+    arm: float
+    pair: int = 0
+    area: float = 0.0
+    arc: float = 0.0
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A pin as drawn: "cylinder" (radius, length), "sphere" (radius) or "box" (three edges), m, along joint axis ``axis`` of the
+    part ``on``."""
+
+    shape: str
+    sizes: tuple[float, ...]
+    on: str = "pin"
+    axis: int = 0
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Static friction of a pair. capacity: largest friction force at the surface in the required direction, N. size: required
+    friction as such a force, N; the friction ratio is size/capacity. beyond: required part that no friction can supply, N (torque
+    about the force of a point contact)."""
+
+    capacity: SX
+    size: SX
+    beyond: SX | float = 0.0
+
+
+def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
+    """Ratio |k| of a pair at rest whose friction has this size: k · load(k) = size, by unrolled Newton steps. The left side grows
+    with k and is smooth up to the limit of sticking (theory, "Rest")."""
+    k = ca.SX.sym("k")
+    residual = k * load(k) - size
+    step = k - residual / (ca.jacobian(residual, k) + TINY)
+    out = size / (load(ca.SX(0)) + TINY)
+    for _ in range(rounds):
+        out = ca.substitute(step, k, out)
+    return out
+
+
+def while_sliding(law: Law, ratio: SX) -> SX:
+    """Friction ratio of a sliding pair; 0 for a pair at rest."""
+    return ca.if_else(law.stuck, 0, ratio) if law.sets else ratio
+
+
+def signum(x: SX) -> SX:
+    """−1 for negative numbers, else +1."""
+    return ca.if_else(x < 0, -1, 1)
+
+
+@dataclass(frozen=True)
+class ContactElement:
+    """A kind of joint contact: data for scenes, pictures and tables, and closed forms.
+
+    sizes      numbers in a scene.
+    pairs      for each friction pair, the freedoms along which it slides.
+    bound      freedoms without sliding, whose force follows from contact forces (teeth that push wheels apart).
+    places     (sizes by label) → positions of the contacts, in order; later contacts (a couple) have none.
+    pins       (sizes by label) → pins as drawn; ideal: the part they are drawn on in a joint without friction.
+    anywhere   whether a contact can be anywhere on its circle; those of a sleeve change sides, a thread has them all around.
+    needs      (names of numbers, adams) → components of f_c, m_c that the forms use.
+    friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
+    own_speeds (wrench, rates, laws, numbers, adams) → sliding speed of each pair; default: from ``velocity``, one component each.
+    held       (wrench, direction of friction, laws, numbers, adams) → ``Hold`` of each pair at rest.
+    contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction.
+    pressed    (wrench, rates, laws, numbers) → components of contact forces, each times the root of its spring's compliance over
+               that of one contact (theory, "Redundant loops"); with sliding friction where ``laws`` is not empty. The wrench has
+               six components.
+    rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
+    thrusts    components of f_c that faces normal to an axis carry.
+    velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
+    count      number of contacts; 0: friction is independent of the load.
+    springs    count of numbers that ``pressed`` returns.
+    drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
+    cone       arguments as ``own_speeds`` → measure of sliding of a pair that can turn without sliding: negative where it does
+               (ball).
+    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame of the rates: ball), "both" (u1, u2, u1 ×
+               u2; wrench on the inboard part)."""
+
+    name: str
+    needs: Callable[[Sequence[str], bool], tuple[str, ...]]
+    friction: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]]
+    held: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[Hold]]
+    contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], list[SX]], list[Contact]]
+    velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
+    pressed: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[SX]]
+    count: int
+    springs: int
+    sizes: tuple[Size, ...]
+    pairs: tuple[tuple[int, ...], ...]
+    rests: Callable[[Rubs], list[Pair]]
+    places: Callable[[Mapping[str, float]], list[Place]] = lambda g: []
+    pins: Callable[[Mapping[str, float]], list[Solid]] = lambda g: []
+    own_speeds: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
+    thrusts: tuple[str, ...] = ()
+    anywhere: bool = True
+    ideal: str = "pin"
+    frame: str = "pin"
+    bound: tuple[int, ...] = ()
+    cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
+    drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse an inconsistent declaration: ValueError."""
+        checked_numbers(f"contact element {self.name}", self.sizes)
+        for wrong in self._mistakes():
+            raise ValueError(f"contact element {self.name}: {wrong}")
+
+    def _mistakes(self) -> list[str]:
+        """Faults of the declaration."""
+        found = []
+        freedoms = [*(k for pair in self.pairs for k in pair), *self.bound]
+        if not self.pairs or sorted(freedoms) != list(range(len(freedoms))):
+            found.append("every freedom belongs to one sliding pair: pairs such as ((0,), (1,))")
+        example = {label: 1.0 for s in self.sizes for label in s.labels}
+        try:
+            places, solids = self.places(example), self.pins(example)
+        except KeyError as e:
+            return [f"its places or pins ask for {e.args[0]}, which is none of its sizes"]
+        if not int(self.anywhere and self.count > 0) <= len(places) <= self.count:
+            found.append(f"{len(places)} places for {self.count} contacts")
+        if not solids and self.count:
+            found.append("it has no pin to draw")
+        where: list[Place | Solid] = [*places, *solids]
+        for x in where:
+            if x.on not in PARTS or x.axis not in (0, 1, 2) or (isinstance(x, Place) and x.pair not in range(len(self.pairs))):
+                found.append(f"unknown part, axis or pair: {x}")
+        if self.frame not in ("pin", "inboard", "both") or self.ideal not in PARTS:
+            found.append(f"frame {self.frame!r} or ideal {self.ideal!r} is unknown")
+        for adams in (False, True):
+            if not {*self.needs(list(example), adams), *self.thrusts} <= {*COMPONENTS, SPAN}:
+                found.append(f"needs or thrusts name components other than {', '.join(COMPONENTS)}")
+        return found
+
+    @property
+    def elevates(self) -> bool:
+        """Whether a contact normal can leave the plane of its angle (ball)."""
+        return self.cone is not None
+
+    def speeds(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+        """Sliding speed of every pair, m/s, negative past a reversal of the frozen direction."""
+        if self.own_speeds is not None:
+            return self.own_speeds(w, rates, laws, g, adams)
+        return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(self.velocity(rates, g), laws, strict=True)]
+
+    def drifts(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+        """Rates of the states of a law with bristles, 1/s, along each freedom."""
+        if self.drift is not None:
+            return self.drift(w, rates, laws, g, adams)
+        pairs = zip(laws, self.velocity(rates, g), strict=True)
+        return [x for law, v in pairs for x in law.drift(v, law.state)]

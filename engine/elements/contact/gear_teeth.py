@@ -1,0 +1,82 @@
+"""Teeth of two gears, or of a pinion and its rack, which the paper leaves out (theory, "Teeth").
+
+A tooth's force f is inclined by the pressure angle α to the motion of the pitch circles: f cos α drives, f sin α pushes the wheels
+apart (a pinion towards the middle of its ring). Flanks slide in proportion to the distance of their contact from the pitch point.
+One pair carries at a time, evenly over one base pitch π m cos α. So friction acts with the mean arm ρ = π m cos α/4, as a torque
+between the wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.number_declarations import Bound
+from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Size, Solid, Wrench, signum
+from trunnion.elements.contact.journal import HALF_ROOT
+from trunnion.elements.friction import Law
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
+
+ANGLE = Size(
+    "pressure_angle", "rad", "pressure angle, between the force of a tooth and the motion of the pitch circles (usually 20 deg)",
+    Bound(0.0, 1.0), '"20 deg"', symbol="α", bears=False,
+)  # fmt: skip
+
+
+def _arm(g: Mapping[str, SX]) -> SX:
+    """ρ, m."""
+    return 0.25 * math.pi * g["module"] * ca.cos(g["pressure_angle"])
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    return [[_arm(g) * rates[0]]]
+
+
+def _rests(j: Rubs) -> list[Pair]:
+    """Teeth have no static capacity (``analysis.static_bounds.equilibrium_equations``)."""
+    raise NotImplementedError  # what holds is not asked of teeth (``analysis.static_bounds.equilibrium_equations``)
+
+
+def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
+    """Teeth whose force has these components. across: axes are parallel, or it is a rack, so that the force lies in the plane
+    normal to the inboard axis; else the torque alone decides its side."""
+
+    def needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+        return forces
+
+    def load(w: Wrench) -> SX:
+        """The force of a tooth, N."""
+        return ca.sqrt(sum((w[n] * w[n] for n in forces), ca.SX(TINY)))
+
+    def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+        """The torque of friction, and the force that pushes the wheels apart, which is there at rest as well."""
+        k, f = laws[0].ratios(_velocity(rates, g)[0])[0], load(w)
+        return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
+
+    def held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+        return [Hold(laws[0].static * load(w), ca.fabs(u[0]) / _arm(g))]
+
+    def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+        """One contact, whose outward normal is against the force on the inboard wheel. When the other flanks begin to carry, the
+        part of it along the way of the teeth goes through zero, and the torque about the wheel's axis with it."""
+        none = ca.SX(0)
+        lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
+        c, s = ca.cos(lean), ca.sin(lean)
+        way = (none, -(c * w["f2"] + s * w["f3"]), -(c * w["f3"] - s * w["f2"])) if across else (w["m1"] / g["module"], none, none)
+        return [Contact(load(w), (-w["f1"] if "f1" in forces else none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
+
+    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+        """The force of a tooth, which friction does not change."""
+        return [HALF_ROOT * w[n] for n in forces]
+
+    return ContactElement(
+        name, needs, friction, held, contacts, _velocity, pressed, 1, springs=len(forces), rests=_rests,
+        sizes=(ANGLE,), pairs=((0,),), bound=(1,), pins=lambda g: [Solid("cylinder", (1e-3, 1e-3))], anywhere=False,
+    )  # fmt: skip
+
+
+TEETH = teeth("flanks", ("f2", "f3"), True)
+CONES = teeth("bevel_flanks", ("f1", "f2", "f3"), False)

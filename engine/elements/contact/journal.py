@@ -1,0 +1,198 @@
+"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point; formulas shared with shaft and cross.
+
+(124) and (136) have a closed solution in a_i = f_i cosθ_i and b_i = f_i sinθ_i (theory, "Journal and shaft")."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
+from trunnion.elements.contact.contact_element import (
+    FIXED,
+    OVERLAP,
+    SPAN,
+    TINY,
+    Contact,
+    ContactElement,
+    Hold,
+    Place,
+    Size,
+    Solid,
+    Wrench,
+    ratio_held,
+    signum,
+    while_sliding,
+)
+from trunnion.elements.friction import Law
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
+
+HALF_ROOT = math.sqrt(0.5)
+
+
+def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
+    """Solution of (124) as a1 + a2, b1 + b2, a1 − a2, b1 − b2 of the normal forces' components along e3 and e2, N. kr, ks:
+    friction ratios around and along the pin; radius of the pin and half length c, m."""
+    n = 1 / (1 + kr * kr)
+    a, b = -(kr * f2 + f3) * n, (kr * f3 - f2) * n
+    y2, y3 = (m2 - ks * radius * a) / c, (m3 + ks * radius * b) / c
+    return a, b, (kr * y3 - y2) * n, (kr * y2 + y3) * n
+
+
+def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
+    """(a1, b1, a2, b2) of ``sums``."""
+    a, b, da, db = sums(f2, f3, m2, m3, kr, ks, radius, c)
+    return 0.5 * (a + da), 0.5 * (b + db), 0.5 * (a - da), 0.5 * (b - db)
+
+
+def length(a: SX, b: SX) -> SX:
+    """√(a² + b²), differentiable at zero."""
+    return ca.sqrt(a * a + b * b + TINY)
+
+
+def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX]:
+    """``split`` of the joint's wrench with the element's sizes."""
+    return split(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
+
+
+def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
+    """The two forces on a pin as their ``sums`` over √2: the same sum of squares, with equal and tilting parts separate."""
+    found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
+    return [HALF_ROOT * x for x in found]
+
+
+def as_contacts(a1: SX, b1: SX, a2: SX, b2: SX) -> list[Contact]:
+    """Two contacts from ``split``; n = cosθ e3 + sinθ e2."""
+    return [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in ((a1, b1), (a2, b2))]
+
+
+def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+    axial = ("f1",) if "thrust_radius" in numbers or adams else ()
+    return axial + (("f2", "f3") if adams else ("f2", "f3", "m2", "m3"))
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    return [[g["radius"] * rates[0]]]
+
+
+def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
+    return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
+
+
+def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    """Load of friction: f_1 + f_2 and preload, with an axial thrust at its own radius. Adams' form has |f_c| for f_1 + f_2."""
+    if adams:
+        return with_preload(ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY), g)
+    a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)
+    load = with_preload(length(a1, b1) + length(a2, b2), g)
+    return load + g["thrust_radius"] / g["radius"] * ca.fabs(w["f1"]) if "thrust_radius" in g else load
+
+
+def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """Friction torque (137) with sign: k_r r (f_1 + f_2); Adams' form (152): k_r r |f_c|."""
+    kr = _ratio(w, rates, laws, g)
+    return [w.pin * kr * g["radius"] * _load(w, kr, g, adams)]
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """Loads depend on |k_r| alone, so that the capacity is their value at μ_static (theory, "Rest")."""
+    most = laws[0].static
+    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    kr = _ratio(w, rates, laws, g)
+    if laws[0].sets:
+        side = w.pin * signum(eta[0])
+        still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"])
+        kr = ca.if_else(laws[0].stuck, side * still, kr)
+    return as_contacts(*pair(w, kr, ca.SX(0), g))
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    kr = while_sliding(laws[0], _ratio(w, rates, laws, g)) if laws else ca.SX(0)
+    return pressed(w, kr, ca.SX(0), g)
+
+
+RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")
+HALF_LENGTH = Size(
+    "half_length", "m", "c: the contact points sit at -c and +c from the point of the part that has the ends", POSITIVE, '"20 mm"',
+    symbol="c", drawn=0.06, ends=FIXED,
+)  # fmt: skip
+LENGTHS = tuple(
+    Size(
+        f"{part}_length", "m", f"with ends: overlap, length of the {part} part along the axis, its point in its middle", POSITIVE,
+        '"60 mm"', drawn=0.12, ends=OVERLAP,
+    )
+    for part in ("inboard", "outboard")
+)  # fmt: skip
+
+
+def with_span(needs: tuple[str, ...], numbers: Sequence[str]) -> tuple[str, ...]:
+    """Needed components, with the span for parts that overlap."""
+    return (*needs, SPAN) if LENGTHS[0].name in numbers else needs
+
+
+def half_length(w: Wrench, g: Mapping[str, SX]) -> SX:
+    """c: half the length over which pin and bearing touch, m."""
+    return w[SPAN] if SPAN in w.values else g["half_length"]
+
+
+def drawn_half_length(g: Mapping[str, float]) -> float:
+    """c as drawn: for overlapping parts, half the shorter length."""
+    return 0.5 * min(g[s.name] for s in LENGTHS) if LENGTHS[0].name in g else g["half_length"]
+
+
+THRUST_RADIUS = Size(
+    "thrust_radius", "m", "radius at which axial thrust rubs (the paper's end face has none)", POSITIVE, '"10 mm"', needed=False,
+    symbol="r_t",
+)  # fmt: skip
+
+
+PRELOAD = Size(
+    "preload", "N", "radial force of a spring or an interference fit, in addition to the loads (a seal)", NOT_NEGATIVE,
+    '"50 N"', needed=False, symbol="P", bears=False, varies=True,
+)  # fmt: skip
+
+
+def with_preload(load: SX, g: Mapping[str, SX], label: str = "preload") -> SX:
+    """Load plus preload."""
+    return load + g[label] if label in g else load
+
+
+def places(g: Mapping[str, float]) -> list[Place]:
+    """Both ends."""
+    r, c = g["radius"], drawn_half_length(g)
+    return [Place("pin", 0, along, r, area=2 * r * c, arc=r * c) for along in (-c, c)]
+
+
+def pins(g: Mapping[str, float]) -> list[Solid]:
+    """A cylinder."""
+    return [Solid("cylinder", (g["radius"], 2 * drawn_half_length(g)))]
+
+
+def _rests(j: Rubs) -> list[Pair]:
+    import numpy as np
+
+    from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
+
+    mu, r = j.static, j.sizes["radius"]
+    if j.adams:
+        norms: tuple[Norm, ...] = (Norm(j.rows(j.adams_forces), mu),)
+    else:
+        norms = j.ends(("f2", "f3"), ("m2", "m3"), j.sizes["half_length"], mu)
+        if "thrust_radius" in j.sizes:
+            norms += (Norm(j.rows(("f1",)), mu * j.sizes["thrust_radius"] / r),)
+    norms += j.preload(mu)
+    return [Pair(j.joint, 1, j.eta, np.array([[1.0 / r]]), (Capacity(norms),), mu)]
+
+
+JOURNAL = ContactElement(
+    "journal", _needs, _friction, _held, _contacts, _velocity, _pressed, 2, springs=4,
+    rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS, PRELOAD), pairs=((0,),), places=places, pins=pins, thrusts=("f1",),
+
+)  # fmt: skip

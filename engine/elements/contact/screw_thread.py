@@ -1,0 +1,126 @@
+"""Thread of a screw joint, which the paper leaves out (theory, "Thread").
+
+r: mean radius; λ: lead angle, tan λ = pitch/(2π r). Flanks press all around with normal forces of sum f; their normals are
+inclined by the flank angle β (in the section normal to the thread). Friction k f acts along the helix. One flank carries the whole
+axial force F = f_c·e1: f = |F| / (cos β cos λ + σ k sin λ), σ = sign F."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.number_declarations import Bound
+from trunnion.elements.contact.contact_element import (
+    COMPONENTS,
+    TINY,
+    Contact,
+    ContactElement,
+    Hold,
+    Size,
+    Solid,
+    Wrench,
+    ratio_held,
+    signum,
+)
+from trunnion.elements.contact.journal import HALF_ROOT, PRELOAD, RADIUS, with_preload
+from trunnion.elements.friction import Law
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
+
+FLANK = Size(
+    "flank_angle", "rad", "angle by which a thread's flanks lean, in the section across it (15 deg: trapezoidal, 30 deg: metric)",
+    Bound(0.0, 1.5), '"15 deg"', symbol="β", bears=False,
+)  # fmt: skip
+
+
+def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+    return ("f1",)
+
+
+def _lead(g: Mapping[str, SX]) -> tuple[SX, SX]:
+    """cos λ and sin λ."""
+    slope = g["pitch"] / (2 * math.pi * g["radius"])
+    cosine = (1 + slope * slope) ** -0.5
+    return cosine, slope * cosine
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    """Velocity along the helix."""
+    return [[g["radius"] * rates[0] / _lead(g)[0]]]
+
+
+def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
+    return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
+
+
+def _carried(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
+    """Axial force that flanks and their own friction carry, N: F minus friction of a preload."""
+    return w["f1"] - k * g["preload"] * _lead(g)[1] if "preload" in g else w["f1"]
+
+
+def _normal(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
+    """Sum of normal forces that the load causes on the flanks, N."""
+    cosine, sine = _lead(g)
+    lean = ca.cos(g["flank_angle"])
+    carried = _carried(w, k, g)
+    return ca.sqrt(carried * carried + TINY) / (lean * cosine + signum(carried) * k * sine)
+
+
+def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    """Load of friction: normal forces (Adams' form: axial force) and preload."""
+    return with_preload(ca.sqrt(w["f1"] ** 2 + TINY) if adams else _normal(w, k, g), g)
+
+
+def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """k f r/cos λ: work of friction along the helix per angle."""
+    k = _ratio(w, rates, laws, g)
+    return [w.pin * k * g["radius"] / _lead(g)[0] * _load(w, k, g, adams)]
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """k f grows with k, so that its value at μ_static is the capacity (theory, "Rest")."""
+    most = laws[0].static
+    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) * _lead(g)[0] / g["radius"])]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    """One contact without place or angle, for all flanks; its normal lies along the axis."""
+    k = _ratio(w, rates, laws, g)
+    if laws[0].sets:
+        side = w.pin * signum(eta[0])
+        still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]) * _lead(g)[0] / g["radius"])
+        k = ca.if_else(laws[0].stuck, side * still, k)
+    f, none = _normal(w, k, g), ca.SX(0)
+    return [Contact(f, (-signum(_carried(w, k, g)) * f, none, none), (2, 1))]
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    """All six components, as in a joint without contacts: they do not decide a thread's friction."""
+    return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
+
+
+def _rests(j: Rubs) -> list[Pair]:
+    """The flanks press with |F − u sin λ|/(cos β cos λ) if the friction along the helix is u, the part of a preload included: the
+    axial force is the sum of the axial parts of normal force and friction. Above μ tan λ = cos β more normal force raises the load
+    more than it holds; the capacity is then an upper bound."""
+    import numpy as np
+
+    from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
+
+    mu, r = j.static, j.sizes["radius"]
+    slope = j.sizes["pitch"] / (2 * math.pi * r)
+    cosine = 1 / math.hypot(1.0, slope)
+    lean, lift = math.cos(j.sizes["flank_angle"]) * cosine, slope * cosine
+    flanks = Norm(j.rows(("f1",)), mu) if j.adams else Norm(j.rows(("f1",)), mu / lean, 1.0 / lean, own=-j.sense * lift)
+    held = Capacity((flanks, *j.preload(mu)), 0, j.adams or mu * abs(lift) < lean)
+    return [Pair(j.joint, 1, j.eta, np.array([[cosine / r]]), (held,), mu)]
+
+
+THREAD = ContactElement(
+    "thread", _needs, _friction, _held, _contacts, _velocity, _pressed, 1, springs=6, rests=_rests,
+    sizes=(RADIUS, FLANK, PRELOAD), pairs=((0,),), anywhere=False,
+    pins=lambda g: [Solid("cylinder", (g["radius"], 4 * g["radius"]))],
+)  # fmt: skip

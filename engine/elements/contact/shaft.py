@@ -1,0 +1,125 @@
+"""Shaft of a cylindrical joint (paper §7.2): two contacts at ∓c from the point of the part with the ends; friction along and
+around together (theory, "Journal and shaft")."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Wrench, ratio_held, while_sliding
+from trunnion.elements.contact.journal import (
+    HALF_LENGTH,
+    LENGTHS,
+    PRELOAD,
+    RADIUS,
+    as_contacts,
+    length,
+    pair,
+    pins,
+    places,
+    pressed,
+    with_preload,
+    with_span,
+)
+from trunnion.elements.friction import Law
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
+
+
+def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+    return ("f2", "f3") if adams else with_span(("f2", "f3", "m2", "m3"), numbers)
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    return [[rates[0], g["radius"] * rates[1]]]
+
+
+def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> tuple[SX, SX]:
+    ks, kr = laws[0].ratios(_velocity(rates, g)[0], (1.0, g["radius"]))
+    return w.pin * ks, w.pin * kr
+
+
+def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    """Friction force (125) and torque (126): k_s Σf and k_r r Σf. Adams' form has the force normal to the axis for Σf."""
+    ks, kr = _ratios(w, rates, laws, g)
+    load = _load(w, ks, kr, g, adams)
+    return [w.pin * ks * load, w.pin * kr * g["radius"] * load]
+
+
+def _load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
+    """Load of friction: f_1 + f_2 and preload. Adams' form has the force normal to the axis for f_1 + f_2."""
+    if adams:
+        return with_preload(length(w["f2"], w["f3"]), g)
+    a1, b1, a2, b2 = pair(w, kr, ks, g)
+    return with_preload(length(a1, b1) + length(a2, b2), g)
+
+
+def _direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, SX, SX]:
+    """Size of a friction u = (force, torque) as a force at the surface, N, and the unit direction of (k_s, k_r)."""
+    along, around = u[0], u[1] / g["radius"]
+    size = length(along, around)
+    return size, w.pin * along / size, w.pin * around / size
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    """κ · load(κ) grows with κ along a direction, so that its value at μ_static is the capacity (theory, "Rest")."""
+    size, ds, dr = _direction(w, u, g)
+    most = laws[0].static
+    return [Hold(most * _load(w, most * ds, most * dr, g, adams), size - math.sqrt(TINY))]  # a shaft without load holds 0
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    ks, kr = _ratios(w, rates, laws, g)
+    if laws[0].sets:
+        size, ds, dr = _direction(w, eta, g)
+        still = ratio_held(lambda k: _load(w, k * ds, k * dr, g, False), size)
+        ks, kr = ca.if_else(laws[0].stuck, still * ds, ks), ca.if_else(laws[0].stuck, still * dr, kr)
+    return as_contacts(*pair(w, kr, ks, g))
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    ks, kr = (while_sliding(laws[0], k) for k in _ratios(w, rates, laws, g)) if laws else (ca.SX(0), ca.SX(0))
+    return pressed(w, kr, ks, g)
+
+
+def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    v, u = _velocity(rates, g)[0]
+    return [ca.sqrt(v * v + u * u + TINY) * laws[0].sign([v, u], (1.0, g["radius"]))]
+
+
+def _rests(j: Rubs) -> list[Pair]:
+    """An upper bound. With k_s, the axial part of friction, Y = Y_0 + β F and |β| ≤ μ r/c. So |F ± Y| ≤ |F ± Y_0| + |β||F|. For a
+    given direction β is known."""
+    import numpy as np
+
+    from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair, sine
+
+    mu, r = j.static, j.sizes["radius"]
+    if j.adams:
+        held, along = Capacity((Norm(j.rows(("f2", "f3")), mu), *j.preload(mu))), None
+    else:
+        c, across = j.sizes["half_length"], j.rows(("f3", "f2"))
+        ends = j.ends(("f2", "f3"), ("m2", "m3"), c, mu)
+        loose = tuple(replace(n, weight=0.5 * mu) for n in ends)
+        least = (0.5 * sine(mu),) * 2 + (-sine(mu) * mu * r / c,) + tuple(n.weight for n in j.preload(mu))
+        held = Capacity((*loose, Norm(across, mu * mu * r / c, 0.0), *j.preload(mu)), 0, False, least)
+
+        def along(d: np.ndarray) -> Capacity:
+            ks, kr = mu * j.sense * d
+            beta = ks * r / c * (1 - 1j * kr) / (1 + kr * kr)
+            turned = np.array([[beta.real, -beta.imag], [beta.imag, beta.real]]) @ across
+            weight = 0.5 * mu / float(np.hypot(1.0, kr))
+            both = (Norm(n.rows + s * turned, weight, 0.5) for n, s in zip(ends, (1.0, -1.0), strict=True))
+            return Capacity((*both, *j.preload(mu)))
+
+    return [Pair(j.joint, 1, j.eta, np.diag([1.0, 1.0 / r]), (held,), mu, along=along)]
+
+
+SHAFT = ContactElement(
+    "shaft", _needs, _friction, _held, _contacts, _velocity, _pressed, 2, springs=4,
+    rests=_rests, own_speeds=_speeds, sizes=(RADIUS, HALF_LENGTH, *LENGTHS, PRELOAD), pairs=((0, 1),), places=places, pins=pins,
+)  # fmt: skip

@@ -1,0 +1,72 @@
+"""All friction laws, and questions about a law by its name. A new law is a new file and one line of LAWS."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from trunnion.basics.number_declarations import Number, merged
+from trunnion.basics.object_paths import objects
+from trunnion.elements.friction.friction_law import Law
+
+
+def registered(laws: Iterable[type[Law]]) -> dict[str, type[Law]]:
+    """The laws by name. ValueError when two have one name, one number has two meanings, or a law refers to an unknown one."""
+    out: dict[str, type[Law]] = {}
+    for law in laws:
+        if law.name in out:
+            raise ValueError(f"two laws are called {law.name}")
+        out[law.name] = law
+    merged({name: law.numbers for name, law in out.items()})
+    for law in out.values():
+        for role in ("exact", "dry"):
+            other = getattr(law, role)
+            if other and not (other in out and out[other].sets):
+                raise ValueError(f"law {law.name}: {role} = {other!r} names no set-valued law")
+    return out
+
+
+LAWS = (
+    "coulomb.Coulomb",
+    "lugre.LuGre",
+    "regularized_coulomb.Regularized",
+    "stribeck.Stribeck",
+    "viscous.Viscous",
+)
+REGISTRY: dict[str, type[Law]] = registered(objects(__package__, LAWS))
+DEFAULT = next(iter(REGISTRY))
+"""Law of a scene that names none: the most accurate and the least stiff."""
+
+
+def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
+    """All numbers by name, each with the laws that have it."""
+    return merged({name: law.numbers for name, law in REGISTRY.items()})
+
+
+def exact_of(law: str) -> str:
+    """The law against which this law's errors are measured: itself, or the set-valued law that it smooths."""
+    return REGISTRY[law].exact or law
+
+
+def twin_of(law: str) -> str:
+    """The law that smooths this one; "": none."""
+    return next((name for name, other in REGISTRY.items() if other.exact == law), "")
+
+
+def table() -> str:
+    """The laws as a Markdown table, for ``notation.md``."""
+    lines = ["| law | k while sliding | at rest | numbers |", "|---|---|---|---|"]
+    for name, law in REGISTRY.items():
+        called = f"`{name}`" + (" (default)" if name == DEFAULT else "")
+        formula, at_rest = (text.replace("|", "\\|") for text in (law.formula, law.at_rest))
+        lines.append(f"| {called} | {formula} | {at_rest} | {', '.join(map(_described, law.numbers))} |")
+    return "\n".join(lines)
+
+
+def _described(n: Number) -> str:
+    """A number in the table: letter, unit, and when it is needed."""
+    letter = n.symbol if n.symbol != n.name else ""
+    unit = "" if n.unit == "1" else n.unit
+    default = f"default {n.default:g}" if n.default is not None else ""
+    about = ", ".join(x for x in (letter, unit, default, n.needed_with and f"with `{n.needed_with}`") if x)
+    optional = "optional " if not n.needed and not n.needed_with else ""
+    return f"{optional}`{n.name}`" + (f" ({about})" if about else "")

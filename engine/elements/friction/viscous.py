@@ -1,0 +1,24 @@
+"""Lubricated contact: friction ratio proportional to sliding speed, k = viscosity · v (viscosity in s/m).
+
+The friction force still follows the normal force. For a drag that does not, give the joint ``damping`` instead.
+"""
+
+from __future__ import annotations
+
+from trunnion.basics.lazy_casadi import SX
+from trunnion.elements.friction.friction_law import Law, Rest
+from trunnion.elements.friction.law_parameters import VISCOSITY
+
+
+class Viscous(Law):
+    """One proportional branch, so there is no kink."""
+
+    name = "viscous"
+    numbers = (VISCOSITY,)
+    rest = Rest.SMOOTH
+    scale = "viscosity"
+    formula, at_rest = "σ2 v", "0"
+
+    def slope(self, speed2: SX) -> SX:
+        """The viscosity, s/m."""
+        return self.value["viscosity"]

@@ -1,0 +1,36 @@
+"""Joint types. A new type is a new file here and one line of TYPES; nothing else in the engine names a type."""
+
+from trunnion.basics.object_paths import objects
+from trunnion.elements.joints.cam_and_curve_followers import MIMIC
+from trunnion.elements.joints.declaration_checks import registered
+from trunnion.elements.joints.free import FREE
+from trunnion.elements.joints.joint_kind import Axis, JointKind
+from trunnion.elements.joints.revolute import REVOLUTE
+from trunnion.elements.joints.spherical import SPHERICAL
+
+TYPES = (
+    "fixed.FIXED",
+    "free.FREE",
+    "revolute.REVOLUTE",
+    "cylindrical.CYLINDRICAL",
+    "prismatic.PRISMATIC",
+    "spherical.SPHERICAL",
+    "universal.UNIVERSAL",
+    "planar.PLANAR",
+    "screw.SCREW",
+    "point_on_line_or_plane.POINT_ON_LINE",
+    "point_on_line_or_plane.POINT_ON_PLANE",
+    "wheel_pairs.GEAR",
+    "wheel_pairs.BEVEL",
+    "wheel_pairs.RACK",
+    "wheel_pairs.BELT",
+    "cam_and_curve_followers.CAM",
+    "cam_and_curve_followers.FLAT_CAM",
+    "cam_and_curve_followers.POINT_ON_CURVE",
+)
+REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
+
+TIES = {MIMIC.name: MIMIC}
+"""Couplings of freedoms of two joints; a scene cannot name them as the type of a joint."""
+
+__all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "TIES", "Axis", "JointKind"]

@@ -1,0 +1,24 @@
+"""Followers of cams (theory, "Cams"), of curves (theory, "Points on curves"), and couplings of freedoms (theory, "Joints that
+follow another").
+
+A point, such as the middle of a roller, or a flat face of one part follows a curve around an axis of the other; or a point follows
+any curve in a plane. Such a joint carries no body: both parts move on other joints, and one row couples them."""
+
+from typing import Literal
+
+from trunnion.elements.joints.joint_kind import E3, JointKind, slide
+
+SLIDES = "its rate is how fast the follower slides along the curve"
+
+
+def _kind(name: str, follows: Literal["point", "face", "curve"], freedoms: str = SLIDES, along: bool = False) -> JointKind:
+    return JointKind(
+        name=name, freedoms=freedoms, axes=((slide(E3),),), coordinates=("length",) if along else (), follows=follows,
+        friction="follower", contacts=1,
+    )  # fmt: skip
+
+
+CAM = _kind("cam", "point")
+FLAT_CAM = _kind("flat_cam", "face")
+POINT_ON_CURVE = _kind("point_on_curve", "curve", "way along the curve from its first point", along=True)
+MIMIC = JointKind(name="mimic", freedoms="", follows="freedom")

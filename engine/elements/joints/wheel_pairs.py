@@ -1,0 +1,87 @@
+"""Wheels that roll on each other without sliding: gears, racks, belts and chains (theory, "Rolling").
+
+Such a joint carries no body: its wheels turn on other joints, and one row couples them. The wheels' positions relative to the line
+between them give the rolled angle except for whole teeth; ``phase`` computes it with plain scalars, for symbols and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from trunnion.elements.joints.joint_kind import E1, E2, JointKind, Rolls, angle_about_e1, slide, turn
+
+Scalar = Any
+Vector = Sequence[Scalar]
+Frame = Sequence[Vector]
+"""The axes e1, e2, e3 of one side's joint frame, in the world."""
+
+
+def _toothed(kind: JointKind, friction: str) -> JointKind:
+    """A pair with flanks, which slide as the wheels turn against each other and push them apart. The two freedoms have rates, no
+    coordinates."""
+    return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
+
+
+_SPUR = JointKind(
+    name="gear",
+    freedoms="angle about e1 between the two wheels, distance of their axes",
+    coordinates=("angle", "length"),  # the distance is along the line of centres, whichever way that goes
+    measure=lambda r, s, ops: [angle_about_e1(r, s, ops), ops.sqrt(s[1] * s[1] + s[2] * s[2])],
+    rolls=Rolls(touch="wheels", choice="internal"),
+)
+_CONES = JointKind(
+    name="bevel_gear",
+    freedoms="two wheels about axes e1 that meet at its point, to the wheels",
+    rolls=Rolls(touch="cones", apart=False),
+)
+_STRAIGHT = JointKind(
+    name="rack",
+    freedoms="a wheel about the inboard e1, and a rack along the outboard e1",
+    rolls=Rolls(touch="straight", wheels=1),
+)
+GEAR, BEVEL, RACK = _toothed(_SPUR, "flanks"), _toothed(_CONES, "bevel_flanks"), _toothed(_STRAIGHT, "flanks")
+BELT = JointKind(
+    name="belt",
+    freedoms="two pulleys about parallel axes e1, each about its point",
+    rolls=Rolls(touch="wheels", size="pitch", opposite=False, choice="crossed"),
+)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of a pair. module, m: pitch diameter over number of teeth. teeth: of the inboard and outboard wheel; negative for
+    internal teeth and for an uncrossed belt."""
+
+    module: Scalar
+    teeth: tuple[Scalar, Scalar]
+
+
+def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) -> Scalar:
+    """Rolled angle of two wheels, rad, 2π per tooth; s = p_out − p_in."""
+    (a, b), (z1, z2) = (inb[0], out[0]), of.teeth
+    if touch == "straight":
+        across = [x - _dot(s, b) * e for x, e in zip(s, b, strict=True)]
+        return 2 * _dot(s, b) / of.module - side(a, b, s, ops) * z1 * _angle(inb, across, ops)
+    if touch == "cones":
+        return z1 * _angle(inb, b, ops) + z2 * _angle(out, a, ops)
+    return z1 * _angle(inb, s, ops) + _dot(a, b) * z2 * _angle(out, s, ops)
+
+
+def side(a: Vector, b: Vector, s: Vector, ops: Any) -> Scalar:
+    """Side of a wheel about a on which its rack along b lies: the sign of s · (a × b)."""
+    return ops.if_else(_dot(s, cross(a, b)) < 0, -1.0, 1.0)
+
+
+def _angle(frame: Frame, v: Vector, ops: Any) -> Scalar:
+    """Angle of a direction about e1, from e2."""
+    return ops.atan2(_dot(v, frame[2]), _dot(v, frame[1]))
+
+
+def cross(a: Vector, b: Vector) -> list[Scalar]:
+    """a × b."""
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _dot(a: Vector, b: Vector) -> Scalar:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,189 @@
+"""A linkage, the intermediate form of imported mechanisms: links, ties with frames on both, and the resulting scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.importers.pose_matrices import Pose, to_quaternion
+from trunnion.importers.xml_reader import Element, Findings
+from trunnion.scene.checks.names import RESERVED
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.scene_loader import scene_from_dict
+
+GROUND = "ground"
+LISTED = 8
+"""Most names in a note."""
+UNLIMITED = 1e15
+"""Limits from this value on are none (SDF writes 1e16)."""
+LIGHT = 1e-15
+"""Mass of a link without mass, over the masses that it carries: far below their rounding."""
+
+
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Moments and products of inertia, as URDF and SDF name them and as a scene orders them."""
+
+
+@dataclass
+class Link:
+    """A body in its own axes: mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; scene keys of its shape;
+    points by name."""
+
+    mass: float
+    center: np.ndarray
+    inertia: np.ndarray
+    shape: dict[str, Any] = field(default_factory=dict)
+    points: dict[str, list[float]] = field(default_factory=dict)
+
+
+@dataclass
+class Tie:
+    """A joint of two links: frame in each (first axis e1), coincident at zero; further keys of a scene's joint."""
+
+    kind: str
+    inboard: str
+    outboard: str
+    at_in: Pose
+    at_out: Pose
+    more: dict[str, Any] = field(default_factory=dict)
+
+
+class Names:
+    """Unique names for a scene."""
+
+    def __init__(self) -> None:
+        self.taken = set(RESERVED)
+
+    def new(self, wanted: str, kind: str) -> str:
+        """The nearest free name. kind: prefix or suffix for a missing or used name."""
+        form = plain_name(wanted) or kind
+        form = form if form[0].isalpha() else f"{kind}_{form}"
+        tries = [form, f"{form}_{kind}", *(f"{form}_{i}" for i in range(2, len(self.taken) + 3))]
+        name = next(t for t in tries if t not in self.taken)
+        self.taken.add(name)
+        return name
+
+
+@dataclass
+class Linkage:
+    """A mechanism. ground: named points of the world. forces: as in a scene. limits: least and greatest coordinate of joints by
+    name, m or rad."""
+
+    name: str
+    found: Findings
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    links: dict[str, Link] = field(default_factory=dict)
+    ties: dict[str, Tie] = field(default_factory=dict)
+    ground: dict[str, list[float]] = field(default_factory=dict)
+    forces: dict[str, dict[str, Any]] = field(default_factory=dict)
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def scene(self, stops: float | None = None) -> Scene:
+        """The scene. stops: stiffness of the limits of single freedoms, N/m and N m/rad; None omits them. SceneError with all
+        collected faults."""
+        self.found.end()
+        self._stop(stops)
+        data: dict[str, Any] = {
+            "schema": 1, "name": self.name, "gravity": floats(self.gravity),
+            "bodies": {n: _body(link) for n, link in self.links.items()},
+            "joints": {n: _joint(t) for n, t in self.ties.items()},
+        }  # fmt: skip
+        if self.ground:
+            data["ground"] = {"points": self.ground}
+        if self.forces:
+            data["forces"] = self.forces
+        return scene_from_dict(data)
+
+    def _stop(self, stiffness: float | None) -> None:
+        single = [n for n in self.limits if stiffness and REGISTRY[self.ties[n].kind].nv == 1]
+        for n in single:
+            ends = {k: x for k, x in zip(("lower", "upper"), self.limits[n], strict=True) if abs(x) < UNLIMITED}
+            if ends:
+                self.ties[n].more["end_stops"] = {"stiffness": stiffness, **ends}
+        left = [n for n in self.limits if n not in single]
+        if left:
+            why = "of several freedoms" if stiffness else "end stops need a stiffness: --end-stops"
+            self.found.notes.append(f"limits of {len(left)} joints left out ({why}): {listed(left)}")
+
+    def release(self, name: str, link: str, at: Pose) -> None:
+        """Add a free joint of a link to the ground, with the link at a pose at the start."""
+        start = {"start": {"q": [*floats(at[:3, 3]), *to_quaternion(at[:3, :3])]}}
+        self.ties[name] = Tie("free", GROUND, link, np.eye(4), np.eye(4), start)
+
+    def lift(self, name: str, link: str, share: float) -> None:
+        """Add a force that carries a share of a link's weight."""
+        force = [-share * self.links[link].mass * g for g in self.gravity]
+        if any(force):
+            self.forces[name] = {"type": "force", "on": link, "force": floats(force)}
+
+    def friction(self, name: str, kind: str, constant: float) -> dict[str, Any]:
+        """Keys of constant friction along a joint's freedom; none, and a note, for a joint that cannot have it."""
+        turns = REGISTRY[kind].freely_rubbed
+        if not constant:
+            return {}
+        if len(turns) != 1:
+            self.found.notes.append(f"{name}: constant friction {constant:g} left out (a {kind} joint has none)")
+            return {}
+        return {"friction": {"torque" if turns[0] else "force": constant}}
+
+    def follow(self, e: Element, follower: str, leader: str, ratio: float, offset: float) -> None:
+        """Make the freedom of one joint follow that of another ("": unknown joint); faults are collected."""
+        name, ties = e.get("name") or f"{e.tag} at line {e.line}", self.ties
+        if leader not in ties or follower not in ties:
+            self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
+        elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):
+            self.found.add(e, name, "couples joints that do not have one freedom each", "hinges and slides can follow each other")
+        elif not ratio:
+            self.found.add(e, name, "follows a joint by a ratio of 0", "make it a fixed joint")
+        elif "mimic" in ties[follower].more:
+            self.found.add(e, name, "makes a joint follow two others", "leave one of them out")
+        else:
+            ties[follower].more["mimic"] = {"joint": leader, "ratio": ratio, "offset": offset}
+
+
+def tensor(six: Sequence[float], frame: Pose) -> np.ndarray:
+    """Inertia (3×3) from six moments (xx, yy, zz, xy, xz, yz) in a frame."""
+    xx, yy, zz, xy, xz, yz = six
+    R = frame[:3, :3]
+    turned: np.ndarray = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    return turned
+
+
+def plain_name(text: str, ascii_only: bool = True) -> str:
+    """A name with _ for all but letters and digits."""
+    return "".join(c if c.isalnum() and (c.isascii() or not ascii_only) else "_" for c in text)
+
+
+def _body(link: Link) -> dict[str, Any]:
+    six = link.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    out: dict[str, Any] = {"mass": float(link.mass), "center": floats(link.center), "inertia": floats(six), **link.shape}
+    return out | ({"points": link.points} if link.points else {})
+
+
+def _joint(t: Tie) -> dict[str, Any]:
+    turned = REGISTRY[t.kind].needs_axis or any(np.abs(p[:3, :3] - np.eye(3)).max() > 1e-15 for p in (t.at_in, t.at_out))
+    sides = []
+    for link, at in ((t.inboard, t.at_in), (t.outboard, t.at_out)):
+        side: dict[str, Any] = {"body": link}
+        if np.any(at[:3, 3]):
+            side["point"] = floats(at[:3, 3])
+        if turned:
+            side |= {"axis": floats(at[:3, 0]), "reference": floats(at[:3, 1])}
+        sides.append(side)
+    return {"type": t.kind, "inboard": sides[0], "outboard": sides[1], **t.more}
+
+
+def listed(names: list[str], most: int = LISTED) -> str:
+    """The first names, and the number of the others."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def floats(values: Any) -> list[float]:
+    """The values as plain numbers. Round-off of rotations near zero becomes zero."""
+    array = np.asarray(values, float).ravel()
+    big = float(np.abs(array).max()) if array.size else 0.0
+    return [float(f"{x:.16g}") + 0.0 if abs(x) > 2e-16 * big else 0.0 for x in array]

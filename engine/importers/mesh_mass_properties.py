@@ -1,0 +1,61 @@
+"""A body from a closed surface: mass, mass centre and inertia of the solid inside an STL (or any mesh that trimesh reads)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.importers.xml_reader import existing
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+PLACES = 12
+"""Significant digits; more are round-off of the mesh's sums."""
+
+
+def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str, Any]:
+    """A body as in a scene: mass kg, center m, inertia kg m² (xx, yy, zz, xy, xz, yz, about the centre), box m (extents, for
+    drawing), in the mesh's frame.
+
+    density kg/m³; unit: of the file's numbers (STL has none). SceneError for an open or inverted surface, an unknown unit, or an
+    unreadable file."""
+    mesh = _read(Path(file))
+    problems = []
+    if unit not in UNITS:
+        problems.append(Problem("unit", f"{unit!r} is unknown", f"one of {', '.join(UNITS)}"))
+    if not density > 0:
+        problems.append(Problem("density", f"{density:g} kg/m³ is not positive", "steel: 7800, aluminium: 2700"))
+    if not mesh.is_watertight:
+        problems.append(Problem(str(file), "its surface is not closed, so that it has no inside", "export a solid, or repair it"))
+    elif mesh.volume <= 0:
+        problems.append(Problem(str(file), "its surface is turned inside out", "flip its normals"))
+    if problems:
+        raise SceneError(problems)
+    mesh.apply_scale(UNITS[unit])
+    mesh.density = density
+    inertia = np.array(mesh.moment_inertia)
+    six = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    small = 1e-12 * np.abs(six).max()
+    return {
+        "mass": _round(mesh.mass), "center": [_round(x) for x in mesh.center_mass],
+        "inertia": [_round(x) if abs(x) > small else 0.0 for x in six], "box": [_round(x) for x in mesh.extents],
+    }  # fmt: skip
+
+
+def _round(x: float) -> float:
+    return float(f"{float(x):.{PLACES}g}") + 0.0
+
+
+def _read(file: Path) -> Any:
+    try:
+        import trimesh
+    except ImportError as e:
+        what = "meshes are read by trimesh, which is not installed"
+        raise SceneError([Problem(str(file), what, "pip install 'trunnion[cad]'")]) from e
+    existing(file)
+    try:
+        return trimesh.load_mesh(file)
+    except Exception as e:  # any error of the mesh reader means that the file cannot be read
+        raise SceneError([Problem(str(file), f"cannot be read as a mesh: {e}", "STL, OBJ or PLY")]) from e

@@ -1,0 +1,187 @@
+"""Bodies of MJCF as links, joints as ties. A body with several joints becomes a chain with massless links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from trunnion.importers.intermediate_linkage import GROUND, LIGHT, Link, Linkage, Names, Tie, floats
+from trunnion.importers.mass_matrix import mass_matrix
+from trunnion.importers.mjcf.body_masses import Geom, Mass, Masses, drawn
+from trunnion.importers.mjcf.includes_and_defaults import Model
+from trunnion.importers.mjcf.joints import JOINTS, Freedom, freedom
+from trunnion.importers.pose_matrices import Pose, along, pose, to_quaternion
+from trunnion.importers.xml_reader import Element
+
+MADE = ("composite", "flexcomp", "replicate", "attach", "plugin")
+"""Elements that generate bodies."""
+
+
+@dataclass
+class Place:
+    """A pose in a link, or in the world."""
+
+    link: str
+    at: Pose
+
+
+@dataclass
+class Inside:
+    """Content of a body without frames: element, pose in the body, class around it."""
+
+    bodies: list[tuple[Element, Pose, str]] = field(default_factory=list)
+    joints: list[tuple[Element, Pose, str]] = field(default_factory=list)
+    geoms: list[tuple[Element, Pose, str]] = field(default_factory=list)
+    sites: list[tuple[Element, Pose, str]] = field(default_factory=list)
+
+
+class Bodies:
+    """Converts the bodies of a model into a linkage.
+
+    places: of bodies by name; sites: likewise. world: initial poses of links. freedoms: of joints, in the order of the file;
+    elements: these joints."""
+
+    def __init__(self, model: Model, linkage: Linkage):
+        self.model, self.linkage, self.found = model, linkage, model.found
+        self.masses, self.names = Masses(model), Names()
+        self.places: dict[str, Place] = {"world": Place(GROUND, np.eye(4))}
+        self.sites: dict[str, Place] = {}
+        self.world: dict[str, Pose] = {GROUND: np.eye(4)}
+        self.freedoms: list[Freedom] = []
+        self.elements: list[Element] = []
+        self.lifted: dict[str, float] = {}
+        self.scenery = 0
+        for section in model.sections("worldbody"):
+            self._inside(self._sorted(section, np.eye(4), section.get("childclass")), self.places["world"])
+        if self.scenery:
+            self.found.notes.append(f"left out: {self.scenery} bodies that never move")
+
+    # -- what is where ------------------------------------------------------------------------------------------------------
+
+    def _sorted(self, e: Element, at: Pose, around: str) -> Inside:
+        out = Inside()
+        for c in e.children:
+            if c.tag in MADE:
+                what = f"<{c.tag}> makes bodies that the file does not list"
+                self.found.add(c, c.get("name") or c.tag, what, "save the compiled model from MuJoCo, and import that")
+            elif c.tag == "frame":
+                more = self._sorted(c, at @ self.model.pose(c, c.attributes), c.get("childclass") or around)
+                for kind in ("bodies", "joints", "geoms", "sites"):
+                    getattr(out, kind).extend(getattr(more, kind))
+            else:
+                kinds = {"body": out.bodies, "joint": out.joints, "freejoint": out.joints, "geom": out.geoms, "site": out.sites}
+                if c.tag in kinds:
+                    kinds[c.tag].append((c, at, around))
+        return out
+
+    def _inside(self, inside: Inside, place: Place) -> None:
+        """Add sites of a body, and its child bodies."""
+        for e, at, around in inside.sites:
+            if e.get("name"):
+                self.sites[e.get("name")] = Place(place.link, place.at @ at @ self.model.pose(e, self.model.attributes(e, around)))
+        for e, at, around in inside.bodies:
+            self._body(e, Place(place.link, place.at @ at), e.get("childclass") or around)
+
+    # -- bodies -------------------------------------------------------------------------------------------------------------
+
+    def _body(self, e: Element, carrier: Place, around: str) -> None:
+        at = carrier.at @ self.model.pose(e, e.attributes)
+        inside = self._sorted(e, np.eye(4), around)
+        moving = bool(inside.joints)
+        matters = moving or carrier.link != GROUND or any(c.tag in JOINTS for c in e.inside())
+        weighs = matters and e.first("inertial") is None
+        geoms = [g for g in (self._geom(*each, weighs) for each in inside.geoms) if g is not None]
+        mass = self.masses.body(e, geoms) if matters else Mass()
+        if moving:
+            place = self._links_of(e, inside, Place(carrier.link, at), mass, geoms)
+        elif mass.mass > 0:
+            place = Place(self._link(e.get("name"), "body", mass, geoms, carrier.link, at), np.eye(4))
+            self._tie(f"{e.get('name') or place.link}_mount", Tie("fixed", carrier.link, place.link, at, np.eye(4)))
+        else:
+            self.scenery += not matters
+            place = Place(carrier.link, at)
+        self.places[e.get("name")] = place
+        if place.link != GROUND and e.get("gravcomp"):
+            self.lifted[place.link] = self.found.attribute(e, "gravcomp")
+        self._inside(inside, place)
+
+    def _geom(self, e: Element, at: Pose, around: str, weighs: bool) -> Geom | None:
+        g = self.masses.geom(e, around, weighs or self.model.settings.from_geoms == "true")
+        if g is None or np.array_equal(at, np.eye(4)):
+            return g
+        R = at[:3, :3]
+        mass = Mass(g.mass.mass, R @ g.mass.center + at[:3, 3], R @ g.mass.inertia @ R.T)
+        return replace(g, at=at @ g.at, mass=mass)
+
+    def _link(self, name: str, kind: str, mass: Mass, geoms: list[Geom], carrier: str, at: Pose) -> str:
+        """Add a link; returns its name. at: initial pose in its carrier."""
+        made = self.names.new(name, kind)
+        self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms, mass.center))
+        self.world[made] = self.world[carrier] @ at
+        return made
+
+    def _tie(self, name: str, tie: Tie) -> str:
+        made = self.names.new(name, "joint")
+        self.linkage.ties[made] = tie
+        return made
+
+    def _links_of(self, e: Element, inside: Inside, start: Place, mass: Mass, geoms: list[Geom]) -> Place:
+        """Add the links of a body with joints, one per joint; the last one is the body."""
+        if not mass.mass and not any(c.tag in ("inertial", "geom") for c in e.inside() if c is not e):
+            self.found.add(e, e.get("name") or "body", "moves and has no mass", "give it a geom with mass, or an <inertial>")
+        last = len(inside.joints) - 1
+        link, at = start.link, start.at
+        for k, (j, framed, around) in enumerate(inside.joints):
+            own = mass if k == last else Mass()
+            body = e.get("name") or f"body{len(self.linkage.links)}"
+            made = self._link(body if k == last else f"{body}_{k + 1}", "body", own, geoms if k == last else [], link, at)
+            self.elements.append(j)
+            self.freedoms.append(self._add_joint(j, framed, around, link, made, at))
+            link, at = made, np.eye(4)
+        return Place(link, at)
+
+    def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> Freedom:
+        """Add one joint as a tie. at: pose of the body in its carrier."""
+        f = freedom(self.model, e, around, self.linkage)
+        frame = framed @ along(f.axis, f.place)
+        more: dict[str, Any] = dict(f.more)
+        ends = (at @ frame, frame)
+        if f.kind.quaternion > 0:  # free: coordinates of the world
+            start = self.world[inboard] @ at
+            ends = (np.linalg.inv(self.world[inboard]), np.eye(4))
+            f.start = [*floats(start[:3, 3]), *to_quaternion(start[:3, :3])]
+            more["start"] = {"q": f.start}
+        if f.kind.quaternion == 0:
+            ends = (at @ pose(frame[:3, 3]), pose(frame[:3, 3]))
+        f.name = self._tie(e.get("name") or f"{outboard}_joint", Tie(f.kind.name, inboard, outboard, *ends, more))
+        return f
+
+    # -- at the end ---------------------------------------------------------------------------------------------------------
+
+    def complete_masses(self) -> None:
+        """Scale masses to the required total, give massless links a tiny mass, add forces of gravity compensation."""
+        links, total = self.linkage.links, self.model.settings.total
+        if total > 0:
+            scale = total / sum(link.mass for link in links.values())
+            for link in links.values():
+                link.mass, link.inertia = link.mass * scale, link.inertia * scale
+        least = min((link.mass for link in links.values() if link.mass > 0), default=1.0)
+        for link in links.values():
+            link.mass = link.mass or LIGHT * least
+        self._tune_springs()
+        for name, share in self.lifted.items():
+            if share and any(self.linkage.gravity):
+                self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
+
+    def _tune_springs(self) -> None:
+        """Compute springs and dampers that are given by frequency and damping ratio at the start."""
+        swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
+        if not swinging:
+            return
+        rows, M = mass_matrix(self.linkage, self.world)
+        weight = 1.0 / np.diag(np.linalg.inv(M))
+        for name, (time, ratio) in swinging.items():
+            own, more = float(weight[rows.index((name, 0))]), self.linkage.ties[name].more
+            more["spring"]["stiffness"], more["damping"] = own / (time * ratio) ** 2, 2 * own / time

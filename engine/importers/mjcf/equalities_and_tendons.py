@@ -1,0 +1,145 @@
+"""Equalities and tendons of MJCF. Equalities of bodies become joints that close loops; those of two joints become couplings. Other
+equalities, and tendons with forces, are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trunnion.importers.intermediate_linkage import GROUND, Tie, floats, plain_name
+from trunnion.importers.mjcf.bodies import Bodies, Place
+from trunnion.importers.mjcf.joints import CLOSING
+from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose
+from trunnion.importers.xml_reader import Element
+
+REMEDY = 'active="false" leaves it out'
+PULLING = ("stiffness", "damping", "frictionloss", "armature")
+"""Attributes that make a tendon exert forces."""
+
+
+class Closing:
+    """Adds equalities and tendons to the linkage."""
+
+    def __init__(self, bodies: Bodies):
+        self.bodies, self.model, self.found = bodies, bodies.model, bodies.found
+        for section in self.model.sections("equality"):
+            for e in section.children:
+                if self.model.attributes(e, "", "equality").get("active", "true") == "false":
+                    self.found.notes.append(f"{_name_of(e)}: left out (it is not active)")
+                else:
+                    {"connect": self._connect, "weld": self._weld, "joint": self._couple}.get(e.tag, self._refuse)(e)
+        idle = [t for section in self.model.sections("tendon") for t in section.children if not self._tendon(t)]
+        if idle:
+            self.found.notes.append(f"tendons left out (they do nothing by themselves): {', '.join(map(_name_of, idle))}")
+
+    def _refuse(self, e: Element) -> None:
+        """Refuse an equality of coordinates."""
+        self.found.add(e, _name_of(e), f"<{e.tag}> couples coordinates, which is not imported", REMEDY)
+
+    def _couple(self, e: Element) -> None:
+        """q − ref of the first joint is a polynomial in q − ref of the second. A scene supports the first two coefficients."""
+        known = {j.get("name"): f for j, f in zip(self.bodies.elements, self.bodies.freedoms, strict=True) if j.get("name")}
+        numbers = self.found.numbers(e, "polycoef", e.get("polycoef", "0 1 0 0 0"), (1, 2, 3, 4, 5)) or [0.0, 1.0]
+        numbers += [0.0, 1.0, 0.0, 0.0, 0.0][len(numbers) :]
+        if "joint2" not in e.attributes:
+            self.found.add(e, _name_of(e), "holds a joint where it is", "make its body part of the one that carries it")
+        elif any(numbers[2:]):
+            what = f"ties joints by a polynomial: {e.get('polycoef')}"
+            self.found.add(e, _name_of(e), what, "joints of a scene follow by a ratio and an offset only")
+        else:
+            follower, leader = (known[n].name if n in known else "" for n in (e.get("joint1"), e.get("joint2")))
+            self.bodies.linkage.follow(e, follower, leader, numbers[1], numbers[0])
+
+    # -- bodies -------------------------------------------------------------------------------------------------------------
+
+    def _place(self, e: Element, key: str, known: dict[str, Place], default: str = "") -> Place | None:
+        name = e.get(key, default)
+        if name not in known:
+            self.found.add(e, _name_of(e), f"there is no {key.rstrip('12')} {name!r}")
+            return None
+        return known[name]
+
+    def _ends(self, e: Element) -> tuple[Place, Place, bool] | None:
+        """The two places that an equality joins, and whether they are sites."""
+        by_site = "site1" in e.attributes
+        known = self.bodies.sites if by_site else self.bodies.places
+        kind = "site" if by_site else "body"
+        one, two = self._place(e, f"{kind}1", known), self._place(e, f"{kind}2", known, "" if by_site else "world")
+        if one is None or two is None:
+            return None
+        if one.link == two.link:
+            self.found.notes.append(f"{_name_of(e)}: left out (both sides are on {one.link})")
+            return None
+        return one, two, by_site
+
+    def _world(self, place: Place) -> Pose:
+        return self.bodies.world[place.link] @ place.at
+
+    def _connect(self, e: Element) -> None:
+        ends = self._ends(e)
+        if ends is None:
+            return
+        one, two, by_site = ends
+        if not by_site:
+            anchor = pose(self.model.three(e, e.attributes, "anchor", "0 0 0"))
+            two = Place(two.link, inverse(self.bodies.world[two.link]) @ self._world(one) @ anchor)
+            one = Place(one.link, one.at @ anchor)
+        self._add_joint(e, Place(one.link, pose(one.at[:3, 3])), Place(two.link, pose(two.at[:3, 3])))
+
+    def _weld(self, e: Element) -> None:
+        ends = self._ends(e)
+        if ends is None:
+            return
+        one, two, by_site = ends
+        given = self.found.numbers(e, "relpose", e.get("relpose", "0 1 0 0 0 0 0"), (7,)) or [0.0] * 7
+        if not by_site:
+            told = "relpose" in e.attributes and any(given[3:])
+            relative = pose(given[:3], of_quaternion(given[3:])) if told else inverse(self._world(one)) @ self._world(two)
+            one = Place(one.link, one.at @ relative)
+        self._add_joint(e, one, two)
+
+    def _add_joint(self, e: Element, one: Place, two: Place) -> None:
+        if one.link == GROUND:
+            one, two = two, one
+        if one.link == GROUND:
+            return
+        tie = Tie(CLOSING[e.tag], two.link, one.link, two.at, one.at)
+        self.bodies.linkage.ties[self.bodies.names.new(e.get("name") or f"{one.link}_to_{two.link}", "joint")] = tie
+
+    # -- tendons ------------------------------------------------------------------------------------------------------------
+
+    def _tendon(self, e: Element) -> bool:
+        """Import a tendon with forces; returns whether it had any."""
+        said = self.model.attributes(e, "", "tendon")
+        own = {k: (self.found.numbers(e, k, said[k], (1, 2, 3)) or [0.0])[0] for k in PULLING if k in said}
+        if not any(own.values()):
+            return False
+        stops = e.children
+        rest = self.found.numbers(e, "springlength", said.get("springlength", "-1"), (1, 2)) or [-1.0]
+        line = e.tag == "spatial" and [c.tag for c in stops] == ["site", "site"] and len(set(rest)) == 1
+        if not line or own.get("frictionloss") or own.get("armature"):
+            self.found.add(e, _name_of(e), "a tendon with forces of its own", "only springs between two sites are imported")
+            return True
+        places = [self._place(c, "site", self.bodies.sites) for c in stops]
+        if places[0] is None or places[1] is None:
+            return True
+        ends = [self._point(p, f"{_name_of(e)}_{k + 1}") for k, p in enumerate(places) if p is not None]
+        length = rest[0]
+        if length < 0:
+            length = float(np.linalg.norm(self._world(places[0])[:3, 3] - self._world(places[1])[:3, 3]))
+        self.bodies.linkage.forces[self.bodies.names.new(_name_of(e), "tendon")] = {
+            "type": "spring_damper", "between": ends, "stiffness": own.get("stiffness", 0.0), "damping": own.get("damping", 0.0),
+            "length": length,
+        }  # fmt: skip
+        return True
+
+    def _point(self, p: Place, name: str) -> str:
+        linkage = self.bodies.linkage
+        points = linkage.ground if p.link == GROUND else linkage.links[p.link].points
+        made = plain_name(name)
+        made = made if made[0].isalpha() else f"p_{made}"
+        points[made] = floats(p.at[:3, 3])
+        return f"{p.link}.{made}"
+
+
+def _name_of(e: Element) -> str:
+    return e.get("name") or f"{e.tag} at line {e.line}"

@@ -1,0 +1,91 @@
+"""Joints of MJCF: freedoms, springs, dampers, friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from trunnion.elements.joints import REGISTRY, JointKind
+from trunnion.importers.intermediate_linkage import Linkage
+from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model
+from trunnion.importers.xml_reader import Element
+
+JOINTS = ("joint", "freejoint")
+RATIO = "gear"
+"""Attribute of an actuator's ratio."""
+KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "free"}
+CLOSING = {"connect": "spherical", "weld": "fixed"}
+"""Types of joints by MJCF's words, and of what closes loops."""
+
+
+@dataclass
+class Freedom:
+    """A joint of the file. type: MJCF's. name: of the scene's joint. ref: MJCF coordinate at the scene's zero. start: nonzero
+    initial coordinates. limits: least and greatest coordinate. swing: time constant, s, and damping ratio of its spring and damper
+    at the start."""
+
+    type: str
+    ref: float
+    axis: np.ndarray
+    place: np.ndarray
+    more: dict[str, Any] = field(default_factory=dict)
+    name: str = ""
+    start: list[float] = field(default_factory=list)
+    limits: tuple[float, float] | None = None
+    swing: tuple[float, float] | None = None
+
+    @property
+    def kind(self) -> JointKind:
+        """Type of the scene's joint."""
+        return REGISTRY[KINDS[self.type]]
+
+
+def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
+    """The freedom of a joint element."""
+    said: Attributes = {"type": "free"} if e.tag == "freejoint" else model.attributes(e, around)
+    kind, name = said.get("type", "hinge"), e.get("name") or e.tag
+    if kind not in KINDS:
+        model.found.add(e, name, f"a joint of type {kind!r}", f"one of {', '.join(KINDS)}")
+        kind = "hinge"
+    axis = model.three(e, said, "axis", "0 0 1")
+    if not np.any(axis):
+        model.found.add(e, name, "its axis has no length")
+        axis = np.array([0.0, 0.0, 1.0])
+    own = REGISTRY[KINDS[kind]]
+    angle = model.settings.angle if own.turns(0) else float
+    ref = angle(model.found.number(e, "ref", said.get("ref"), 0.0)) if own.nv == 1 else 0.0
+    out = Freedom(kind, ref, axis, model.three(e, said, "pos", "0 0 0"))
+    limited = said.get("limited", "auto")
+    if limited == "true" or (limited == "auto" and model.settings.auto_limits and "range" in said):
+        ends = model.found.numbers(e, "range", said.get("range", "0 0"), (2,)) or [0.0, 0.0]
+        out.limits = (angle(ends[0]) - ref, angle(ends[1]) - ref)
+    for key, field_of in (("damping", "damping"), ("armature", "rotor_inertia")):
+        value = _coefficient(model, e, said, key)
+        if value:
+            out.more[field_of] = value if own.nv == 1 else [value] * own.nv
+    _spring(model, e, said, out, angle)
+    lost = model.found.number(e, "frictionloss", said.get("frictionloss"), 0.0)
+    out.more |= linkage.friction(name, own.name, lost)
+    return out
+
+
+def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) -> None:
+    name = e.get("name") or e.tag
+    stiffness = _coefficient(model, e, said, "stiffness")
+    swing = model.found.numbers(e, "springdamper", said.get("springdamper", "0 0"), (2,)) or [0.0, 0.0]
+    f.swing = (swing[0], swing[1]) if min(swing) > 0 else None
+    if (stiffness or f.swing) and f.kind.nv > 1:
+        model.found.add(e, name, f"a spring along a {f.type} joint, which scenes do not support", "build it of hinges")
+    elif stiffness or f.swing:
+        rest = angle(model.found.number(e, "springref", said.get("springref"), 0.0)) - f.ref
+        f.more["spring"] = {"stiffness": stiffness, "rest": rest}
+
+
+def _coefficient(model: Model, e: Element, said: Attributes, key: str) -> float:
+    """A number, or a polynomial whose higher coefficients are zero."""
+    found = model.found.numbers(e, key, said[key], (1, 2, 3)) if key in said else None
+    if found and any(found[1:]):
+        model.found.add(e, e.get("name") or e.tag, f"{key} is a polynomial: {said[key]}", "a scene's is one number")
+    return found[0] if found else 0.0

@@ -1,0 +1,92 @@
+"""Frames of SDF: models, links, joints and frames by full name, each placed relative to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose, rpy
+from trunnion.importers.xml_reader import Element, Findings
+
+WORLD = "world"
+OWN = "__model__"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame. at: pose in the frame ``within``. held_by: link or frame that it moves with ("": a link). placement: for a model,
+    the frame that is placed instead."""
+
+    element: Element
+    at: Pose
+    within: str
+    held_by: str = ""
+    placement: str = ""
+
+
+class Frames:
+    """All frames of a file. Full names join model names by ::; the world has no prefix."""
+
+    def __init__(self, found: Findings):
+        self.found, self.known = found, dict[str, Frame]()
+
+    def full(self, scope: str, name: str) -> str:
+        """The full name of a name in a model (``scope``: its full name)."""
+        if name == WORLD:
+            return WORLD
+        return (scope or WORLD) if name == OWN else f"{scope}::{name}" if scope else name
+
+    def read(self, e: Element) -> Pose:
+        """The pose of an element's <pose>."""
+        given = e.first("pose")
+        if given is None or not given.text:
+            return np.eye(4)
+        if given.get("rotation_format") == "quat_xyzw":
+            x = self.found.numbers(given, "text", given.text, (7,)) or [0.0] * 6 + [1.0]
+            return pose(x[:3], of_quaternion([x[6], *x[3:6]]))
+        x = self.found.numbers(given, "text", given.text, (6,)) or [0.0] * 6
+        angles = np.deg2rad(x[3:]) if given.get("degrees") in ("true", "1") else x[3:]
+        return pose(x[:3], rpy(*angles))
+
+    def add(self, e: Element, scope: str, within: str, held_by: str = "", placement: str = "") -> str:
+        """Add an element's frame, placed relative to its pose's frame, else to ``within`` (a full name); returns its full name."""
+        name, given = self.full(scope, e.get("name")), e.first("pose")
+        if given is not None and given.get("relative_to"):
+            within = self.full(scope, given.get("relative_to"))
+        if name in self.known:
+            self.found.add(e, e.get("name"), "this name is taken already in its model", "give it a name of its own")
+        self.known[name] = Frame(e, self.read(e), within, held_by, placement)
+        return name
+
+    def check(self) -> None:
+        """Add a problem for every frame with an unknown or circular reference."""
+        for name, f in list(self.known.items()):
+            seen, at = [name], f.within
+            while at != WORLD and at in self.known and at not in seen:
+                seen.append(at)
+                at = self.known[at].within
+            if at != WORLD:
+                wrong = "which is placed relative to it" if at in seen else "an unknown frame"
+                what = f"is placed relative to {at!r}, {wrong}"
+                self.found.add(f.element, f.element.get("name"), what, "name a link, frame or model of the same model, or world")
+                del self.known[name]
+
+    def place(self, name: str, root: str = WORLD) -> Pose:
+        """The pose of a frame in another one (the world)."""
+        if name in (root, WORLD):
+            return np.eye(4)
+        f = self.known[name]
+        at = self.place(f.within, root) @ f.at
+        return at @ inverse(self.place(f.placement, name)) if f.placement and root != name else at
+
+    def link(self, name: str) -> str | None:
+        """The full name of the link that a frame moves with, "world", or None."""
+        for _ in range(len(self.known) + 1):
+            if name == WORLD or name not in self.known:
+                return WORLD if name == WORLD else None
+            f = self.known[name]
+            if not f.held_by:
+                return name
+            name = f.held_by
+        return None

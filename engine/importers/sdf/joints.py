@@ -1,0 +1,67 @@
+"""Joints of SDF: types, axes, devices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.importers.intermediate_linkage import Linkage
+from trunnion.importers.pose_matrices import Pose, pose
+from trunnion.importers.xml_reader import Element, Findings
+
+TYPES = {
+    "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical",
+    "universal": "universal", "screw": "screw", "revolute2": "revolute",
+}  # fmt: skip
+"""By SDF's words; revolute2 is two of them in series."""
+
+
+def axis_of(found: Findings, joint: Element, axis: Element | None) -> tuple[np.ndarray, str | None]:
+    """The direction of an axis, and the frame it is expressed in (None: the file does not say)."""
+    xyz = axis.first("xyz") if axis is not None else None
+    given = np.array(found.numbers(xyz, "text", xyz.text, (3,)) or [0, 0, 1.0] if xyz is not None else [0, 0, 1.0])
+    if not np.any(given):
+        found.add(xyz or joint, joint.get("name"), "its axis has no length")
+        given = np.array([0.0, 0.0, 1.0])
+    return given, (xyz.get("expressed_in") or None) if xyz is not None else None
+
+
+def crossed(first: Pose, second: Pose) -> Pose:
+    """The frame of a universal joint: first axis e1, second e2 (made square to it)."""
+    e1, e2 = first[:3, 0], second[:3, 0]
+    e2 = e2 - (e1 @ e2) * e1
+    e2 = e2 / np.linalg.norm(e2)
+    return pose((0.0, 0.0, 0.0), np.column_stack([e1, e2, np.cross(e1, e2)]))
+
+
+def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
+    """The pitch of a screw: travel a turn, m."""
+    if joint.get("type") != "screw":
+        return {}
+    modern, old = joint.first("screw_thread_pitch"), joint.first("thread_pitch")
+    if modern is not None:
+        return {"pitch": found.number(modern, "text", modern.text, 1.0)}
+    turned = found.number(old, "text", old.text, 1.0) if old is not None else 1.0
+    return {"pitch": -2 * np.pi / turned}
+
+
+def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str, Any]:
+    """Damping, friction and springs along the axes of a joint."""
+    axes = [joint.first(tag) for tag in ("axis", "axis2")][: REGISTRY[kind].nv]
+    dynamics = [a.first("dynamics") if a is not None else None for a in axes]
+
+    def each(key: str) -> list[float]:
+        entries = [d.first(key) if d is not None else None for d in dynamics]
+        return [found.number(e, "text", e.text, 0.0) if e is not None else 0.0 for e in entries]
+
+    more: dict[str, Any] = {}
+    damping, stiffness, rest = each("damping"), each("spring_stiffness"), each("spring_reference")
+    if any(damping):
+        more["damping"] = damping[0] if len(damping) == 1 else damping
+    if any(stiffness):
+        springs = [{"stiffness": k, "rest": r} if k else None for k, r in zip(stiffness, rest, strict=True)]
+        more["spring"] = springs[0] if len(springs) == 1 else springs
+    more |= out.friction(joint.get("name"), kind, sum(each("friction")))
+    return more

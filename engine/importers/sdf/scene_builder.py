@@ -1,0 +1,189 @@
+"""Importer of SDF: models with links and joints, nested or included, as one linkage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, Names, Tie, plain_name, tensor
+from trunnion.importers.pose_matrices import Pose, along, inverse, pose
+from trunnion.importers.sdf.frames import WORLD
+from trunnion.importers.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
+from trunnion.importers.sdf.model_tree import Held, Models
+from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.visual_shapes import Solid, drawn
+from trunnion.importers.xml_reader import Element, Findings, existing, read_xml
+from trunnion.scene.data_classes.scene import Scene
+
+SOLIDS = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+
+
+def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
+    """(scene, notes on omissions). Static models are the ground; links without a joint fly freely. stops: stiffness of limits, N/m
+    and N m/rad; None omits them.
+
+    SceneError with everything that a scene cannot represent, each with its line."""
+    path = existing(file)
+    root, found = read_xml(path), Findings()
+    if root.tag != "sdf":
+        found.add(root, root.tag, "the root element is not <sdf>", "SDF does")
+        found.end()
+    folder = path.resolve().parent
+    reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
+    scene = reader.linkage(path.stem).scene(stops)
+    reader.meshes.tell()
+    return scene, found.notes
+
+
+class SdfReader:
+    def __init__(self, root: Element, models: Models, meshes: Pictures):
+        self.root, self.models, self.meshes, self.found, self.frames = root, models, meshes, models.found, models.frames
+        self.links, self.joints = models.links, models.joints
+        self.names, self.place = Names(), {WORLD: GROUND}
+        self.made: dict[str, str] = {}
+
+    # -- the linkage --------------------------------------------------------------------------------------------------------
+
+    def linkage(self, name: str) -> Linkage:
+        """All links and joints; ``found`` collects faults."""
+        models = [m for e in (self.root, *self.root.all("world")) for m in e.all("model")]
+        called = models[0].get("name") if len(models) == 1 else name
+        out = Linkage(plain_name(called, ascii_only=False), self.found, self.models.gravity)
+        moving = {n: held for n, held in self.links.items() if not held.still and n in self.frames.known}
+        self.place |= {n: GROUND for n in self.links if n not in moving}
+        for n, held in moving.items():
+            self.place[n] = self.names.new(held.element.get("name"), "link")
+            out.links[self.place[n]] = self._link(held.element)
+        self.found.end()
+        carried = {self._end(j, "child") for j in self.joints if not j.still}
+        for n in moving:
+            if n not in carried:
+                out.release(self.names.new(f"{self.place[n]}_flies", "joint"), self.place[n], self.frames.place(n))
+        for j in self.joints:
+            self._joint(j, out)
+        for j in self.joints:
+            self._couple(j, out)
+        for n, held in moving.items():
+            self._cancel_gravity(self.place[n], held.element, out)
+        if not out.links:
+            self.found.add(self.root, "sdf", "nothing in it moves")
+        return out
+
+    def _couple(self, j: Held, out: Linkage) -> None:
+        """Couple joints: multiplier · (position of the other − reference) + offset."""
+        for m in (m for a in j.element.all("axis", "axis2") for m in a.all("mimic")):
+            ratio, offset, ref = (self._number(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
+            follower, leader = (self.made.get(self.frames.full(j.scope, n), "") for n in (j.element.get("name"), m.get("joint")))
+            out.follow(j.element, follower, leader, ratio, offset - ratio * ref)
+
+    def _cancel_gravity(self, name: str, e: Element, out: Linkage) -> None:
+        if e.text_of("gravity") in ("false", "0") and any(out.gravity):
+            out.lift(self.names.new(f"{name}_lift", "force"), name, 1.0)
+
+    def _link(self, e: Element) -> Link:
+        given = e.first("inertial")
+        if given is None:
+            default = "no <inertial>: SDF's default mass (1 kg) and moments of inertia (1 kg m²) are used"
+            self.found.notes.append(f"{e.get('name')}: {default}")
+            return Link(1.0, np.zeros(3), np.eye(3), drawn(self._solids(e), np.zeros(3)))
+        if given.get("auto") == "true" or given.first("fluid_added_mass") is not None:
+            what = "inertial is computed from collisions" if given.get("auto") == "true" else "a fluid adds to its mass"
+            self.found.add(given, e.get("name"), what, "give mass and inertia")
+        mass, at = given.first("mass"), self.frames.read(given)
+        moments = given.first("inertia")
+        inertia = tensor([self._number(moments, k, 1.0 if k[1] == k[2] else 0.0) for k in MOMENTS], at)
+        weight = self.found.number(mass, "text", mass.text, 1.0) if mass is not None else 1.0
+        return Link(weight, at[:3, 3], inertia, drawn(self._solids(e), at[:3, 3]))
+
+    def _number(self, moments: Element | None, key: str, default: float) -> float:
+        e = moments.first(key) if moments is not None else None
+        return self.found.number(e, "text", e.text, default) if e is not None else default
+
+    def _solids(self, link: Element) -> list[Solid]:
+        """The solids of a link's visuals."""
+        out = []
+        for v in link.all("visual"):
+            for g in v.within("geometry"):
+                parts = [g.first(k) for k in SOLIDS.get(g.tag, ())]
+                if parts and None not in parts:
+                    sizes = [x for p in parts if p is not None for x in self.found.numbers(p, "text", p.text, (1, 3)) or []]
+                    out.append(Solid(g.tag, tuple(sizes), self.frames.read(v)))
+                if g.tag == "mesh":
+                    scale = self.found.numbers(g, "scale", g.text_of("scale") or "1 1 1", (3,)) or [1.0] * 3
+                    out += self.meshes.solids(g.text_of("uri"), self.frames.read(v), scale)
+        return out
+
+    # -- joints -------------------------------------------------------------------------------------------------------------
+
+    def _end(self, j: Held, side: str) -> str:
+        """Full name of the link on one side of a joint; "": none."""
+        return self.frames.link(self.frames.full(j.scope, j.element.text_of(side))) or ""
+
+    def _joint(self, j: Held, out: Linkage) -> None:
+        e, kind = j.element, j.element.get("type")
+        ends = [self._end(j, side) for side in ("parent", "child")]
+        missing = [side for side, end in zip(("parent", "child"), ends, strict=True) if end not in self.place]
+        for side in missing:
+            self.found.add(e, e.get("name"), f"its {side} {e.text_of(side)!r} is not a link", "name a link of the model, or world")
+        if missing or self.place[ends[0]] == self.place[ends[1]] == GROUND:
+            return
+        if kind not in TYPES:
+            self.found.add(e, e.get("name"), f"has type {kind!r}, which scenes do not support", "take it out of the file")
+            return
+        at = self.frames.place(self.frames.full(j.scope, e.get("name")))
+        first = self._axis(j, at, "axis")
+        if kind == "revolute2":
+            self._add_two_hinges(j, out, ends, at, first)
+            return
+        frame = at @ (crossed(first, self._axis(j, at, "axis2")) if kind == "universal" else first)
+        more = acting(self.found, e, TYPES[kind], out) | pitch_of(self.found, e)
+        made = self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
+        self._store_limit(e, "axis", made, out)
+
+    def _store_limit(self, e: Element, tag: str, made: str, out: Linkage) -> None:
+        axis = e.first(tag)
+        limit = axis.first("limit") if axis is not None else None
+        if limit is not None and e.get("type") != "continuous":
+            out.limits[made] = (self._number(limit, "lower", -np.inf), self._number(limit, "upper", np.inf))
+
+    def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
+        """Frame of an axis in the joint's frame; its first direction is the axis."""
+        e = j.element.first(tag)
+        given, expressed = axis_of(self.found, j.element, e)
+        if expressed is None and (self.models.old or (e is not None and e.text_of("use_parent_model_frame") in ("true", "1"))):
+            expressed = "__model__"
+        if expressed:
+            name = self.frames.full(j.scope, expressed)
+            if name != WORLD and name not in self.frames.known:
+                self.found.add(j.element, j.element.get("name"), f"its axis is expressed in {expressed!r}, an unknown frame")
+                return along(given)
+            given = at[:3, :3].T @ self.frames.place(name)[:3, :3] @ given
+        return along(given)
+
+    def _add_two_hinges(self, j: Held, out: Linkage, ends: list[str], at: Pose, first: Pose) -> None:
+        """Two hinges with a nearly massless link between them."""
+        name, child = j.element.get("name"), self.place[ends[1]]
+        light = LIGHT * (out.links[child].mass if child in out.links else 1.0)
+        middle = self.names.new(f"{name}_middle", "link")
+        out.links[middle] = Link(light, np.zeros(3), np.zeros((3, 3)))
+        self.place[middle] = middle
+        where = at @ pose()
+        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out, {middle: where})
+        last = at @ self._axis(j, at, "axis2")
+        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out, {middle: where})
+        self._store_limit(j.element, "axis", one, out)
+        self._store_limit(j.element, "axis2", two, out)
+
+    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
+             given: dict[str, Pose] | None = None) -> str:  # fmt: skip
+        """Add a joint whose frame is given in the world; returns its name. given: poses of links without a frame of their own."""
+        at = [(given or {}).get(n) if n in (given or {}) else self._link_pose(n) for n in ends]
+        sides = [inverse(where if where is not None else np.eye(4)) @ frame for where in at]
+        made = self.names.new(name, "joint")
+        out.ties[made] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
+        return made
+
+    def _link_pose(self, name: str) -> Pose:
+        return np.eye(4) if self.place[name] == GROUND else self.frames.place(name)

@@ -1,0 +1,238 @@
+"""Symbolic expressions → C, in stages.
+
+Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of its operands. Results
+that depend on parameters alone are thus computed once (``prepare``), results of the state before the multipliers, and so on.
+Arrays carry values to later stages. Long functions are split into pieces, so that compile time is linear in their length.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trunnion.basics.interrupts import heed
+from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
+
+SX = ca.SX
+PIECE = 2500
+"""Operations per C function; compile time grows faster than linearly above a few thousand. With pieces of 300 or 600, stepping
+units run 10 to 15 percent longer, and dense Jacobians 3 percent, for four fifths of the compile time."""
+
+SCRATCH = "s_"
+"""Array between the pieces of a stage that keeps no values for later stages."""
+
+BINARY = {
+    ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",
+    ca.OP_POW: "pow({0},{1})", ca.OP_CONSTPOW: "pow({0},{1})", ca.OP_FMIN: "fmin({0},{1})", ca.OP_FMAX: "fmax({0},{1})",
+    ca.OP_ATAN2: "atan2({0},{1})", ca.OP_COPYSIGN: "copysign({0},{1})", ca.OP_LT: "({0}<{1})", ca.OP_LE: "({0}<={1})",
+    ca.OP_EQ: "({0}=={1})", ca.OP_NE: "({0}!={1})", ca.OP_AND: "(({0}!=0)&&({1}!=0))", ca.OP_OR: "(({0}!=0)||({1}!=0))",
+    ca.OP_IF_ELSE_ZERO: "(({0}!=0)?{1}:0.0)", ca.OP_FMOD: "fmod({0},{1})", ca.OP_HYPOT: "hypot({0},{1})",
+}
+UNARY = {
+    ca.OP_NEG: "-{0}", ca.OP_SQ: "{0}*{0}", ca.OP_TWICE: "2.0*{0}", ca.OP_INV: "1.0/{0}", ca.OP_SQRT: "sqrt({0})",
+    ca.OP_SIN: "sin({0})", ca.OP_COS: "cos({0})", ca.OP_TAN: "tan({0})", ca.OP_ASIN: "asin({0})", ca.OP_ACOS: "acos({0})",
+    ca.OP_ATAN: "atan({0})", ca.OP_EXP: "exp({0})", ca.OP_LOG: "log({0})", ca.OP_FABS: "fabs({0})", ca.OP_TANH: "tanh({0})",
+    ca.OP_SIGN: "(({0}>0)-({0}<0))", ca.OP_NOT: "({0}==0)", ca.OP_ASSIGN: "{0}", ca.OP_FLOOR: "floor({0})",
+}
+CALL = re.compile(r"(\w{3,})\((.*)\)")
+FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for name, given in CALL.findall(form)}
+"""C functions in the forms, with their number of arguments."""
+MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
+    "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
+)
+"""Declarations that generated code needs from <math.h>, whose text would take a sixth of a small unit's compile time."""
+FORMS = {op: form.replace("{0}", "%s").replace("{1}", "%s") for op, form in (BINARY | UNARY).items()}
+DOUBLED = {op for op, form in UNARY.items() if form.count("{0}") == 2}
+"""Operations whose text repeats their operand."""
+DEPTH = 20
+"""Nesting of operations in an expression, up to three brackets each. Compilers accept at least 63 (C11, 5.2.4.1)."""
+Place = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Input:
+    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. ``transient``: later stages do not receive
+    it, so values they need are kept."""
+
+    name: str
+    symbol: SX
+    stage: int
+    transient: bool = False
+
+    def element(self, i: int) -> str:
+        """C expression of element i of the input."""
+        base, _, offset = self.name.partition("+")
+        return f"{base}[{i + int(offset or 0)}]"
+
+
+@dataclass(frozen=True)
+class Output:
+    """Values written (or added, ``accumulate``) by a stage: C array, offset, expressions."""
+
+    name: str
+    offset: int
+    values: Sequence[SX] | SX
+    stage: int
+    accumulate: bool = False
+
+
+@dataclass
+class Stage:
+    """One C function: name, parameter list, array of values for later stages ("": none)."""
+
+    name: str
+    arguments: str
+    keep: str
+
+
+@dataclass
+class Code:
+    """C text of the stages, sizes of the arrays between them, operations of each."""
+
+    text: str
+    kept: list[int]
+    operations: list[int]
+
+
+def emit(inputs: list[Input], outputs: list[Output], stages: list[Stage]) -> Code:
+    """C code of ``outputs`` as functions of ``inputs``."""
+    return _Emitter(inputs, outputs, stages).run()
+
+
+class _Emitter:
+    """Writes the stages of one set of outputs. A place (stage, piece) is a piece of a stage; leaves have none.
+
+    By value number: ``stage`` (−1: constants), ``home`` (place that computes it), ``uses`` (number of reads), ``text`` (C
+    expression at the current place), ``slot`` (array element that carries it to other places).
+    """
+
+    def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
+        self.inputs, self.outputs, self.stages = inputs, outputs, stages
+        heed()
+        values = [ca.densify(o.values if isinstance(o.values, SX) else ca.vertcat(*o.values)) for o in outputs]
+        heed()
+        self.code = assignments(
+            ca.Function("f", [i.symbol for i in inputs], [ca.vec(v) for v in values], {"cse": False, "live_variables": False})
+        )
+        n = self.code.count
+        self.stage, self.uses, self.text = [-1] * n, [0] * n, [""] * n
+        self.home: list[Place | None] = [None] * n
+        self.order: list[list[list[Instruction]]] = [[[]] for _ in stages]
+        self.writes: dict[Place, list[tuple[str, int]]] = {}
+        self.slot: dict[int, str] = {}
+        self.kept = [0] * len(stages)
+
+    def run(self) -> Code:
+        self._leaves()
+        outside = self._places()
+        heed()
+        self._assign_slots(outside)
+        text = "\n".join(self._function(k) for k in range(len(self.stages)))
+        return Code(text, self.kept, [sum(map(len, pieces)) for pieces in self.order])
+
+    def _leaves(self) -> None:
+        """Text and stage of constants and inputs."""
+        for v, number in self.code.constants.items():
+            self.text[v] = literal(number)
+        for v, (i, e) in self.code.inputs.items():
+            self.text[v], self.stage[v] = self.inputs[i].element(e), self.inputs[i].stage
+
+    def _places(self) -> set[int]:
+        """Put every operation into the latest stage of its operands, split stages into pieces, count uses. Returns the values read
+        outside the place that computes them."""
+        stage, home, uses, outside = self.stage, self.home, self.uses, set()
+        places: list[Place] = [(k, 0) for k in range(len(self.stages))]
+        for op, v, operands in self.code.operations:
+            if op in DOUBLED:
+                operands *= 2
+            k = stage[v] = max(0, *(stage[a] for a in operands))
+            piece = self.order[k][-1]
+            if len(piece) == PIECE:
+                heed()
+                places[k] = (k, places[k][1] + 1)
+                self.order[k].append(piece := [])
+            piece.append((op, v, operands))
+            place = home[v] = places[k]
+            for a in operands:
+                uses[a] += 1
+                if home[a] is not place and (home[a] or self._gone(a, k)):
+                    outside.add(a)
+        for o, i, v in self.code.outputs:
+            out = self.outputs[o]
+            found = home[v]
+            place = found if found and found[0] == out.stage else (out.stage, 0)
+            self.writes.setdefault(place, []).append((f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else ""), v))
+            uses[v] += 1
+            if found != place and (found or self._gone(v, out.stage)):
+                outside.add(v)
+        return outside
+
+    def _gone(self, v: int, k: int) -> bool:
+        """Whether stage k does not receive the input v."""
+        if v not in self.code.inputs or k <= self.stage[v]:
+            return False
+        return self.stage[v] == 0 or self.inputs[self.code.inputs[v][0]].transient
+
+    def _assign_slots(self, outside: set[int]) -> None:
+        """Assign an array element to each value read outside its place."""
+        for v in sorted(outside):
+            k = self.stage[v]
+            self.slot[v] = f"{self.stages[k].keep or SCRATCH}[{self.kept[k]}]"
+            self.kept[k] += 1
+
+    def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
+        """Statements of a piece. A value used once is written where it is used, which halves text and variables; compilers bound
+        the nesting."""
+        heed()
+        text, uses, slot, body = self.text, self.uses, self.slot, []
+        deep: dict[int, int] = {}
+        for op, v, operands in members:
+            words = FORMS[op] % tuple([text[a] for a in operands])
+            depth = 1 + max([deep.get(a, 0) for a in operands])
+            if uses[v] == 1 and v not in slot and depth < DEPTH:
+                text[v], deep[v] = f"({words})", depth
+                continue
+            text[v] = f"v{v}"
+            body.append(f"double v{v}={words};")
+            if v in slot:
+                body.append(f"{slot[v]}=v{v};")
+        body += [f"{target}={text[v]};" for target, v in self.writes.get(place, ())]
+        for _, v, _ in members:
+            if v in slot:
+                text[v] = slot[v]
+        return body
+
+    def _function(self, k: int) -> str:
+        """C text of a stage; a long one calls its pieces."""
+        stage = self.stages[k]
+        bodies = [self._piece((k, p), members) for p, members in enumerate(self.order[k])]
+        for v in self.code.inputs:
+            if v in self.slot and self.stage[v] == k:
+                bodies[0].insert(0, f"{self.slot[v]}={self.text[v]};")
+                self.text[v] = self.slot[v]
+        if len(bodies) == 1:
+            return f"void {stage.name}({stage.arguments}){{\n" + "\n".join(bodies[0]) + "\n}\n"
+        own = not stage.keep
+        arguments = stage.arguments + (f",double*restrict {SCRATCH}" if own else "")
+        call = ",".join(a.split("*")[-1].split()[-1] for a in arguments.split(","))
+        parts = [
+            f"static __attribute__((noinline)) void {stage.name}_{p}({arguments}){{\n" + "\n".join(b) + "\n}\n"
+            for p, b in enumerate(bodies)
+        ]
+        calls = "\n".join(f"{stage.name}_{p}({call});" for p in range(len(bodies)))
+        if own:
+            calls = f"double {SCRATCH}[{max(self.kept[k], 1)}];\n" + calls
+        return "\n".join(parts) + f"void {stage.name}({stage.arguments}){{\n{calls}\n}}\n"
+
+
+def literal(value: float) -> str:
+    """C text of a double that compilers read exactly; infinities and NaN by their C names."""
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), -float("inf")):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    text = repr(float(value))
+    return f"({text})" if value < 0 else text

@@ -1,0 +1,1 @@
+"""Compiler, cache of libraries, libraries of the installation."""

@@ -1,0 +1,199 @@
+"""The C compiler: ``ziglang``, a pip package, so that nothing need be installed on the machine.
+
+It fails without a home directory, so its caches are redirected: a shared one for system libraries, of constant size, and one per
+build, deleted afterwards. Libraries for this machine are linked without start files, which would take seconds to build once. Debug
+tables are off: they cost a quarter of the time and four fifths of the size. Fast-math is never used, because tests for NaN must
+work.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import platform
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from trunnion.basics.optional_packages import remedy, there
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.kernel.compilation import compiler_processes
+
+log = logging.getLogger("trunnion.kernel")
+
+FLAGS = (
+    "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
+    "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
+)  # fmt: skip
+"""Loops are short, with lengths known late. Unrolled and vectorised automatically, the runtime takes twice as long to compile and
+is 3 to 14 percent slower; important loops are written with vectors (``base/compiler.h``). Frame pointers would cost generated code
+2 percent."""
+STRAIGHT = ("-fno-slp-vectorize",)
+LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
+"""Characters of a unit above which the search for vectors in straight-line code is off; it takes half of the compile time. Short
+stepping units gain up to 10 percent from it (the double pendulum's 33,000 characters: 5 percent). Above 43,000 they lose 2 to 4
+percent. Rows of columns lose 2 percent (twelve models: 0 to 6)."""
+LONG_PART = 30_000
+"""LONG_TEXT for a part of scenes. Without the search, compilation takes half of the time (free bodies, ball joints with friction);
+runs of five models took −3 to 7 percent longer."""
+AS_WRITTEN = ("-ffp-contract=off",)
+ROWS = ("outputs",)
+"""Units compiled without fusing products into sums. The compiler fuses depending on the surrounding text, so a column would
+otherwise change in the last bit with the other columns. Rows of all columns take up to 3 percent longer."""
+QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
+"""Flags for fast builds: a third of the compile time, steps a sixth slower. Without optimisation this compiler adds checks by
+default, which would take the gain."""
+TARGETS = {
+    ("Linux", "x86_64"): ("x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64"),
+    ("Linux", "aarch64"): ("aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64"),
+    ("Windows", "AMD64"): ("x86_64-windows-gnu", "win_amd64"),
+    ("Darwin", "x86_64"): ("x86_64-macos.11.0", "macosx_11_0_x86_64"),
+    ("Darwin", "arm64"): ("aarch64-macos.11.0", "macosx_11_0_arm64"),
+}
+"""zig target and wheel platform of each supported machine."""
+
+
+class CompilerError(RuntimeError):
+    """The compiler rejected generated code: a defect of Trunnion, to be reported with the file it names."""
+
+
+def _host() -> tuple[str, str]:
+    """zig target and wheel platform of this machine. CompilerError for an unsupported one."""
+    key = (platform.system(), platform.machine())
+    if key not in TARGETS:
+        raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TARGETS)}")
+    return TARGETS[key]
+
+
+def host_target() -> str:
+    """zig target of this machine."""
+    return _host()[0]
+
+
+def wheel_platform() -> str:
+    """Platform that a wheel with libraries for this machine's target is for."""
+    return _host()[1]
+
+
+def cpu_level() -> str:
+    """x86-64-v3 (AVX2, FMA) if this machine has it, else the baseline; TRUNNION_CPU overrides."""
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return ""
+    if os.environ.get("TRUNNION_CPU"):
+        return os.environ["TRUNNION_CPU"]
+    try:
+        flags = Path("/proc/cpuinfo").read_text().split("flags", 1)[1].split("\n", 1)[0].split()
+    except (OSError, IndexError):
+        return "x86_64_v2" if platform.system() == "Darwin" else "x86_64"
+    return "x86_64_v3" if {"avx2", "fma", "bmi2"} <= set(flags) else "x86_64"
+
+
+def version_of(package: str) -> str:
+    """Version of a package that shapes what is compiled; "none" where it is not installed."""
+    from importlib.metadata import PackageNotFoundError, version  # its own imports are slow, and a cached part needs none of them
+
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
+def compiler_version() -> str:
+    """Version of the ziglang package."""
+    return version_of("ziglang")
+
+
+def library_suffix() -> str:
+    """Suffix of shared libraries here."""
+    return {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
+
+
+def shared_cache(cache: Path) -> Path:
+    """The compiler's cache that all builds share."""
+    return cache / f"zig-{compiler_version()}"
+
+
+def run(arguments: Sequence[str], cache: Path) -> None:
+    """``zig cc`` with our caches. CompilerError with the compiler's output on failure. If the shared cache is pruned during the
+    build, the build is repeated without."""
+    log.debug("compile: %s", " ".join(arguments))
+    shared = shared_cache(cache)
+    with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
+        shared.mkdir(exist_ok=True)
+        with suppress(OSError):
+            os.utime(shared)  # it is pruned like any entry, when it is the one unused for longest
+        code, complaint = _zig(arguments, shared, Path(own))
+        if code:
+            code, complaint = _zig(arguments, Path(own), Path(own))
+    if code:
+        raise CompilerError(
+            "the C compiler failed on generated code; this is a defect of Trunnion, please report it with this text:\n"
+            + complaint[-2000:]
+        )
+
+
+def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
+    """The compiler's exit code and output, with these caches."""
+    env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(shared), ZIG_LOCAL_CACHE_DIR=str(own))
+    return compiler_processes.run([str(_program()), "cc", *arguments], env)
+
+
+def needed(who: str, what: str, instead: str = "") -> None:
+    """SceneError with the installation command, unless the packages that write and compile C are installed. what: purpose of the
+    compilation; instead: another remedy."""
+    missing = [m for m in ("casadi", "ziglang") if not there(m)]
+    if missing:
+        several = len(missing) > 1
+        told = f"needs {what} compiled, and the package{'s' * several} for that, {' and '.join(missing)}"
+        raise SceneError([Problem(who, f"{told}, {'are' if several else 'is'} not installed", remedy("compile") + instead)])
+
+
+@lru_cache(maxsize=1)
+def _program() -> Path:
+    """The compiler's executable in the package ``ziglang``. ``python -m ziglang`` would start it through another interpreter."""
+    found = find_spec("ziglang")
+    if found is None or found.origin is None:
+        raise SceneError([Problem("the C compiler", "is missing: the package ziglang is not installed", remedy("compile"))])
+    return Path(found.origin).with_name("zig.exe" if platform.system() == "Windows" else "zig")
+
+
+def part_flags(text: str) -> tuple[str, ...]:
+    """Additional flags for a part of scenes."""
+    return STRAIGHT if len(text) > LONG_PART else ()
+
+
+def quick() -> bool:
+    """Whether fast builds are preferred: TRUNNION_QUICK_BUILD is set (and not 0)."""
+    return os.environ.get("TRUNNION_QUICK_BUILD", "0") != "0"
+
+
+def unit_flags(unit: str, text: str) -> tuple[str, ...]:
+    """Additional flags for a unit of a kernel on this machine."""
+    return QUICK if quick() else optimised_flags(unit, text)
+
+
+def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
+    """Additional flags for a unit that is shipped, independent of the environment."""
+    straight = STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
+    return straight + (AS_WRITTEN if unit in ROWS else ())
+
+
+def machine_flags() -> list[str]:
+    """Target and CPU level of this machine."""
+    level = cpu_level()
+    return ["-target", host_target(), *([f"-mcpu={level}"] if level else [])]
+
+
+def build_object(source: Path, target: Path, cache: Path, extra: Sequence[str] = ()) -> None:
+    """Compile a C file to an object file of a library for this machine."""
+    run([*machine_flags(), *FLAGS, *extra, "-c", str(source), "-o", str(target)], cache)
+
+
+def build_library(sources: Sequence[Path], library: Path, include: Sequence[Path], cache: Path, extra: Sequence[str] = ()) -> None:
+    """Compile C files to a shared library for this machine."""
+    link = ["-nostdlib", "-lm", "-lc"] if platform.system() == "Linux" else []
+    folders = [f"-I{p}" for p in include]
+    run([*machine_flags(), *FLAGS, *extra, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)

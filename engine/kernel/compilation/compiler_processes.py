@@ -1,0 +1,107 @@
+"""Compiler processes of a build, side by side. Ctrl-C or a failure ends all of them at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar, copy_context
+from tempfile import TemporaryFile
+from threading import Lock
+from typing import Any
+
+from trunnion.basics.interrupts import heed
+
+LOOKS = 0.05
+"""Seconds between checks for Ctrl-C and for cancellation while a thread is awaited."""
+Submit = Callable[..., "Future[Any]"]
+"""Starts a function with its arguments on a thread."""
+
+
+class Ended(RuntimeError):
+    """The work of a process is no longer needed."""
+
+
+class Programs:
+    """Processes of one build. ended: no more may start."""
+
+    def __init__(self) -> None:
+        self.ended = False
+        self._lock = Lock()
+        self._running: set[subprocess.Popen[bytes]] = set()
+
+    def run(self, command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
+        """Run a process to its end. Returns exit code and error output. Ended if the build was cancelled."""
+        with TemporaryFile("w+", errors="replace") as told:  # a pipe would be held open by the programs that it starts
+            with self._lock:
+                if self.ended:
+                    raise Ended
+                process = subprocess.Popen(
+                    command, env=dict(env), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=told, start_new_session=True
+                )
+                self._running.add(process)
+            try:
+                code = process.wait()
+            except BaseException:
+                _kill(process)
+                raise
+            finally:
+                self._running.discard(process)
+            if self.ended:
+                raise Ended
+            told.seek(0)
+            return code, told.read()
+
+    def end(self) -> None:
+        """End all processes, and start no others."""
+        with self._lock:
+            self.ended = True
+            for process in tuple(self._running):
+                _kill(process)
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process, and its children where the system has process groups."""
+    with suppress(OSError):
+        os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
+    process.wait()
+
+
+_CURRENT: ContextVar[Programs | None] = ContextVar("programs", default=None)
+
+
+def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
+    """Run a process as part of the surrounding build, or alone."""
+    around = _CURRENT.get()
+    if around is not None:
+        return around.run(command, env)
+    with side_by_side(1) as submit:
+        found: tuple[int, str] = awaited(submit(run, command, env))
+    return found
+
+
+def awaited(work: Future[Any]) -> Any:
+    """The result of work on another thread. Interrupts are handled meanwhile, because signals end such a wait only on some systems
+    and reach no other threads."""
+    while not wait([work], LOOKS).done:
+        heed()
+    return work.result()
+
+
+@contextmanager
+def side_by_side(threads: int) -> Iterator[Submit]:
+    """Work on several threads. A failure in the block, or Ctrl-C, ends the processes of all threads."""
+    programs = Programs()
+    before = _CURRENT.set(programs)
+    pool = ThreadPoolExecutor(threads)
+    try:
+        yield lambda work, *given: pool.submit(copy_context().run, work, *given)
+    except BaseException:
+        programs.end()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+        _CURRENT.reset(before)

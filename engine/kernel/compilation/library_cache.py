@@ -1,0 +1,139 @@
+"""The kernel cache: compiled libraries by content, bounded, safe under concurrent builds, never half written.
+
+An entry is a folder ``<kind>-<key>``. It is made under a temporary name and renamed when complete. If two processes build one
+entry, both succeed and one copy is dropped. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is pruned as an
+entry; a build that loses it continues without.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+MAX_BYTES = 512 * 1024 * 1024
+STALE_SECONDS = 3600.0
+RECENT_SECONDS = 60.0
+"""Entries used more recently are not pruned: a process may be about to load them."""
+COMPILER_SECONDS = 600.0
+"""Time since the last start of a build during which the compiler's cache is not pruned: longer than builds take."""
+
+
+def cache_folder() -> Path:
+    """TRUNNION_CACHE, else the platform's cache folder of the user, created with mode 0700. Without a writable home, a private
+    temporary folder."""
+    chosen = os.environ.get("TRUNNION_CACHE")
+    try:
+        home = Path(chosen) if chosen else user_cache_path("trunnion", appauthor=False)
+        home.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if not os.access(home, os.W_OK):
+            raise OSError
+    except (OSError, RuntimeError):
+        home = _private_temporary()
+    return home
+
+
+def _private_temporary() -> Path:
+    """A folder of this process alone, never a guessable name in a world-writable place."""
+    global _temporary
+    if _temporary is None:
+        _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))
+    return _temporary
+
+
+_temporary: Path | None = None
+
+
+def digest(*parts: str | bytes) -> str:
+    """Key of an entry: digest of everything that determines its content."""
+    h = hashlib.sha256()
+    for p in parts:
+        data = p.encode() if isinstance(p, str) else p
+        h.update(len(data).to_bytes(8, "little"))
+        h.update(data)
+    return h.hexdigest()[:32]
+
+
+def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
+    """Folder of entry ``name``. ``make(folder)`` fills it if it is missing. Returns (folder, whether it was made now)."""
+    home = cache_folder()
+    folder = home / name
+    if (folder / "complete").exists():
+        with suppress(OSError):
+            os.utime(folder)
+        return folder, False
+    work = Path(tempfile.mkdtemp(prefix=f".{name}-", dir=home))
+    try:
+        make(work)
+        (work / "complete").touch()
+        with suppress(OSError):
+            work.rename(folder)
+        if not (folder / "complete").exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            work.rename(folder)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    _prune_now_and_then(home)
+    return folder, True
+
+
+def _prune_now_and_then(home: Path) -> None:
+    """Prune, at most every ``RECENT_SECONDS`` in this process. Younger entries would not be pruned, and reading thousands of
+    entries takes longer than a small build."""
+    now = time.monotonic()
+    if now - _pruned.get(home, -RECENT_SECONDS) >= RECENT_SECONDS:
+        _pruned[home] = now
+        prune(home)
+
+
+_pruned: dict[Path, float] = {}
+"""Last pruning of each cache folder by this process (monotonic clock, s)."""
+
+
+def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
+    """Remove abandoned work, then the entries unused for longest until the rest fits."""
+    now = time.time()
+    entries: list[tuple[float, int, Path]] = []
+    for path in home.iterdir():
+        with suppress(OSError):
+            if path.name.startswith(".") and path.is_dir():
+                if now - path.stat().st_mtime > STALE_SECONDS:
+                    shutil.rmtree(path, ignore_errors=True)
+            elif (path / "complete").exists() or _is_compilers(path):
+                entries.append((path.stat().st_mtime, _size(path), path))
+    total = sum(size for _, size, _ in entries)
+    for used, size, path in sorted(entries):
+        if total <= max_bytes:
+            break
+        if now - used > (COMPILER_SECONDS if _is_compilers(path) else RECENT_SECONDS):
+            _remove(path)
+            total -= size
+
+
+def _is_compilers(path: Path) -> bool:
+    """Whether the path is the compiler's own cache, not a link to one elsewhere."""
+    return path.name.partition("-")[0] == "zig" and path.is_dir() and not path.is_symlink()
+
+
+def _size(path: Path) -> int:
+    """Bytes of all files in a folder; files that vanish meanwhile do not count."""
+    total = 0
+    for f in path.rglob("*"):
+        with suppress(OSError):
+            total += f.stat().st_size if f.is_file() else 0
+    return total
+
+
+def _remove(path: Path) -> None:
+    """Rename a folder, so that no process finds half of it, then delete it."""
+    trash = path.with_name(f".{path.name}-{os.getpid()}-{time.monotonic_ns()}")
+    with suppress(OSError):
+        path.rename(trash)
+        shutil.rmtree(trash, ignore_errors=True)

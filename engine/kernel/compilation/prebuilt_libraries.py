@@ -1,0 +1,50 @@
+"""Libraries of the installation: the runtime, and parts of scenes (``parts.primitives.library_prebuild``), in a folder per CPU
+level. A checkout has none and compiles on first use."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import lru_cache
+from pathlib import Path
+
+from trunnion.kernel.compilation import c_compiler, library_cache
+
+ENGINE = Path(__file__).resolve().parents[2]
+FOLDER = ENGINE / "_built"
+SOURCES = ("columns", "elements", "kernel", "parts", "recursion", "runtime", "system")
+NAMES = ("runtime", "interpreter", "parts")
+TOLD = "sources"
+"""File of a folder with the digest of the sources of its libraries. With other sources they are not used."""
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Digest of all sources of libraries, independent of the compiler."""
+    files = sorted(f for folder in SOURCES for pattern in ("*.py", "*.[ch]") for f in (ENGINE / folder).rglob(pattern))
+    return library_cache.digest(*(f.read_bytes() for f in files))
+
+
+def level() -> str:
+    """Folder name for this machine's CPU level."""
+    return c_compiler.cpu_level() or "any"
+
+
+@lru_cache(maxsize=1)
+def folder() -> Path | None:
+    """The folder for this machine's level, else for the baseline; None: there is none."""
+    for name in (level(), "x86_64"):
+        place = FOLDER / name
+        if (place / TOLD).exists() and (place / TOLD).read_text() == sources():
+            return place
+    return None
+
+
+def path(name: str) -> Path:
+    """Path of a library of the installation, whether it exists or not."""
+    return (folder() or FOLDER) / f"{name}{c_compiler.library_suffix()}"
+
+
+@lru_cache
+def library(name: str) -> ctypes.CDLL | None:
+    """A library of the installation; None: there is none for this machine."""
+    return ctypes.CDLL(str(path(name))) if folder() else None

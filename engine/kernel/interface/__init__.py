@@ -1,0 +1,1 @@
+"""What a kernel offers: columns, quantities and the tables the runtime reads."""

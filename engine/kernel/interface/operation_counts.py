@@ -1,0 +1,57 @@
+"""Floating-point operations of parts of a step: counted for generated functions, computed from sizes for dense algebra. Bounded
+steps are measured in these, so that figures are independent of the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from trunnion.runtime.abi.tolerances import number
+
+
+@dataclass(frozen=True)
+class Work:
+    """Operations of the parts of a bounded step.
+
+    evaluation: the right-hand side without friction; an upper bound for maps and corrections of positions.
+
+    iteration: Newton's method on the complement equations; a decision costs one more.
+
+    relaxed: a step with friction by sweeps.
+
+    row: the columns, once.
+    """
+
+    evaluation: int
+    iteration: int
+    relaxed: int
+    row: int
+
+    def of(self, evaluations: float, iterations: float, relaxed: float = 0.0) -> float:
+        """Operations of a step with these counts."""
+        return self.evaluation * evaluations + self.iteration * iterations + self.relaxed * relaxed + self.row
+
+
+SWEEPS, IMPULSES, ROW_ITERATIONS = (int(number(n)) for n in ("SWEEPS", "IMPULSE_EVALUATIONS", "ROW_ITERATIONS"))
+BESIDE = 2
+ROW = IMPULSES + BESIDE, ROW_ITERATIONS + SWEEPS
+"""``realtime_steps.c``: sweeps of a relaxed step; additional evaluations of an impulse step; evaluations of a relaxed step;
+additional evaluations and iterations of a row."""
+
+
+def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
+    """Operations by the facts of a compiled kernel, ``facts["operations"]``, and its sizes."""
+    a, e, n, pairs = (sizes[k] for k in ("active", "neta", "nn", "nsliders"))
+    factor = a**3 // 3 + 2 * a**2
+    eliminate = 2 * a**2 * (1 + e) + 2 * a * (1 + e) * (n + e)
+    stages = operations["stage1"] + 2 * operations["stage2"] + operations["closure"]
+    evaluation = stages + factor + eliminate + 2 * (n + e) * e
+    iteration = operations["laws"] + operations["held"] + 2 * n * e + 2 * sizes["ndn"] * e + 2 * e**3 // 3 + 4 * e**2
+    sweep = operations["laws"] + 2 * n * e + pairs * operations["held"] + 2 * e**2
+    return Work(evaluation, iteration, BESIDE * evaluation + SWEEPS * sweep, operations["outputs"])
+
+
+def most(w: Work, evaluations: int, iterations: int, pairs: int) -> int:
+    """Most operations of a bounded step with these bounds. pairs: sliding surfaces, whose rates need evaluations of their own."""
+    beside = IMPULSES + ROW[0] + 2 * (pairs + 1)
+    return int(w.of(evaluations + beside, iterations + ROW[1] + pairs + 1, relaxed=1.0))

@@ -1,0 +1,84 @@
+"""Columns of a scene, from their registry: names (reference/columns.md), units, origin. Does not load the symbolic library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from trunnion.basics.name_patterns import matcher
+from trunnion.basics.number_declarations import ANY, Bound
+from trunnion.basics.renamed_words import current_column, current_pattern
+from trunnion.columns.declaration import COMPONENT, ITEM, ColumnKind, Quantity
+from trunnion.columns.registry import REGISTRY, shown, subjects
+from trunnion.columns.subjects import Subject
+from trunnion.system.structure.bodies_and_joints import System
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: name, unit, description; kind, key of its subject, number of the kind's quantity, item of the subject and
+    component (None: only one). post: "" or the post-processing by the runtime (``Quantity.post``). bound: range of its values."""
+
+    name: str
+    unit: str
+    description: str
+    kind: str
+    subject: tuple
+    number: int = 0
+    item: int | None = None
+    component: int | None = None
+    post: str = ""
+    bound: Bound = ANY
+
+    @property
+    def quantity(self) -> Quantity:
+        """The quantity that it shows."""
+        return REGISTRY[self.kind].quantities[self.number]
+
+    @property
+    def key(self) -> tuple:
+        """Identification within a system: word of the quantity, subject, item, label, component."""
+        if self.kind not in REGISTRY:
+            return (self.kind, *self.subject)
+        q = self.quantity
+        item, component = ([] if k is None else [k] for k in (self.item, self.component))
+        return (q.name.partition(".")[0], *self.subject, *item, *q.label, *component)
+
+    @property
+    def place(self) -> int:
+        """Index within its quantity, over all items of its subject."""
+        return self.quantity.at + (self.item or 0) * self.quantity.size + (self.component or 0)
+
+
+def columns(system: System) -> list[Column]:
+    """Every column of the system, in order."""
+    return [c for kind, s in subjects(system) for c in _columns(kind, s)]
+
+
+def _columns(kind: ColumnKind, s: Subject) -> list[Column]:
+    out = []
+    for number, item, component in shown(kind, s):
+        q = kind.quantities[number]
+        words = s.words | {n: str(k + 1) for n, k in ((ITEM, item), (COMPONENT, component)) if k is not None}
+        name, unit, text = (t.format_map(words) if "{" in t else t for t in (q.column, q.unit, q.text))
+        out.append(Column(name, unit, text, kind.name, s.key, number, item, component, q.post(s), q.bound))
+    return out
+
+
+def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
+    """Columns whose name matches one of the patterns (shell style; "[k]" is an index, not a character class)."""
+    wanted = matcher(current_patterns(patterns, all_columns))
+    return [c for c in all_columns if wanted(c.name)]
+
+
+def current_patterns(patterns: Iterable[str], all_columns: Sequence[Column]) -> list[str]:
+    """The patterns in current words. A pattern with a deprecated word that matches no column as written is reported."""
+    def matches(pattern: str) -> bool:
+        return any(map(matcher((pattern,)), (c.name for c in all_columns)))
+
+    return [p if current_column(p) == p else current_pattern(p, matches(p)) for p in patterns]
+
+
+def needs_quadratures(chosen: list[Column]) -> bool:
+    """Whether any chosen column is an integral."""
+    return any(c.quantity.integral for c in chosen)

@@ -1,0 +1,252 @@
+"""Compiled kernels and the runtime as ctypes libraries, from the cache or built on demand.
+
+The key of a kernel covers the system's structure, the columns, all sources that shape code, the compiler and the CPU level. A warm
+start thus needs neither the symbolic library nor the compiler. Units are also cached by their text, so that scenes that differ in
+names or columns share them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import logging
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from trunnion.basics.interrupts import heed, held
+from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.compilation import prebuilt_libraries as built
+from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
+from trunnion.kernel.interface.output_columns import Column
+from trunnion.runtime.abi.c_header import header
+from trunnion.runtime.abi.kernel_records import KERNEL, OUTPUTS
+from trunnion.runtime.abi.run_records import EXTRA
+from trunnion.system.structure.bodies_and_joints import System
+
+log = logging.getLogger("trunnion.kernel")
+ENGINE = Path(__file__).resolve().parent.parent
+RUNTIME = ENGINE / "runtime"
+SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
+UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
+         "lanes": "trunnion_lanes"}
+MOST_FRICTIONS = 12
+"""Largest number of friction multipliers for lanes. With more, maps are large, and the recursion works without them."""
+MOST_TEXT, MOST_MAPS = 60_000, 1_000
+"""Characters of the unit of columns, and numbers of the maps, up to which lanes make rows. Compilation takes as long again, and
+rows are made on the stacks of cases."""
+
+
+@lru_cache(maxsize=1)
+def sources_key() -> str:
+    """Digest of all Python sources that shape generated code."""
+    files = sorted(f for folder in SHAPING for f in (ENGINE / folder).rglob("*.py"))
+    return library_cache.digest(*(f.read_bytes() for f in files))
+
+
+@lru_cache(maxsize=1)
+def runtime_key() -> str:
+    """Digest of the runtime's C sources and of what the headers they include are generated from."""
+    files = sorted(f for pattern in ("*.[ch]", "*.py") for f in RUNTIME.rglob(pattern))
+    return library_cache.digest(*(f.read_bytes() for f in files), *_toolchain())
+
+
+@lru_cache(maxsize=1)
+def _toolchain() -> tuple[str, ...]:
+    flags = " ".join(c_compiler.FLAGS) + str(c_compiler.STRAIGHT) + str(c_compiler.LONG_TEXT)
+    return (c_compiler.compiler_version(), c_compiler.host_target(), c_compiler.cpu_level(), flags, c_compiler.version_of("casadi"))
+
+
+def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
+    """Key of a system's kernel in the cache: a digest of all that shapes its code."""
+    names = ",".join(c.name for c in chosen)
+    how = f"{quadratures} {redundant} {c_compiler.quick()}"
+    return library_cache.digest(repr(system), str(parameters), names, how, sources_key(), *_toolchain())
+
+
+@lru_cache(maxsize=1)
+def runtime() -> ctypes.CDLL:
+    """The stepping library: that of the installation, else compiled once per machine."""
+    found = built.library("runtime")
+    if found:
+        return found
+    return ctypes.CDLL(str(compiled_runtime()))
+
+
+def compiled_runtime() -> Path:
+    """Path of the runtime's library, compiled once per machine."""
+    folder, made = library_cache.entry(f"runtime-{runtime_key()}", _build_runtime)
+    log.debug("runtime %s from %s", "built" if made else "found", folder)
+    return folder / f"runtime{c_compiler.library_suffix()}"
+
+
+def _build_runtime(folder: Path) -> None:
+    write_headers(folder)
+    target = folder / f"runtime{c_compiler.library_suffix()}"
+    c_compiler.build_library([RUNTIME / "runtime.c"], target, [RUNTIME, folder], library_cache.cache_folder())
+
+
+def write_headers(folder: Path) -> None:
+    """Write the generated headers of the runtime: the ABI, and the tables of methods."""
+    from trunnion.runtime.integrators.method_c_code import header as tables
+
+    (folder / "tr_abi.h").write_text(header())
+    (folder / "tr_tables.h").write_text(tables())
+
+
+@dataclass
+class Kernel:
+    """A loaded kernel: libraries, sizes, facts, build time (seconds; 0 if cached), folder and key of its cache entry."""
+
+    libraries: dict[str, ctypes.CDLL]
+    sizes: dict[str, int]
+    facts: dict[str, Any]
+    build_seconds: float
+    folder: Path
+    key: str
+    structure: tuple[System, int, bool, bool]
+
+    def jacobian(self) -> int:
+        """Address of the Jacobian unit's table, built at the first call."""
+        if "jacobian" not in self.libraries:
+            self.libraries["jacobian"] = _cached("jacobian", self.key, lambda place: build_jacobian(place, self.structure))
+        return self.address("jacobian")
+
+    def lanes(self) -> int:
+        """Address of the table of lanes, built at the first call. Requires ``lanes_fit``."""
+        if "lanes" not in self.libraries:
+            from trunnion.kernel.units.simd_lanes_unit import lanes_text
+
+            self.libraries["lanes"] = _vectors("lanes", lanes_text((self.folder / "kernel.c").read_text(), self.sizes))
+        return self.address("lanes")
+
+    def lane_columns(self) -> int:
+        """Address of the function that makes columns of rows in lanes; 0: none."""
+        if "columns" not in self.libraries and (made := columns_library(self)):
+            self.libraries["columns"] = made
+        there = self.libraries.get("columns")
+        return ctypes.cast(there.l_columns, ctypes.c_void_p).value or 0 if there else 0
+
+    def linear(self, chosen: list[Column]) -> int:
+        """Address of the linear unit's table for these columns, built at the first call."""
+        if "linear" not in self.libraries:
+            key = library_cache.digest(self.key, *(c.name for c in chosen))
+            self.libraries["linear"] = _cached("linear", key, lambda place: _build_linear(place, self.structure, chosen))
+        return self.address("linear")
+
+    def address(self, unit: str) -> int:
+        """Address of a unit's table."""
+        return ctypes.addressof(ctypes.c_int.in_dll(self.libraries[unit], UNITS[unit]))
+
+
+def _cached(unit: str, key: str, make: Callable[[Path], None]) -> ctypes.CDLL:
+    """The library of a unit from the cache; ``make(folder)`` builds it if it is missing."""
+    folder, _ = library_cache.entry(f"{unit}-{key}", make)
+    return ctypes.CDLL(str(folder / f"{unit}{c_compiler.library_suffix()}"))
+
+
+def columns_library(built: Kernel) -> ctypes.CDLL | None:
+    """Library that makes columns of rows in lanes; None: rows are made one by one."""
+    table = OUTPUTS.ctype.from_address(built.address("outputs"))
+    text = built.folder / "outputs.c"
+    if not table.nout or built.sizes["nmaps"] > MOST_MAPS or not text.exists() or text.stat().st_size > MOST_TEXT:
+        return None
+    from trunnion.kernel.units.simd_lanes_unit import columns_text
+
+    sizes = {"nco": table.nc, "nout": table.nout, "nextra": EXTRA.numbers + built.sizes["nsliders"]}
+    return _vectors("columns", columns_text(text.read_text(), sizes))
+
+
+def lanes_fit(kernel: Kernel) -> bool:
+    """Whether lanes can step a kernel's cases: compiled code, few friction multipliers, no tables, few loops."""
+    table = KERNEL.ctype.from_address(kernel.address("kernel"))
+    compiled = (kernel.folder / "kernel.c").exists() and table.neta <= MOST_FRICTIONS
+    return compiled and not any(getattr(table, n) for n in ("ntables", "nfill", "nkappa", "begin", "shift"))
+
+
+def _vectors(unit: str, text: str) -> ctypes.CDLL:
+    """Library of C++ text that computes in vectors."""
+    from trunnion.kernel.units.simd_lanes_unit import FLAGS
+
+    flags = FLAGS + (c_compiler.AS_WRITTEN if unit == "columns" else ())
+
+    def make(place: Path) -> None:
+        c_compiler.needed("this batch", "the lanes of its scene")
+        _compile(place / f"{unit}.cpp", text, flags)
+
+    return _cached(unit, library_cache.digest(text, header(), *flags, *_toolchain()), make)
+
+
+def _compile(source: Path, text: str, flags: tuple[str, ...]) -> None:
+    """Write a unit's text, and compile it to the library of its name beside it."""
+    source.write_text(text)
+    (source.parent / "tr_abi.h").write_text(header())
+    library = source.with_suffix(c_compiler.library_suffix())
+    c_compiler.build_library([source], library, [source.parent], library_cache.cache_folder(), flags)
+
+
+def build_jacobian(folder: Path, structure: tuple[System, int, bool, bool]) -> None:
+    """Build the Jacobian unit of a structure into the folder of a cache entry."""
+    c_compiler.needed("this run", "the Jacobian of its scene")
+    from trunnion.kernel.c_sources import jacobian_source
+
+    system, parameters, _, redundant = structure
+    _compile_unit(folder, "jacobian", jacobian_source(system, parameters, redundant))
+
+
+def _build_linear(folder: Path, structure: tuple[System, int, bool, bool], chosen: list[Column]) -> None:
+    c_compiler.needed("this linearization", "the derivatives of its scene")
+    from trunnion.kernel.c_sources import linear_source
+
+    system, parameters, quadratures, redundant = structure
+    _compile_unit(folder, "linear", linear_source(system, parameters, chosen, quadratures, redundant))
+
+
+def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> Kernel:
+    """The kernel of a system with these columns. Also builds the runtime if it is missing."""
+    started = time.perf_counter()
+    key = kernel_key(system, parameters, chosen, quadratures, redundant)
+
+    def make(folder: Path) -> None:
+        _build_kernel(folder, system, parameters, chosen, quadratures, redundant)
+
+    with held() as interrupt, interrupt.open(), side_by_side(1) as submit:
+        waiting = submit(runtime)
+        folder, made = library_cache.entry(f"kernel-{key}", make)
+        awaited(waiting)
+    libraries = {u: ctypes.CDLL(str(folder / f"{u}{c_compiler.library_suffix()}")) for u in ("kernel", "outputs")}
+    table = KERNEL.ctype.in_dll(libraries["kernel"], UNITS["kernel"])
+    sizes = {n: int(getattr(table, n)) for n in KERNEL.integers} | {"works": int(table.npowers) * quadratures}
+    facts = json.loads((folder / "facts.json").read_text())
+    return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, key,
+                  (system, parameters, quadratures, redundant))
+
+
+def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> None:
+    c_compiler.needed("this run", "the kernel of its scene", "; or --kernel parts, on which nothing is compiled")
+    from trunnion.kernel.c_sources import kernel_source
+
+    started = time.perf_counter()
+    source = kernel_source(system, parameters, chosen, quadratures, redundant)
+    symbolic = time.perf_counter() - started
+    heed()
+    with side_by_side(2) as submit:
+        for job in [submit(_compile_unit, folder, unit, text) for unit, text in source.units.items()]:
+            awaited(job)
+    facts = dict(source.facts, symbolic_seconds=symbolic, compile_seconds=time.perf_counter() - started - symbolic)
+    (folder / "facts.json").write_text(json.dumps(facts))
+
+
+def _compile_unit(folder: Path, unit: str, text: str) -> None:
+    """Put a unit's library beside its text. The cache is searched by text: other columns do not change the stepping unit, and
+    other names change neither."""
+    library, flags = f"{unit}{c_compiler.library_suffix()}", c_compiler.unit_flags(unit, text)
+
+    name = f"unit-{library_cache.digest(unit, text, header(), *flags, *_toolchain())}"
+    (folder / f"{unit}.c").write_text(text)
+    found, _ = library_cache.entry(name, lambda place: _compile(place / f"{unit}.c", text, flags))
+    shutil.copyfile(found / library, folder / library)

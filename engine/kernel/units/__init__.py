@@ -1,0 +1,1 @@
+"""The C units of a compiled kernel."""

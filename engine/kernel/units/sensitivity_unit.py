@@ -1,0 +1,102 @@
+"""The sensitivity unit: exact directional derivatives of a trajectory, also by parameters.
+
+Motion: f = [F; R; V; H] with F = [q̇; v̇; friction states; powers], R the multiplier residuals (``jacobian_unit``), V the rates of
+all frictional freedoms, H the friction ratio of pairs at rest less one (release at zero); by [x, y, z, p, u] (u: values of the
+external inputs).
+
+Outputs: columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both in stages: parameters, point, then one direction at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trunnion.kernel.c_code.code_generator import MATH, Input, Output, Stage, emit
+from trunnion.kernel.interface.output_columns import Column
+from trunnion.kernel.units.column_expressions import ColumnExpressions
+from trunnion.kernel.units.jacobian_unit import residuals, time_direction
+from trunnion.kernel.units.power_expressions import powers
+from trunnion.kernel.units.unit_inputs import CONST, PARAMETERS, STATE, Multipliers, combination, inputs, row_inputs, state_rates
+from trunnion.recursion.complement_equation_terms import joint_rates, laws, numbers, reaction_rows, wrench
+from trunnion.recursion.inward_reduction import Model, build_model, reduce_model
+from trunnion.recursion.outward_accelerations import Accelerations, outward
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX
+from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.friction_joint_indices import elements
+
+
+@dataclass
+class ParameterUnit:
+    """C text, numbers of kept values (constants, point) and lengths of results."""
+
+    text: str
+    sizes: dict[str, int]
+
+
+def parameter_unit(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> ParameterUnit:
+    """The sensitivity unit of a system for these columns."""
+    sym = Symbols(system, parameters)
+    plain = build_model(sym)
+    motion, counts = _motion(reduce_model(plain), quadratures, redundant)
+    outputs, more = _outputs(plain, chosen, quadratures)
+    return ParameterUnit(MATH + motion + outputs, counts | more)
+
+
+def _motion(m: Model, quadratures: bool, redundant: bool) -> tuple[str, dict[str, int]]:
+    sym, pick, multipliers = m.sym, combination(m.sym), Multipliers(m, redundant)
+    acc = outward(m, pick)
+    rate = state_rates(m, acc, pick)
+    extra = [p for _, p in powers(m, acc, pick)] if quadratures else []
+    rest = residuals(m, acc, pick, multipliers.active)
+    rates = [r for e in elements(sym.system) for r in joint_rates(m, e.joint)]
+    holds = _holds(m, acc, pick)
+    f = ca.vertcat(SX(0, 1), *rate, *extra, rest, *rates, *holds)
+    (f,) = multipliers.without_inactive([f])
+    along = ca.vertcat(sym.q, sym.v, sym.b, multipliers.lam, sym.eta, sym.p)
+    text, kept = _staged("s", [*inputs(sym), *multipliers.inputs(1)], f, along, sym, f"{CONST}z")
+    counts = {"states": len(rate), "powers": len(extra), "residuals": rest.numel(), "rates": len(rates), "holds": len(holds)}
+    return text, counts | kept | {"active": len(multipliers.active)}
+
+
+def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
+    """Friction ratio − 1 of every pair with a set-valued law, as if at rest; −1 for other laws."""
+    out: list[SX] = [SX(-1)] * len(m.sym.system.sliders)
+    for e in elements(m.sym.system):
+        if not e.sets:
+            continue
+        w = wrench(e, reaction_rows(m, acc, e, pick))
+        found = e.contact.held(w, [m.sym.eta[i] for i in e.eta], laws(m.sym, e), numbers(m.sym, e), e.friction.adams)
+        for s, hold in zip(e.friction.sliders, found, strict=True):
+            out[s.flag] = hold.size / hold.capacity - 1
+    return out
+
+
+def _outputs(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, dict[str, int]]:
+    o, sym = ColumnExpressions(m, quadratures), m.sym
+    ny = sym.system.nq + sym.system.nv + sym.b.numel()
+    values = ca.densify(ca.vertcat(SX(0, 1), *[o.value(c) for c in chosen]))
+    ins = [*inputs(sym), *row_inputs(sym, o.a), Input(f"y+{ny}", o.integrals, 1), Input("extra", o.runtime, 1)]
+    along = ca.vertcat(sym.q, sym.v, sym.b, o.integrals, sym.lam, sym.eta, o.a, sym.p)
+    text, kept = _staged("so", ins, values, along, sym, f"{CONST}z,{CONST}a,{CONST}extra")
+    return text, {f"o_{k}": n for k, n in kept.items()} | {"extra": o.runtime.numel()}
+
+
+def _staged(name: str, ins: list[Input], f: SX, along: SX, sym: Symbols, more: str) -> tuple[str, dict[str, int]]:
+    """prepare(p, c); point(x, y, c, …, w, f); along(x, y, c, …, w, seed, df) with seed = [by ``along``, external inputs, time]."""
+    count = len(sym.system.inputs)
+    seed = SX.sym("seed", along.numel() + count + 1)
+    outside = time_direction(sym) * seed[-1]
+    for i in range(count):
+        outside[sym.at.table(i)] += seed[along.numel() + i]
+    column = ca.jtimes(f, ca.vertcat(along, sym.x), ca.vertcat(seed[: along.numel()], outside))
+    stages = [
+        Stage(f"{name}_prepare", PARAMETERS, "c"),
+        Stage(f"{name}_point", f"{STATE},{more},double*restrict w,double*restrict f", "w"),
+        Stage(f"{name}_along", f"{STATE},{more},{CONST}w,{CONST}seed,double*restrict df", ""),
+    ]
+    outs = [Output("f", 0, f, 1), Output("df", 0, ca.densify(column), 2)] if f.numel() else []
+    code = emit([*ins, Input("seed", seed, 2)], outs, stages)
+    return code.text, {"constants": code.kept[0], "point": code.kept[1], "values": f.numel()}

@@ -1,0 +1,1 @@
+"""Programs of primitive calls, and the C interpreter that executes them."""

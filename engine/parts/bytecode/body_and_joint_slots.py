@@ -1,0 +1,64 @@
+"""Slots of the bodies and joints of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from trunnion.parts.bytecode.program import Slot
+from trunnion.system.structure.bodies_and_joints import Joint
+
+Allocate = Callable[[int], Slot]
+"""Returns a new slot of a given size."""
+
+
+ENDS = ("gin", "gout", "gin2", "gout2")
+"""Wrenches of a cut joint's constraint equations on its inboard and outboard body. A coupling has four bodies (``Joint.ends``)."""
+
+ALONG = {"gin": "win", "gout": "wout", "gat": "wat"}
+"""For each kind of constraint wrench, the kind for a force along a freedom."""
+
+
+def free_of(block: Slot, j: Joint) -> Slot:
+    """A tree joint's free rates among those of all joints (nv)."""
+    return block.slice(j.v0, len(j.free))
+
+
+@dataclass
+class BodySlots:
+    """Slots of a body and of the tree joint that carries it.
+
+    q, v: coordinates and rates of all freedoms. known: prescribed accelerations. motion, pose: ``MOTION`` and ``POSE`` numbers.
+    work: values that later functions of the body read. force: wrench on the body. effort: forces along the freedoms. bias: w (6).
+    """
+
+    q: Slot
+    v: Slot
+    known: Slot
+    motion: Slot
+    pose: Slot
+    work: Slot
+    force: Slot
+    effort: Slot
+    bias: Slot
+
+
+@dataclass
+class CutJointSlots:
+    """Slots of a cut joint. blocks: outputs of ``loop_joint.cut`` by name. effort: forces of its devices along its freedoms."""
+
+    joint: Joint
+    q: Slot
+    v: Slot
+    pose: Slot
+    blocks: dict[str, Slot]
+    effort: Slot
+
+    @property
+    def ends(self) -> list[tuple[int, str]]:
+        """Pairs of a body and the name of the wrenches on this body."""
+        return list(zip(self.joint.ends, ENDS, strict=False))
+
+    def row(self, which: str, k: int) -> Slot:
+        """Wrench k (6) of the wrenches ``which``."""
+        return self.blocks[which].slice(6 * k, 6)

@@ -1,0 +1,44 @@
+/* Execution of bytecode programs, shared by the interpreter and its tangents. */
+#ifndef TR_INTERPRETER_H
+#define TR_INTERPRETER_H
+#include <string.h>
+
+#include "tr_abi.h"
+
+enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, POWER, D, SPACES };
+
+#define MOST_OPERANDS 32 /* of one call */
+#define BASES(...) double *const base[SPACES] = {[K] = (double *)s->constants, __VA_ARGS__}
+
+void tr_parts_prepare(const void *scene, const double *p, double *c);
+
+static inline const tr_scene *scene_of(const double *c) {
+  const tr_scene *scene;
+  memcpy(&scene, c, sizeof scene);
+  return scene;
+}
+
+static inline void execute(const tr_scene *s, const tr_program *program, double *const *base) {
+  double *a[MOST_OPERANDS];
+  for (const int *code = program->code, *end = code + program->length; code < end;) {
+    const int operands = code[1], numbers = code[2], *at = code + 3, *how = at + 2 * operands;
+    for (int i = 0; i < operands; ++i) a[i] = base[at[2 * i]] + at[2 * i + 1];
+    s->op[code[0]](a, how);
+    code = how + numbers;
+  }
+}
+/* Dot product as two independent sums, which the processor overlaps. */
+static inline double dot(int n, const double *a, const double *b) {
+  double sum = 0.0, next = 0.0;
+  int k = 0;
+  for (; k + 1 < n; k += 2) sum += a[k] * b[k], next += a[k + 1] * b[k + 1];
+  if (k < n) sum += a[k] * b[k];
+  return sum + next;
+}
+
+void tr_op_transposed_product(double *const *a, const int *how); /* ops_loop_factor.c */
+void tr_op_cut_joint_friction(double *const *a, const int *how);
+void tr_op_factor_loops(double *const *a, const int *how);
+void tr_op_solve_loops(double *const *a, const int *how);
+void tr_op_curve_foot(double *const *a, const int *how); /* ops_curve_foot.c */
+#endif

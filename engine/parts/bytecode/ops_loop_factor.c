@@ -1,0 +1,108 @@
+/* Builtin ops for many loops with friction (theory, "Friction along the recursion"): friction of a cut joint eliminated from its loop's
+ * equations, and sparse LU factors of the unsymmetric equations of all loops. */
+#include <math.h>
+
+#include "interpreter.h"
+
+void tr_op_transposed_product(double *const *a, const int *how) {
+  for (int j = 0; j < how[2]; ++j)
+    for (int i = 0; i < how[1]; ++i) {
+      double *out = a[2] + i + (size_t)j * how[5];
+      *out = (how[6] ? 0.0 : *out) + dot(how[0], a[0] + (size_t)i * how[3], a[1] + (size_t)j * how[4]);
+    }
+}
+
+/* B (n×m) ← A⁻¹ B by elimination with row exchange, n ≤ 3. Overwrites A; returns its determinant. */
+static double eliminate(int n, int m, double *A, double *B) {
+  double det = 1.0;
+  for (int k = 0; k < n; ++k) {
+    int p = k;
+    for (int i = k + 1; i < n; ++i)
+      if (fabs(A[i + k * n]) > fabs(A[p + k * n])) p = i;
+    if (p != k) det = -det;
+    for (int j = 0; j < n + m && p != k; ++j) {
+      double *column = j < n ? A + j * n : B + (j - n) * n, t = column[k];
+      column[k] = column[p], column[p] = t;
+    }
+    const double pivot = A[k + k * n];
+    det *= pivot;
+    for (int j = 0; j < n + m; ++j) {
+      double *column = j < n ? A + j * n : B + (j - n) * n;
+      if (j < n && j <= k) continue;
+      column[k] /= pivot;
+      for (int i = 0; i < n; ++i)
+        if (i != k) column[i] -= A[i + k * n] * column[k];
+    }
+  }
+  return det;
+}
+
+/* η = e + D f and f = p0 + P λ − Pw η of a cut joint: (E + D Pw) η = e + D p0 + D P λ. */
+void tr_op_cut_joint_friction(double *const *a, const int *how) {
+  const int nv = how[0], needs = how[1], rows = how[2];
+  double A[9], B[3 * (3 + 6 + 1)];
+  for (int j = 0; j < nv + rows + 1; ++j) {
+    const double *f = j < nv ? a[1] + j * needs : j < nv + rows ? a[2] + (j - nv) * needs : a[3];
+    for (int i = 0; i < nv; ++i) {
+      double sum = 0.0;
+      for (int q = 0; q < needs; ++q) sum += a[0][i + q * nv] * f[q];
+      if (j < nv) A[i + j * nv] = (i == j) + sum, B[i + j * nv] = i == j;
+      else B[i + j * nv] = -sum;
+    }
+  }
+  *a[7] = eliminate(nv, nv + rows + 1, A, B);
+  memcpy(a[4], B, sizeof(double) * nv * nv);
+  memcpy(a[5], B + nv * nv, sizeof(double) * nv * rows);
+  memcpy(a[6], B + nv * (nv + rows), sizeof(double) * nv);
+}
+
+/* S = L U in the order of elimination. L and the transpose of U hold their structural nonzeros below the diagonal; the diagonal of L holds
+ * 1/pivot. a[3] receives the pivots, each at its row. */
+void tr_op_factor_loops(double *const *a, const int *how) {
+  const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1;
+  const double *S = a[0];
+  double *L = a[1], *U = a[2];
+  for (int j = 0; j < n; ++j) {
+    const size_t at = order[j];
+    double *l = L + (size_t)j * n, *u = U + (size_t)j * n;
+    l[j] = S[at + at * n];
+    for (int p = start[j]; p < start[j + 1]; ++p) {
+      const size_t other = order[below[p]];
+      l[below[p]] = S[other + at * n], u[below[p]] = S[at + other * n];
+    }
+  }
+  for (int j = 0; j < n; ++j) {
+    double *l = L + (size_t)j * n;
+    const double *u = U + (size_t)j * n, inv = 1.0 / l[j];
+    const int *first = below + start[j], *end = below + start[j + 1];
+    a[3][order[j]] = l[j];
+    l[j] = inv;
+    for (const int *i = first; i < end; ++i) l[*i] *= inv;
+    for (const int *c = first; c < end; ++c) {
+      const double uc = u[*c], lc = l[*c];
+      double *to = L + (size_t)*c * n, *with = U + (size_t)*c * n;
+      to[*c] -= lc * uc;
+      if (*(end - 1) - *c == end - 1 - c) /* contiguous rows */
+        for (int i = *c + 1; i <= *(end - 1); ++i) to[i] -= l[i] * uc, with[i] -= u[i] * lc;
+      else
+        for (const int *i = c + 1; i < end; ++i) to[*i] -= l[*i] * uc, with[*i] -= u[*i] * lc;
+    }
+  }
+}
+
+void tr_op_solve_loops(double *const *a, const int *how) {
+  const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1;
+  const double *L = a[0], *U = a[1];
+  double y[n + 1];
+  for (int j = 0; j < n; ++j) y[j] = -a[2][order[j]];
+  for (int j = 0; j < n; ++j) {
+    const double *l = L + (size_t)j * n, f = y[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= l[below[p]] * f;
+  }
+  for (int j = n - 1; j >= 0; --j) {
+    const double *u = U + (size_t)j * n;
+    double f = y[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) f -= u[below[p]] * y[below[p]];
+    a[3][order[j]] = y[j] = f * L[j + (size_t)j * n];
+  }
+}

@@ -1,0 +1,142 @@
+"""Bytecode programs: calls of ops with the slots that they read and write.
+
+A call is a row of integers: number of the op, count of operands, count of integers; then space and offset of each operand; then
+the integers. ``interpreter.c`` executes a program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+
+class Space(IntEnum):
+    """The arrays that hold slots: arguments of a kernel's functions, constants K of the scene, scratch T."""
+
+    K = 0
+    P = 1
+    C = 2
+    X = 3
+    Y = 4
+    W = 5
+    MAPS = 6
+    DY = 7
+    Z = 8
+    T = 9
+    N = 10
+    R = 11
+    U = 12
+    OUT = 13
+    DN = 14
+    SPEED = 15
+    A = 16
+    EXTRA = 17
+    POWER = 18
+    D = 19
+
+
+LANES = 4
+"""Directions that a program of tangents follows at once."""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A run of numbers: array, first index, count."""
+
+    space: Space
+    at: int
+    size: int
+
+    def slice(self, first: int, size: int) -> Slot:
+        """A run inside the slot. IndexError for one that is not inside."""
+        if not 0 <= first <= first + size <= self.size:
+            raise IndexError(f"{first}+{size} of {self}")
+        return Slot(self.space, self.at + first, size)
+
+
+class Builtin(IntEnum):
+    """Ops of the interpreter, numbered as in its table. Each docstring lists operands; then integers."""
+
+    ZERO = 0
+    """out; n: write n zeros."""
+    COPY = 1
+    """in, out; n."""
+    GATHER = 2
+    """parameters, constants K, out; n, then n indices. A negative index i is constant −1 − i."""
+    ADD = 3
+    """in, out; n: out += in."""
+    COMBINE = 4
+    """in, columns, z, out; n, count, stride: out = in + Σ columns[k] z[k]."""
+    SELECT = 5
+    """in, out; n, then n indices."""
+    SCALE = 6
+    """in, factor (1), out; n."""
+    ADD_DOT = 7
+    """a, b, out (1); n, sign: out += sign · aᵀb."""
+
+    ADD_ROW_DOTS = 8
+    """rows, in, out; n, count, stride of the rows, stride of out: out[k] += rows[k]·in."""
+    ADD_COLUMNS = 9
+    """columns, numbers, out; n, count: out += Σ columns[k] numbers[k], n numbers per column."""
+    ADD_STRIDED_COLUMNS = 10
+    """As ADD_COLUMNS; n, count, stride of the columns."""
+    ADD_TRANSPOSED_PRODUCT = 11
+    """columns A, column b, out; n, count of A, stride of A: out += Aᵀb."""
+    MIRRORED_PRODUCT = 12
+    """columns A, columns B, out, transposed out; n, count of A, count of B, strides of A, B, outs, whether out is new, whether out
+    is a diagonal block: AᵀB. Of a diagonal block only the upper triangle is computed."""
+    WRENCH_COLUMNS = 13
+    """columns g, columns h (6), out; size of a column of out, offset of g, offset of h, count, indices. The rest of out is zero."""
+    TRANSPOSED_PRODUCT = 14
+    """columns A, columns B, out; n, count of A, count of B, strides of A, B, out, whether out is new: AᵀB."""
+    CUT_JOINT_FRICTION = 15
+    """D, columns Pw, columns P, p0, out (E + D Pw)⁻¹, that times −D P, times −D p0, determinant; freedoms, needs, count of P."""
+    FACTOR_LOOPS = 16
+    """S, out L, out U, pivots; order n, then order of elimination, start of each pivot's nonzeros below it, these
+    (``system.structure.loop_matrix_fill``)."""
+    SOLVE_LOOPS = 17
+    """L, U, g, out; integers as FACTOR_LOOPS: out = −S⁻¹ g."""
+    CURVE_PIECE = 18
+    """x (1), starts of all pieces and their coefficients (4 each), out (5); count of pieces: start and coefficients of the piece
+    at x."""
+    CURVE_FOOT = 19
+    """p (2), length around (0: open) and for each piece start, end, way, coefficients (4, 4), out (11); count of pieces."""
+
+
+BUILTINS = len(Builtin)
+
+
+@dataclass
+class Program:
+    """The calls of one function of a scene. scratch: count of numbers in T."""
+
+    code: list[int] = field(default_factory=list)
+    scratch: int = 0
+
+    def call(self, function: int, operands: Sequence[Slot], numbers: Sequence[int] = ()) -> None:
+        """Append a call of an op."""
+        self.code += [function, len(operands), len(numbers)]
+        for b in operands:
+            self.code += [b.space, b.at]
+        self.code += numbers
+
+    def scratch_slot(self, size: int) -> Slot:
+        """A slot of its own, valid during one execution."""
+        self.scratch += size
+        return Slot(Space.T, self.scratch - size, size)
+
+    def zero(self, out: Slot) -> None:
+        """Write zeros; no call for an empty slot."""
+        if out.size:
+            self.call(Builtin.ZERO, [out], [out.size])
+
+    def copy(self, source: Slot, out: Slot) -> None:
+        """Copy a slot; no call for an empty slot."""
+        if out.size:
+            self.call(Builtin.COPY, [source, out], [out.size])
+
+    def array(self) -> np.ndarray:
+        """The calls as the interpreter reads them."""
+        return np.array(self.code, np.intc)

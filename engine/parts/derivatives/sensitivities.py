@@ -1,0 +1,145 @@
+"""Derivatives beyond the Jacobian: of rates and columns by inputs and states (linear unit), of trajectories also by parameters
+(sensitivity unit)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trunnion.kernel.interface.output_columns import Column
+from trunnion.kernel.interface.runtime_tables import names_of_powers
+from trunnion.parts.bytecode.program import Builtin, Slot, Space
+from trunnion.parts.derivatives.accelerations import DifferentiableScene
+from trunnion.parts.derivatives.forward_mode import Directions
+from trunnion.parts.derivatives.jacobian import JacobianProgram, changed, each, time
+from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tangent_tables
+from trunnion.parts.primitives.primitive_cache import friction, loads_and_scalars
+from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
+from trunnion.parts.programs.column_programs import ColumnPrograms
+from trunnion.parts.programs.powers import write_powers
+from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.external_value_layout import TABLE
+from trunnion.system.structure.friction_joint_indices import Element
+
+
+@dataclass
+class DerivedUnit:
+    """A scene with its tangents. values: count of differentiated numbers."""
+
+    scene: DifferentiableScene
+    tangents: TangentTables
+    values: int
+
+
+def states(system: System) -> int:
+    """Count of states."""
+    return system.nq + system.nv + len(system.bristles)
+
+
+# -- the linear unit ------------------------------------------------------------------------------------------------------------
+
+
+def linear_rates(system: System, active: Sequence[int]) -> DerivedUnit:
+    """[F; R] along [inputs (a ``tr_signal`` each), y, z]."""
+    changes = [*_signals(system), *each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
+    return _rates(system, active, changes, False)
+
+
+def linear_columns(system: System, chosen: list[Column]) -> DerivedUnit:
+    """Columns along [inputs, y, λ of all rows, η, accelerations]. Integrals, and values that only the runtime knows, are
+    constants."""
+    multipliers = each(Space.Z, system.rows + system.neta)
+    changes = [*_signals(system), *each(Space.Y, states(system)), *multipliers, *each(Space.A, system.nv)]
+    return _columns(system, [c if c.quantity.instantaneous else None for c in chosen], changes, False)
+
+
+def _signals(system: System) -> list[Change]:
+    return each(Space.X, TABLE * len(system.inputs), system.external.table(0))
+
+
+# -- the sensitivity unit -------------------------------------------------------------------------------------------------------
+
+
+def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
+    """[F with powers; R; V; H] (``kernel.units.sensitivity_unit``) along [y, z, p, inputs, t]."""
+    own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
+    return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
+
+
+def outputs(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> DerivedUnit:
+    """Columns along [y, integrals, λ of all rows, η, accelerations, p, inputs, t]."""
+    integrals = len(names_of_powers(system)) if quadratures else 0
+    own = [*each(Space.Y, states(system) + integrals), *each(Space.Z, system.rows + system.neta), *each(Space.A, system.nv)]
+    return _columns(system, chosen, [*own, *_outside(system, parameters)], True)
+
+
+def _outside(system: System, parameters: int) -> list[Change]:
+    inputs = [each(Space.X, 1, system.external.table(i))[0] for i in range(len(system.inputs))]
+    return [*each(Space.P, parameters), *inputs, time(DifferentiableScene(system))]
+
+
+class _Motion(JacobianProgram):
+    """Adds powers, rates of frictional freedoms, and friction ratios − 1 of pairs at rest."""
+
+    def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
+        self.powers = len(names_of_powers(scene.system)) if quadratures else 0
+        super().__init__(scene, scene.program("point"), active, d)
+
+    @property
+    def between(self) -> int:
+        return self.powers
+
+    def write(self) -> None:
+        super().write()
+        if self.powers:
+            write_powers(self.scene, self.program, self.motion_of, self.moving, self.N, Space.OUT, states(self.system))
+        for e in self.elements:
+            n = e.joint.kind.nv
+            self.program.copy(self.motion(e.joint).v.slice(0, n), Slot(Space.OUT, self.size, n))
+            self.size += n
+        for e in self.elements:
+            self._hold(e)
+        self.size += len(self.system.sliders)
+
+    def _hold(self, e: Element) -> None:
+        """Write friction ratios − 1 as if at rest; −1 for a law without static friction."""
+        pairs, program, s = e.friction.sliders, self.program, self.scene
+        hold = program.scratch_slot(3 * len(pairs))
+        if e.sets:
+            self.law(held_alone, e, self.reactions[e.joint.name], u=s.eta(e.joint), hold=hold)
+        for i, pair in enumerate(pairs):
+            out = Slot(Space.OUT, self.size + pair.flag, 1)
+            program.zero(out)
+            if e.sets:
+                s.call(program, loads_and_scalars.over(), a=hold.slice(3 * i + 1, 1), b=hold.slice(3 * i, 1), out=out)
+            program.call(Builtin.ADD, [s.against, out], [1])
+
+
+def held_alone(which: FrictionKey) -> Primitive:
+    """Static friction capacity without its derivative."""
+    return friction.held(which, True)
+
+
+def _rates(system: System, active: Sequence[int], changes: list[Change], numbers: bool, quadratures: bool = False) -> DerivedUnit:
+    scene = DifferentiableScene(system)
+    point = scene.program("point")
+    d = Directions(scene, point, changed(changes), numbers)
+    made = _Motion(scene, active, d, quadratures) if numbers else JacobianProgram(scene, point, active, d)
+    return _unit(scene, d, changes, made.size)
+
+
+def _columns(system: System, chosen: Sequence[Column | None], changes: list[Change], numbers: bool) -> DerivedUnit:
+    scene = DifferentiableScene(system)
+    point = scene.program("point")
+    d = Directions(scene, point, changed(changes), numbers)
+    ColumnPrograms(scene, point).write(chosen)
+    d.follow(point)
+    return _unit(scene, d, changes, len(chosen))
+
+
+def _unit(scene: DifferentiableScene, d: Directions, changes: list[Change], count: int) -> DerivedUnit:
+    """With parameters among the directions, ``point`` also writes the values."""
+    point, outs = scene.program("point"), [Slot(Space.OUT, i, 1) for i in range(count)]
+    point.code.clear()
+    d.point(point, outs if d.numbers else ())
+    return DerivedUnit(scene, tangent_tables(d, changes, outs), count)

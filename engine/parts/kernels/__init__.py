@@ -1,0 +1,1 @@
+"""Programs and tables as the kernel of one scene."""

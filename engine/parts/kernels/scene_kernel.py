@@ -1,0 +1,153 @@
+"""A bytecode kernel: programs and tables of one scene, in memory. Only missing primitives are compiled."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trunnion.columns.registry import REGISTRY
+from trunnion.kernel.compilation import library_cache
+from trunnion.kernel.interface.output_columns import Column
+from trunnion.kernel.interface.runtime_tables import GIVING, coordinate_kinds, element_table, post_of, row_kinds, wants_of
+from trunnion.kernel.shared_libraries import Kernel, kernel_key
+from trunnion.parts.kernels import derivative_units
+from trunnion.parts.kernels.tables_in_memory import table
+from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
+from trunnion.parts.layout.maps_layout import Maps
+from trunnion.parts.programs import kernel_functions
+from trunnion.parts.programs.body_passes import ScenePasses
+from trunnion.parts.programs.column_programs import ColumnPrograms
+from trunnion.parts.programs.kernel_functions import write_contacts, write_shares
+from trunnion.parts.programs.recursive_friction import RecursiveFriction
+from trunnion.parts.programs.step_stages import StepPrograms
+from trunnion.parts.programs.structural_zeros import StructureProbe
+from trunnion.runtime.abi.c_header import number
+from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST
+from trunnion.system.signals.excitation_frequencies import frequencies
+from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
+from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, tables_of
+
+FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
+             "energy")  # fmt: skip
+RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
+"""More functions where friction is solved along the recursion."""
+COUPLING = ("shift",)
+"""More functions where, besides, loops rub."""
+
+
+@dataclass
+class PartsKernel(Kernel):
+    """A kernel whose tables are in memory. keep: the arrays that the tables point to."""
+
+    units: dict[str, UnitDescription]
+    tables: dict[str, Any]
+    keep: list[Any]
+
+    def jacobian(self) -> int:
+        system, _, _, redundant = self.structure
+        return self._made("jacobian", lambda: derivative_units.jacobian_unit(system, self.facts["active_rows"], redundant))
+
+    def linear(self, chosen: list[Column]) -> int:
+        return self._made("linear", lambda: derivative_units.linear_unit(self.structure[0], self.facts["active_rows"], chosen))
+
+    def _made(self, name: str, make: Callable[[], UnitDescription]) -> int:
+        """Address of a unit, which the first request makes."""
+        if name not in self.units:
+            self.units[name] = make()
+            self.tables[name] = table(self.units[name], self.keep)
+        return self.address(name)
+
+    def address(self, unit: str) -> int:
+        return ctypes.addressof(self.tables[unit]) if unit in self.tables else super().address(unit)
+
+
+def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> PartsKernel:
+    """The kernel of a scene with these columns. redundant: the variant with the scaled reactions."""
+    started = time.perf_counter()
+    keep: list[Any] = []
+    active, coupled = _structure(system, parameters) if system.cuts else ([], False)
+    rows = list(range(system.rows)) if redundant else active
+    kernel, _ = _kernel_unit(system, parameters, rows, redundant, not redundant and len(rows) >= MANY_ROWS)
+    kernel.numbers["coupled"] = int(coupled)
+    outputs = _outputs_unit(system, chosen, quadratures)
+    sizes = kernel.numbers | {"works": kernel.numbers["npowers"] * quadratures}
+    facts = {"operations": {}, "active_rows": rows, "loop_rows": rows_of(system), "rubbing": [j.name for j in system.frictional]}
+    key = kernel_key(system, parameters, chosen, quadratures, redundant)
+    structure, units = (system, parameters, quadratures, redundant), {"kernel": kernel, "outputs": outputs}
+    tables = {name: table(unit, keep) for name, unit in units.items()}
+    return PartsKernel(
+        {}, sizes, facts, time.perf_counter() - started, library_cache.cache_folder(), key, structure, units, tables, keep
+    )
+
+
+def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
+    """Rows of cut joints that have a multiplier, and whether friction couples the multipliers that the motion leaves open to the
+    others."""
+    keep: list[Any] = []
+    rubbing = rubs(system)
+    unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)
+    made = table(unit, keep)
+
+    def call(name: str, *arrays: np.ndarray) -> None:
+        operands = [*([made.scene] if name == "prepare" else []), *(a.ctypes.data for a in arrays)]
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(operands))(getattr(made, name))(*operands)
+
+    probe = StructureProbe(system, made, maps, call)
+    active = probe.active()
+    return active, rubbing and probe.coupled(active)
+
+
+def _kernel_unit(
+    system: System, parameters: int, active: Sequence[int], redundant: bool, many: bool = False
+) -> tuple[UnitDescription, Maps]:
+    """many: the loops have so many rows that friction is solved along the recursion, as in trees."""
+    rubbed = bool(system.frictional) and (many or not system.cuts)
+    s = ScenePasses(system, rubbed=rubbed)
+    redundant = redundant and bool(system.frictional)
+    stepping = StepPrograms(s, active, redundant)
+    if rubbed:
+        RecursiveFriction(stepping)
+    kernel_functions.write(s, redundant)
+    qkind, vkind, quat = coordinate_kinds(system)
+    turned = {e.joint.name: (at, n) for e, at, n in (rubbing_on_loops(system) if redundant else [])}
+    more = [(n, n * len(e.needs)) for e in stepping.elements for _, n in [turned.get(e.joint.name, (0, 0))]]
+    elements, sliders, dn = element_table(stepping.elements, turned)
+    paces, filled = frequencies(system), fill(system, active)
+    each = len(system.frictional) + 3
+    m = stepping.maps
+    sizes = dict.fromkeys(KERNEL.integers, 0) | {
+        "npowers": each, "ntaken": each - GIVING, "abi": number(), "nq": system.nq, "nv": system.nv,
+        "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
+        "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "nkappa": m.nkappa,
+        "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
+        "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
+        "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches,
+        "ntables": system.tables, "nquat": len(quat),
+        "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
+        "sets": int(any(e.sets for e in stepping.elements)), "nfill": len(filled.below),
+    }  # fmt: skip
+    names = [*FUNCTIONS, *(RECURSIVE if rubbed else ()), *(COUPLING if rubbed and system.cuts else ())]
+    integers = {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
+    integers |= {"down": system.down, "presses": system.presses}
+    integers |= tables_of(filled)
+    rows = {"element": (ELEMENT, elements), "pair": (PAIR, sliders), "pace": (PACE, paces)}
+    return UnitDescription(KERNEL, DifferentiatedScene(s), sizes, {n: n for n in names}, integers, rows), m
+
+
+def _outputs_unit(system: System, chosen: list[Column], quadratures: bool) -> UnitDescription:
+    s = ScenePasses(system)
+    ColumnPrograms(s, s.program("eval")).write(chosen)
+    contacts, shares, post = write_contacts(s), write_shares(s), post_of(chosen)
+    energy = next((i for i, c in enumerate(chosen) if c.name == "energy.residual"), -1)
+    names = ["prepare", "eval", *(["contacts"] if contacts else []), *(["kappa"] if shares else [])]
+    numbers = {
+        "abi": number(), "nout": len(chosen), "ncontacts": contacts, "nc": s.nc, "nkappa": shares, "npost": len(post),
+        "energy": energy, "works": int(quadratures), "wants": wants_of(chosen, any(REGISTRY[c.kind].solved for c in chosen)),
+    }  # fmt: skip
+    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, {n: n for n in names}, records={"post": (POST, post)})

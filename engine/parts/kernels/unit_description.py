@@ -1,0 +1,32 @@
+"""Content of a kernel's table, before it becomes memory (``tables_in_memory``) or C text (``tables_as_c``)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from trunnion.parts.derivatives.tangent_layout import TangentTables
+from trunnion.parts.layout.scene_tables import SceneTables
+from trunnion.runtime.abi.record_definition import Record
+
+
+@dataclass
+class DifferentiatedScene:
+    """A scene with its programs and tangents. beside: a second scene, whose constants follow those of the first."""
+
+    scene: SceneTables
+    tangents: TangentTables | None = None
+    beside: DifferentiatedScene | None = None
+
+
+@dataclass
+class UnitDescription:
+    """A table by field: numbers, functions (C names without ``tr_parts_``), lists of integers, tables of records."""
+
+    record: Record
+    scene: DifferentiatedScene
+    numbers: dict[str, int]
+    functions: dict[str, str]
+    integers: dict[str, Sequence[int]] = field(default_factory=dict)
+    records: dict[str, tuple[Record, Sequence[tuple[Any, ...]]]] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""Positions of a scene's numbers in memory."""

@@ -1,0 +1,50 @@
+"""Layout of the maps of a bytecode kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+
+from trunnion.parts.bytecode.program import Slot, Space
+
+
+@dataclass
+class Maps:
+    """Counts of numbers in the maps, and where each kind begins (``kernel.units.stepping_unit``). active: rows of cut joints with
+    a multiplier; ne: multipliers of friction; nn: reaction components; held: whether Q is there."""
+
+    active: int
+    ne: int
+    nn: int
+    nrates: int
+    held: bool
+    nkappa: int
+
+    @property
+    def columns(self) -> int:
+        """Count of multipliers; those of friction are last."""
+        return self.active + self.ne
+
+    def at(self, name: str) -> int:
+        """Start of S, Se, g0, N, rates, Q, kappa, end. N, Q and kappa have a column without multipliers first."""
+        return self._places[name]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        every = 1 + self.columns
+        sizes = {"S": self.active**2, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * every, "rates": self.nrates,
+                 "Q": self.ne * every if self.held else 0, "kappa": self.nkappa * every, "end": 0}  # fmt: skip
+        return dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
+
+    def N(self, column: int) -> Slot:
+        """Reaction components that multiplier ``column`` causes; −1: those without multipliers."""
+        return Slot(Space.MAPS, self.at("N") + self.nn * (1 + column), self.nn)
+
+    def Q(self, column: int) -> Slot:
+        """Accelerations of the freedoms of frictional joints, by column as ``N``."""
+        return Slot(Space.MAPS, self.at("Q") + self.ne * (1 + column), self.ne if self.held else 0)
+
+    def kappa(self, column: int) -> Slot:
+        """Scaled reactions, by column as ``N``."""
+        return Slot(Space.MAPS, self.at("kappa") + self.nkappa * (1 + column), self.nkappa)

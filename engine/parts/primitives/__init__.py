@@ -1,0 +1,1 @@
+"""Primitives: C functions compiled once for all scenes, and their cache."""

@@ -1,0 +1,109 @@
+"""Articulated inertias with friction: a Newton step on η − law(N(η)) as one more pass over the bodies (theory, "Friction along the
+recursion").
+
+A law is local to its joint. K = ∂law/∂N ∂N/∂(reaction) is its derivative. Then the balance along a joint's freedoms is (Πᵀ + K) N
+= Q − e. The reduction (27)–(42) projects with Πᵀ + K instead of Πᵀ, and articulated inertias become unsymmetric. Π lacks freedoms
+that are held at rest; the joint transmits their friction."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from trunnion.kernel.c_code.code_generator import Input, Output
+from trunnion.recursion.body_kinematics import Step
+from trunnion.recursion.masses_and_forces import Mass
+from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, skew, zeros
+
+NARROW = ("turned", "borne", "grip", "moves", "pivot", "slim")
+"""Operands. turned: inertia handed over by outboard bodies (6×6, column-major). borne: where their sum goes on the inboard body.
+grip: K of the free freedoms (n×6). moves: 1 for a free freedom that moves, 0 for one at rest. pivot: determinant of the joint's
+block. slim: stored values."""
+Functions = tuple[list[Input], list[Output]]
+
+
+def narrowed(
+    mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int, looped: bool, spun: SX,
+) -> list[Functions]:  # fmt: skip
+    """Inputs and outputs of the stages from ``stage`` on: ``narrow`` (inertias and pivots), ``pull`` (forces inward), ``push``
+    (accelerations and reactions outward); looped: also of ``press``, ``sense`` and ``swing``.
+
+    steady: F⁰ of the body (17). spun: rotor inertias of the free freedoms (n×n)."""
+    n = step.Pi.size2()
+    turned, grip, moves = SX.sym("turned", 36), SX.sym("grip", n, 6), SX.sym("moves", n)
+    own = ca.vertcat(ca.horzcat(mass.M11, mass.M12), ca.horzcat(mass.M12.T, mass.M22))
+    M = ca.sparsify(own) + ca.reshape(turned, 6, 6)
+    free, held = ca.diag(moves), ca.diag(1 - moves)
+    Pi, rows = ca.sparsify(step.Pi @ free), ca.sparsify(free @ (step.Pi.T + grip))
+    MPi, LM = M @ Pi, rows @ M
+    inverse, pivot = _inverse(rows @ MPi + free @ spun + held)
+    V = inverse @ LM
+    lever = ca.vertcat(ca.horzcat(SX.eye(3), -skew(step.lever)), ca.horzcat(zeros(3, 3), SX.eye(3)))
+    borne = ca.sparsify(lever).T @ (M - MPi @ V) @ ca.sparsify(lever)
+    ins = [Input(at["turned"], turned, stage, transient=True), Input(at["grip"], ca.vec(grip), stage, transient=True),
+           Input(at["moves"], moves, stage, transient=True)]  # fmt: skip
+    outs = [Output(at["borne"], 0, ca.vec(borne), stage, True), Output(at["pivot"], 0, pivot, stage)]
+    inward = _pull(M @ step.w, MPi, step, steady, (rows, inverse, moves), at, stage + 1)
+    found = [(ins, outs), inward, _push(M, step, Pi, V, spun, at, stage + 2)]
+    return [*found, *(_of_loops(step, Pi, MPi, inverse @ rows, V, at, stage + 3) if looped else [])]
+
+
+def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX], at: dict[str, str], stage: int) -> Functions:
+    """Forces inward. From the wrench handed over by outboard bodies (``fc``), that on the body, and forces along the free freedoms
+    minus e (``yc``): y, the whole wrench F̄ on the body, and the wrench handed over."""
+    rows, inverse, moves = projected
+    handed, force, along = SX.sym("handed", 6), SX.sym("force", 6), SX.sym("along", step.Pi.size2())
+    F = steady + force + handed
+    y = inverse @ (rows @ (F - Mw) + moves * along)
+    up = GammaT(step.lever, F - Mw - MPi @ y)
+    ins = [Input(at["fc"], handed, stage), Input(at["force"], force, stage), Input(at["yc"], along, stage)]
+    return ins, [Output(at["y"], 0, y, stage), Output(at["F"], 0, F, stage), Output(at["up"], 0, up, stage, True)]
+
+
+def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage: int) -> Functions:
+    """Accelerations outward. From Ż of the inboard body, y and F̄: q̈, Ż, the reaction N of the joint, and Πᵀ N plus rotor
+    forces."""
+    Z, y, F = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
+    carried = Gamma(step.lever, Z)
+    qdd = y - V @ carried
+    moved = carried + Pi @ qdd + step.w
+    N = M @ moved - F
+    ins = [Input(at["Z"], Z, stage), Input(at["yc"], y, stage), Input(at["fc"], F, stage)]
+    along = step.Pi.T @ N + spun @ qdd
+    return ins, [Output(at[name], 0, v, stage) for name, v in (("qdd", qdd), ("Zo", moved), ("N", N), ("fq", along))]
+
+
+def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str], stage: int) -> list[Functions]:
+    """``press``: force column f inward: y = P⁻¹ (Πᵀ + K) f, and the column on the inboard body. ``sense``: row r of the constraint
+    equations inward: r Π, and the row on the inboard body. The two are transposes only without friction. ``swing``: accelerations
+    that columns cause, outward."""
+    f, r, Z, y = SX.sym("f", 6), SX.sym("r", 6), SX.sym("Zc", 6), SX.sym("ys", step.Pi.size2())
+    pressed, along, carried = answer @ f, Pi.T @ r, Gamma(step.lever, Z)
+    qdd = y - V @ carried
+    press = [("yc", pressed, False), ("up", GammaT(step.lever, f - MPi @ pressed), True)]
+    sense = [("fq", along, False), ("up", GammaT(step.lever, r - V.T @ along), True)]
+    swing = [("qdd", qdd, False), ("Zo", carried + Pi @ qdd, False)]
+    out = []
+    for k, (ins, outs) in enumerate(((((("fc", f),)), press), ((("fc", r),), sense), ((("Z", Z), ("yc", y)), swing))):
+        out.append(([Input(at[n], v, stage + k) for n, v in ins], [Output(at[n], 0, v, stage + k, add) for n, v, add in outs]))
+    return out
+
+
+def _inverse(P: SX) -> tuple[SX, SX]:
+    """Inverse and determinant of a joint's unsymmetric block: by cofactors up to three freedoms, else by elimination without
+    pivoting. No joint with friction has more than three."""
+    n = P.size1()
+    if n == 0:
+        return zeros(0, 0), SX(1)
+    if n <= 3:
+        det = ca.det(P)
+        return ca.adj(P) / det, det
+    low, det = SX(P), SX(1)
+    right = SX.eye(n)
+    for k in range(n):
+        det = det * low[k, k]
+        scaled, moved = low[k, :] / low[k, k], right[k, :] / low[k, k]
+        for i in range(n):
+            factor = low[i, k]
+            low[i, :] = scaled if i == k else low[i, :] - factor * scaled
+            right[i, :] = moved if i == k else right[i, :] - factor * moved
+    return right, det

@@ -1,0 +1,244 @@
+"""Catalogue of the primitives that an installation precompiles, so that its scenes need no compiler.
+
+The declarations of joint types, contact elements, laws and columns decide the list. Rare cases are left out: two prescribed
+freedoms of a planar joint; one or two of a free body; Adams' approximation with laws that it is not compared with; friction on
+redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads with unusual
+laws; rotors except of hinges, guides and balls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain, combinations, product
+from typing import Any
+
+from trunnion.basics.number_declarations import Number
+from trunnion.columns.operands import CONTACT_REACTION, FRICTION, JOINT_MULTIPLIERS, JOINT_RATES, REACTION_ARM
+from trunnion.columns.registry import CONTACT, REGISTRY
+from trunnion.elements.contact import GIVEN, element_of
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.contact.contact_element import FIXED, OVERLAP
+from trunnion.elements.contact.journal import PRELOAD
+from trunnion.elements.contact.registry import preloads
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
+from trunnion.elements.joints import REGISTRY as JOINTS
+from trunnion.elements.joints import JointKind
+from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
+from trunnion.system.signals.motion_profiles import MOVES
+from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint, Slider
+from trunnion.system.structure.friction_joint_indices import everything
+
+Recipe = tuple[Any, ...]
+"""Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
+MANY = 3
+"""A joint with this many freedoms has none, one or all of them prescribed; with more freedoms, none or all; with fewer, any."""
+COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
+"""Laws with which Adams' approximation is compared: each law that smooths another, and the law that it smooths."""
+SIDES = (False, True)
+PINS = (PIN_IN, PIN_OUT)
+DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic", "through")
+
+
+def every() -> Iterator[Recipe]:
+    """All recipes, each once, and those of the tangents that Jacobian and linear units use."""
+    recipes = dict.fromkeys(chain(_small(), _columns(), _bodies(), _cuts(), _frictions()))
+    yield from recipes
+    yield from (
+        ("tangents", "tangent", module, name, tuple(which), False) for module, name, *which in recipes if _smooth(name, which)
+    )
+    residuals = (which for _, name, *which in recipes if name == "residual")
+    yield from (("tangents", "tangent", "friction", "residual", tuple(which), True) for which in residuals if _follows(which[0]))
+
+
+SMOOTH = {
+    "signal", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward",
+    "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
+}  # fmt: skip
+"""Functions whose primitives have tangents for all arguments."""
+
+
+def _smooth(name: str, which: Sequence[Any]) -> bool:
+    """Whether a primitive has tangents. Of contact columns only those of usual laws have: they are as long as all other code, and
+    columns are seldom linearised."""
+    if name == "column":
+        friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
+        return not friction or (friction.law in COMPARED and not friction.adams)
+    forces = name in ("device", "load", "spring", "bushing", "latch") and which[-1] not in ("power", "depths")
+    return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
+
+
+def _follows(which: FrictionKey) -> bool:
+    """Whether numbers of such friction may follow time in stiff motions: with Coulomb's law, without a curve over speed."""
+    friction = which.joint.friction
+    return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
+
+
+def _small() -> Iterator[Recipe]:
+    yield from (("loads_and_scalars", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
+    yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
+    yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
+    yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
+    yield from (("joint_devices", end, upper) for end in ("depth", "push") for upper in SIDES)
+    yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
+    yield "joint_devices", "motor"
+    plain = ("energies", "at_least", "quaternion", "over", "span")
+    yield from (("loads_and_scalars", name) for name in plain)
+    alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
+    yield from (("loop_joint", "tie", *both) for both in product(alone, alone))
+    yield from (("loop_joint", "outboard", forward) for forward in SIDES)
+    yield from (("loop_joint", "weighed", sign) for sign in (1, -1))
+    yield from (("loop_joint", "arm", bodies) for bodies in (1, 2))
+    yield from (("body_balance", "weigh", sign) for sign in (1, -1))
+
+
+def _columns() -> Iterator[Recipe]:
+    """Columns with an expression; contacts are apart."""
+    for kind in REGISTRY.values():
+        if not kind.selects and kind is not CONTACT:
+            arms = [PINS if o is REACTION_ARM else (None,) for o in kind.operands.values()]
+            yield from (("column_primitives", "column", kind.name, structures) for structures in product(*arms))
+
+
+def _contacts(which: FrictionKey) -> Recipe:
+    """Contact columns of a joint with this friction."""
+    joint = which.joint
+    nv, reaction = joint.kind.nv, len(everything(joint))
+    sizes = {CONTACT_REACTION: reaction, JOINT_RATES: nv, JOINT_MULTIPLIERS: nv, FRICTION: which}
+    return "column_primitives", "column", CONTACT.name, tuple(sizes.get(o) for o in CONTACT.operands.values())
+
+
+def driven(kind: JointKind) -> list[tuple[int, ...]]:
+    """Sets of freedoms of a joint that may be prescribed together; a bodiless joint has none."""
+    if kind.bodiless:
+        return [()]
+    able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
+    counts = {0, 1, len(able)} if kind.nv == MANY else {0, len(able)} if kind.nv > MANY else range(len(able) + 1)
+    return list(dict.fromkeys(chain.from_iterable(combinations(able, n) for n in sorted(counts))))
+
+
+def _bodies() -> Iterator[Recipe]:
+    for kind, forward in product([k for k in JOINTS.values() if not k.bodiless], SIDES):
+        for which, how in product(driven(kind), ((), (True,), (True, True))):
+            yield "body_step", "body_primitive", BodyKey(kind.name, forward, which, *how)
+            if spun(kind):
+                yield "body_step", "body_primitive", replace(BodyKey(kind.name, forward, which, *how), rotors=True)
+        for which in driven(kind):
+            plain = BodyKey(kind.name, forward, which)
+            yield from (("body_balance", name, plain) for name in ("outward", "moved", "turned", "carry"))
+            yield "tangents", "solving", plain
+            if spun(kind):
+                yield "tangents", "solving", replace(plain, rotors=True)
+        yield from (("loads_and_scalars", "along", kind.name, forward, k) for k in range(kind.nv))
+
+
+def spun(kind: JointKind) -> bool:
+    """Whether joints of this type have rotors, as motors and imported files have: hinges, guides, balls."""
+    return kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
+
+
+def _cuts() -> Iterator[Recipe]:
+    for kind in JOINTS.values():
+        if kind.cuttable:
+            yield from (("loop_joint", "cut", kind.name, *each) for each in product(("", "inb", "out"), BARE))
+        if kind.follows:
+            yield from (("loop_joint", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
+        for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
+            yield "loop_joint", "sprung", kind.name, fit, (), soft, which
+
+
+def _frictions() -> Iterator[Recipe]:
+    for kind in JOINTS.values():
+        if kind.friction:
+            given = element_of("", kind.freely_rubbed, GIVEN)
+            for law, adams, pin_out in product(_laws(kind), SIDES, SIDES[: 1 if kind.bodiless else 2]):
+                for names in numbers(law, kind.friction, adams) if law in COMPARED or not adams else ():
+                    yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out), names))
+                for names in numbers(law, kind.friction, adams, OVERLAP) if LAWS[law].sets and not adams and overlaps(kind) else ():
+                    yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
+            for law in (law for law in LAWS if given and LAWS[law].sets):
+                yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
+
+
+def _laws(kind: JointKind) -> list[str]:
+    """Laws that friction of such a joint usually has."""
+    return [name for name, law in LAWS.items() if usual(name) or not (kind.pitched or kind.bodiless)]
+
+
+def usual(law: str) -> bool:
+    """Whether threads, constant friction and finite parts have the law: set-valued laws and those compared with them."""
+    return LAWS[law].sets or law in COMPARED
+
+
+def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
+    """Which part may be inside, and which part may have the ends."""
+    pins = pins[:1] if kind.bodiless else pins
+    ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
+    return [Fit(*each) for each in product(pins, ends)]
+
+
+def overlaps(kind: JointKind) -> bool:
+    """Whether parts of such joints may touch where they overlap."""
+    return bool(kind.friction) and any(s.ends == OVERLAP for s in CONTACTS[kind.friction].sizes)
+
+
+def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> list[tuple[str, ...]]:
+    """Sets of numbers that a scene may give for a joint's friction: all needed ones with any of the others."""
+    usual = LAWS[law].sets and not adams
+    sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
+    declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
+    always = {n.name for n in declared if preloads(n, law, adams)}
+    found = [tuple(label for n in given for label in n.labels) for given in _given(declared, always)]
+    if not usual or law != Coulomb.name:
+        return found
+    curve = ("mu", *(name for pair in BY_SPEED for name in pair))
+    return [*found, *((*curve, *names[1:]) for names in found if "mu_static" not in names)]
+
+
+def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:
+    """Needed and permanent numbers with each subset of the others. A number with ``needed_with`` comes with that one."""
+    loose = [n for n in declared if not n.needed and n.default is None and not n.needed_with and n.name not in always]
+    for some in chain.from_iterable(combinations(loose, k) for k in range(len(loose) + 1)):
+        names = {n.name for n in some}
+        names |= always
+        yield [n for n in declared if n.needed or n.default is not None or n.name in names or n.needed_with in names]
+
+
+def _of(kind: JointKind, element: str, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> FrictionKey:
+    contact, own = CONTACTS[element], ParameterCounter()
+    names += ("pitch",) * kind.pitched + ("module", "side", "first") * (kind.rolls is not None)
+    sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
+    friction = FrictionElement(contact.name, law, adams, tuple((name, own.take_one()) for name in names), sliders, contact.bound)
+    joint = Joint("", kind.name, 0, 0, (), (), (), (), fit, None, (), friction, False, 0, True)
+    return FrictionKey(joint, contact.needs(names, adams))
+
+
+def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
+    joint, friction = which.joint, which.joint.friction
+    assert friction is not None
+    kind, law = joint.kind, LAWS[friction.law]
+    yield from (("friction", name, which, alone) for name in ("law", *(["held"] if law.sets else [])) for alone in SIDES)
+    yield "friction", "residual", which
+    if CONTACTS[friction.contact].count:
+        yield "friction", "pressed", which, False
+        yield _contacts(which)
+    if law.bristles:
+        yield "friction", "drift", which
+    if not CONTACTS[friction.contact].count:
+        return  # what is given needs no reactions
+    names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
+    for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):
+        yield from _pinned(which, fit)
+        for soft, moved in product(SIDES, driven(kind)):
+            yield "loop_joint", "sprung", kind.name, fit, names, soft, moved
+
+
+def _pinned(which: FrictionKey, fit: Fit) -> Iterator[Recipe]:
+    """Primitives that turn reactions into the components that contact elements take."""
+    kind = which.joint.kind
+    yield from (("loop_joint", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
+    for forward in SIDES:
+        yield "loads_and_scalars", "pin", kind.name, forward, fit, which.needs
+        for moved in driven(kind):
+            free = tuple(k for k in range(kind.nv) if k not in moved)
+            yield "friction", "grip", kind.name, forward, fit, which.needs, free

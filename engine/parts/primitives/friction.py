@@ -1,0 +1,137 @@
+"""Primitives of joint friction: laws, residuals, static friction capacity, bristle rates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import casadi as ca
+
+from trunnion.elements.contact import REGISTRY
+from trunnion.elements.joints import REGISTRY as REGISTRY_OF_JOINTS
+from trunnion.parts.primitives.loads_and_scalars import pin_components
+from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
+from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
+from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
+from trunnion.recursion.complement_equation_terms import by_loads, laws, numbers, wrench
+from trunnion.recursion.loop_contact_compliance import complete_wrench, friction_change
+from trunnion.recursion.vector_algebra import SX
+from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement
+from trunnion.system.structure.external_value_layout import MODE
+from trunnion.system.structure.friction_joint_indices import Element
+from trunnion.system.structure.parameter_table import Param
+
+
+class FrictionSymbols(PrimitiveSymbols):
+    """Symbols of a joint's friction: numbers, modes of its pairs, states of its law."""
+
+    def __init__(self, which: FrictionKey, more: int = 0):
+        f = _friction(which)
+        super().__init__(len(f.numbers) + more)
+        self.modes = SX.sym("modes", MODE * len(f.sliders))
+        self.eta_of = [e for s in f.sliders for e in s.eta] if f.bristles else []
+        self.b = SX.sym("b", len(self.eta_of))
+        self.system = self  # type: ignore[assignment]
+
+    @property
+    def bristles(self) -> tuple[int, ...]:
+        """Multipliers with a state, as in ``System``."""
+        return tuple(self.eta_of)
+
+    def mode(self, slider: int) -> list[SX]:
+        return [self.modes[MODE * slider + i] for i in range(MODE)]
+
+
+class _Evaluation:
+    """Symbols of a joint's friction and of its reaction N and rates, with laws, numbers and wrench made of them. inputs: numbers,
+    N, rates, modes, states. arguments: of a contact element's functions."""
+
+    def __init__(self, which: FrictionKey, velocity: str = "r", soft: bool = False):
+        sym, self.N, rates = FrictionSymbols(which, int(soft)), SX.sym("N", len(which.needs)), SX.sym(velocity, which.joint.kind.nv)
+        self.symbols, self.element = sym, element_of(which, which.needs)
+        self.laws, self.numbers, self.wrench = laws(sym, self.element), numbers(sym, self.element), wrench(self.element, self.N)
+        self.rates = [rates[k] for k in range(rates.numel())]
+        self.arguments = self.wrench, self.rates, self.laws, self.numbers, self.element.friction.adams
+        self.inputs = {"numbers": sym.p, "N": self.N, velocity: rates, "modes": sym.modes, "b": sym.b}
+
+    def by_loads(self, values: SX) -> SX:
+        """Derivative of values by N, column-major."""
+        return ca.vec(by_loads(values, self.element, self.N))
+
+
+@cache
+def law(which: FrictionKey, alone: bool) -> Primitive:
+    """Inputs → η in order of the freedoms, ∂η/∂N (unless ``alone``), a ``tr_sliding`` per pair."""
+    at = _Evaluation(which)
+    contact, ls = at.element.contact, at.laws
+    values = ca.vertcat(*contact.friction(*at.arguments))
+    sliding: list[SX] = []
+    cones = contact.cone(*at.arguments) if contact.cone and all(x.sets or x.kinks for x in ls) else [SX(1)] * len(ls)
+    for speed, x, cone in zip(contact.speeds(*at.arguments), ls, cones, strict=True):
+        sliding += [speed, SX(x.kink), SX(cone)]
+    outs = {"eta": values} | ({} if alone else {"dN": at.by_loads(values)}) | {"sliding": sliding}
+    return expression_primitive(f"{which.name}_law{'_alone' if alone else ''}", at.inputs, outs)
+
+
+@cache
+def residual(which: FrictionKey) -> Primitive:
+    """Inputs, η, accelerations of the freedoms → residuals of η: η − law(N, rates); for a pair at rest, its acceleration."""
+    at, nv = _Evaluation(which), which.joint.kind.nv
+    e, eta, acc = at.element, SX.sym("eta", nv), SX.sym("acc", nv)
+    out = [eta[k] - value for k, value in enumerate(e.contact.friction(*at.arguments))]
+    for s, x in zip(e.friction.sliders, at.laws, strict=True):
+        for i in s.eta if e.sets else ():
+            out[i] = ca.if_else(x.stuck, acc[i], out[i])
+    ins = at.inputs | {"eta": eta} | ({"acc": acc} if e.sets else {})
+    return expression_primitive(f"{which.name}_residual", ins, {"out": out})
+
+
+@cache
+def held(which: FrictionKey, alone: bool) -> Primitive:
+    """numbers, N, u, modes, states → a ``tr_hold`` per pair, and (unless ``alone``) the derivative of each pair's capacity by N."""
+    at = _Evaluation(which, "u")
+    e = at.element
+    found = e.contact.held(at.wrench, [at.rates[i] for i in e.eta], at.laws, at.numbers, e.friction.adams)
+    values = [x for h in found for x in (h.capacity, h.size, SX(h.beyond))]
+    outs = {"hold": values} | ({} if alone else {"dN": ca.vertcat(*[at.by_loads(h.capacity) for h in found])})
+    return expression_primitive(f"{which.name}_held{'_alone' if alone else ''}", at.inputs, outs)
+
+
+@cache
+def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple[int, ...]) -> Primitive:
+    """Pose of a joint, ∂law/∂N (a row per freedom) → ∂law/∂N ∂N/∂(reaction on the child) of the free freedoms (n×6)."""
+    reaction = SX.sym("N", 6)
+    ins, rows = pin_components(kind, forward, fit, needs, reaction)
+    dN = SX.sym("dN", REGISTRY_OF_JOINTS[kind].nv, len(needs))
+    out = ca.sparsify(dN[list(free), :] @ ca.jacobian(rows, reaction)) if free else SX(0, 6)
+    words = [kind, "out" if forward else "in", fit.label, *map(str, free), *needs]
+    return expression_primitive("_".join(["g", *words]), {**ins, "dN": ca.vec(dN)}, {"out": out})
+
+
+@cache
+def drift(which: FrictionKey) -> Primitive:
+    """Inputs → rates of the law's states, 1/s."""
+    at = _Evaluation(which)
+    return expression_primitive(f"{which.name}_drift", at.inputs, {"out": at.element.contact.drifts(*at.arguments)})
+
+
+@cache
+def pressed(which: FrictionKey, soft: bool) -> Primitive:
+    """Inputs → change of the joint's first scaled reactions by sliding friction, and its derivative by N. soft: the joint's
+    stiffness is the last number."""
+    at = _Evaluation(which, soft=soft)
+    joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
+    e = replace(at.element, joint=joint)
+    values = friction_change(at.symbols, e, complete_wrench(e, at.N), at.rates, at.laws, at.numbers)
+    name = f"{which.name}_pressed{'_soft' if soft else ''}"
+    return expression_primitive(name, at.inputs, {"more": ca.densify(values), "dN": at.by_loads(values)})
+
+
+def _friction(which: FrictionKey) -> FrictionElement:
+    assert which.joint.friction is not None
+    return which.joint.friction
+
+
+def element_of(which: FrictionKey, needs: tuple[str, ...]) -> Element:
+    """The element of a key, with these reaction components."""
+    return Element(which.joint, REGISTRY[_friction(which).contact], needs, 0, 0)

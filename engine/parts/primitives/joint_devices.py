@@ -1,0 +1,85 @@
+"""Primitives of devices along a freedom: springs, dampers, stops, latches, motors."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import casadi as ca
+
+from trunnion.parts.primitives.loads_and_scalars import Timed
+from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
+from trunnion.parts.primitives.primitive_keys import ParameterCounter, Primitive
+from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
+from trunnion.recursion import latch_forces
+from trunnion.recursion.masses_and_forces import motor_force, stop_force, stop_push
+from trunnion.recursion.vector_algebra import SX
+from trunnion.system.structure.bodies_and_joints import Device, Latch, Motor, Signal, Stop
+
+DEVICE = 7
+"""Numbers of a device: stiffness and rest of its spring, damping, stiffness and damping of its stops, lower and upper end."""
+
+LATCH = 6
+"""Numbers of a latch: position, side, stiffness, damping, holding force, pitch of its teeth."""
+
+
+@cache
+def device(what: str) -> Primitive:
+    """numbers (``DEVICE``), flags of the stops (2), coordinate, rate → ``force`` along the freedom, ``power`` of dampers or
+    ``potential`` energy, added."""
+    sym = Timed(DEVICE)
+    q, rate = SX.sym("q"), SX.sym("rate")
+    k, rest, damping, stiff, _, lower, upper = ca.vertsplit(sym.p)
+    n = ParameterCounter().take(DEVICE)
+    d = Device(stop=Stop(n[3], n[4], n[5], n[6], (0, 1)))
+    elastic = sum((stiff * sym.flags[i] * (end - q) for i, end in enumerate((lower, upper))), SX(0))
+    pressed = sum((0.5 * stiff * sym.flags[i] * (end - q) ** 2 for i, end in enumerate((lower, upper))), SX(0))
+    out = {
+        "force": -k * (q - rest) - damping * rate + stop_force(sym, d, q, rate),
+        "power": -damping * rate**2 + (stop_force(sym, d, q, rate) - elastic) * rate,
+        "potential": 0.5 * k * (q - rest) ** 2 + pressed,
+    }[what]
+    return expression_primitive(f"d_{what}", {"numbers": sym.p, "flags": sym.flags, "q": q, "rate": rate}, {"out": out}, ["out"])
+
+
+@cache
+def latch(what: str) -> Primitive:
+    """numbers (``LATCH``), flags (hook, pressed), coordinate, rate → ``force``, ``power`` of damping or ``potential`` energy,
+    added. From hook, coordinate and release: ``depths`` (3)."""
+    sym, flags, q, rate, release = PrimitiveSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
+    n = ParameterCounter().take(LATCH)
+    x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]
+    ins = {"numbers": sym.p, "flags": flags, "q": q}
+    if what == "depths":
+        found = latch_forces.depths(sym, x, flags[0], q, release)
+        return expression_primitive("d_latch_depths", ins | {"release": release}, {"out": ca.vertcat(*found)})
+    both = (flags[0], flags[1])
+    force, stored = latch_forces.force(sym, x, both, q, rate), latch_forces.potential(sym, x, both, q)
+    out = {"force": force, "power": (force - latch_forces.elastic(sym, x, both, q)) * rate, "potential": stored}
+    return expression_primitive(f"d_latch_{what}", ins | {"rate": rate}, {"out": out[what]}, ["out"])
+
+
+@cache
+def motor() -> Primitive:
+    """numbers (stall, no_load), signal, rate → effort of a motor, added."""
+    sym, signal, rate = PrimitiveSymbols(2), SX.sym("signal"), SX.sym("rate")
+    stall, no_load = ParameterCounter().take(2)
+    out = motor_force(sym, Motor(stall, no_load, Signal("value")), signal, rate)
+    return expression_primitive("d_motor", {"numbers": sym.p, "signal": signal, "rate": rate}, {"out": out}, ["out"])
+
+
+@cache
+def depth(upper: bool) -> Primitive:
+    """End of a stop (1), coordinate → depth by which it is pressed."""
+    end, q = SX.sym("end"), SX.sym("q")
+    return expression_primitive(
+        f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)}
+    )
+
+
+@cache
+def push(upper: bool) -> Primitive:
+    """Damping of a stop (1), rate → distance from release (``stop_push``)."""
+    damping, rate = SX.sym("damping"), SX.sym("rate")
+    out = stop_push(damping, -1 if upper else 1, rate)
+    return expression_primitive(f"d_push_{'upper' if upper else 'lower'}", {"damping": damping, "rate": rate}, {"out": out})

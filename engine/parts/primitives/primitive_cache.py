@@ -1,0 +1,208 @@
+"""Precompiled primitives of the bytecode: from the installation, from this machine's cache, or built on the spot.
+
+A key is the digest of a recipe: module, function and arguments that build the primitive. Only a primitive that is in neither place
+is written with symbols and compiled."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+from collections.abc import Callable, Hashable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import cache as cache_of
+from functools import lru_cache, partial
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from trunnion.basics.interrupts import held
+from trunnion.kernel.compilation import c_compiler, library_cache, prebuilt_libraries
+from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
+from trunnion.kernel.shared_libraries import sources_key
+from trunnion.parts.primitives.primitive_keys import Primitive
+from trunnion.runtime.abi.c_header import header
+
+FOLDER = Path(__file__).parents[1]
+BYTECODE = FOLDER / "bytecode"
+INTERPRETER = [
+    BYTECODE / name for name in ("interpreter.c", "interpreter_tangent.c", "ops_loop_factor.c", "ops_curve_foot.c", "interpreter.h")
+]
+
+
+class _LazyModule:
+    """Stands for a module of primitives. Its functions run, and import the symbolic library, only for primitives that are neither
+    installed nor cached."""
+
+    def __init__(self, module: str):
+        self._module = module
+
+    def __getattr__(self, name: str) -> Callable[..., Primitive]:
+        lookup = cache_of(partial(primitive, self._module, name))
+        setattr(self, name, lookup)
+        return lookup
+
+
+if TYPE_CHECKING:
+    from trunnion.parts.primitives import (
+        body_balance,
+        body_step,
+        column_primitives,
+        friction,
+        joint_devices,
+        loads_and_scalars,
+        loop_joint,
+        tangents,
+    )
+else:
+    body_balance, body_step, column_primitives = map(_LazyModule, ("body_balance", "body_step", "column_primitives"))
+    friction, joint_devices, loads_and_scalars = map(_LazyModule, ("friction", "joint_devices", "loads_and_scalars"))
+    loop_joint, tangents = map(_LazyModule, ("loop_joint", "tangents"))
+
+
+def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
+    """The primitive that a function of a module of primitives builds from these arguments."""
+    key = key_of(module, name, *arguments)
+    found = _installed(key) or _cached(key) or replace(build_primitive(module, name, *arguments), key=key)
+    return replace(found, recipe=(module, name, *arguments))
+
+
+def key_of(*recipe: Hashable) -> str:
+    """Digest of a recipe (module, function, arguments)."""
+    return library_cache.digest(repr(recipe))
+
+
+def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
+    """Build the primitive with symbols. SceneError where the packages that write and compile C are not installed."""
+    c_compiler.needed("this scene", f"a part that did not come with the installation ({module}.{name})")
+    from trunnion.recursion.casadi_operators import direct_operators
+
+    with direct_operators():
+        built: Primitive = getattr(import_module(f"trunnion.parts.primitives.{module}"), name)(*arguments)
+    return built
+
+
+def _installed(key: str) -> Primitive | None:
+    """A primitive of the installation's library, which also holds its facts."""
+    library = prebuilt_libraries.library("parts")
+    if library is None:
+        return None
+    try:
+        text = ctypes.cast(getattr(library, facts_symbol(key)), ctypes.c_char_p).value
+    except AttributeError:
+        return None
+    return _from_facts(json.loads(text or b""), key, prebuilt_libraries.path("parts"))
+
+
+def facts_symbol(key: str) -> str:
+    """C name of a primitive's facts in a library of many."""
+    return f"tr_part_{key}"
+
+
+def facts_of(primitive: Primitive) -> dict[str, Any]:
+    """Operands and sizes of a primitive, which programs read (JSON)."""
+    return {"operands": primitive.operands, "sizes": primitive.sizes}
+
+
+def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
+    operands = {name: tuple(each) for name, each in facts["operands"].items()}
+    return Primitive(operands, facts["sizes"], "", key, str(library))
+
+
+def toolchain() -> tuple[str, ...]:
+    """Compiler, target and flags of primitives."""
+    return (c_compiler.compiler_version(), c_compiler.host_target(), c_compiler.cpu_level(), *c_compiler.FLAGS)
+
+
+@lru_cache(maxsize=1)
+def primitives_key() -> str:
+    """Digest of all that decides primitives' code: sources, symbolic library, compiler."""
+    sources = [f.read_bytes() for f in sorted(FOLDER.rglob("*.py"))]
+    return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"), *toolchain())
+
+
+def compiled_interpreter() -> Path:
+    """The interpreter's library, compiled once a machine."""
+    name = f"interpreter{c_compiler.library_suffix()}"
+    key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *toolchain())
+
+    def make(folder: Path) -> None:
+        (folder / "tr_abi.h").write_text(header())
+        c_compiler.build_library(INTERPRETER[:-1], folder / name, [folder, BYTECODE], library_cache.cache_folder())
+
+    return library_cache.entry(f"interpreter-{key}", make)[0] / name
+
+
+def _facts_folder() -> Path:
+    """Folder with the facts of the primitives that these sources built, a file each."""
+    return library_cache.entry(f"known-{primitives_key()}", lambda _: None)[0]
+
+
+def _cached(key: str) -> Primitive | None:
+    """A primitive that this machine has compiled."""
+    try:
+        facts = json.loads((_facts_folder() / f"{key}.json").read_text())
+    except (OSError, ValueError):
+        return None
+    folder = library_cache.cache_folder() / facts["library"]
+    if not (folder / "complete").exists():
+        return None
+    with suppress(OSError):
+        os.utime(folder)  # pruning removes what is unused for longest
+    return _from_facts(facts, key, _library_in(folder))
+
+
+def _store_facts(primitive: Primitive, library: Path) -> None:
+    """Store the facts of a compiled primitive. The file appears whole or not at all."""
+    if not primitive.key:
+        return
+    temporary = _facts_folder() / f".{primitive.key}-{os.getpid()}"
+    with suppress(OSError):
+        temporary.write_text(json.dumps(facts_of(primitive) | {"library": library.parent.name}))
+        temporary.replace(_facts_folder() / f"{primitive.key}.json")
+
+
+def _library_in(folder: Path) -> Path:
+    return folder / f"part{c_compiler.library_suffix()}"
+
+
+@cache_of
+def _load(library: str) -> ctypes.CDLL:
+    return ctypes.CDLL(library)
+
+
+def _compile(text: str) -> Path:
+    """The library of a primitive's C text, compiled once a machine."""
+    from trunnion.kernel.c_code.code_generator import MATH
+
+    def make(folder: Path) -> None:
+        (folder / "part.c").write_text(MATH + text)
+        c_compiler.build_library([folder / "part.c"], _library_in(folder), [folder], library_cache.cache_folder(), flags)
+
+    flags = c_compiler.part_flags(text)
+    return _library_in(library_cache.entry(f"part-{library_cache.digest(MATH, text, *flags, *toolchain())}", make)[0])
+
+
+def _pruned(libraries: set[str]) -> set[str]:
+    """Libraries that the cache has pruned since their primitives were looked up."""
+    out = set()
+    for library in libraries - {"", str(prebuilt_libraries.path("parts"))}:
+        with suppress(OSError):
+            os.utime(Path(library).parent)
+        if not Path(library).exists():
+            out.add(library)
+    return out
+
+
+def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
+    """The libraries of primitives. Those that are missing are compiled side by side, and cached."""
+    pruned = _pruned({p.library for p in primitives})
+    new = [i for i, p in enumerate(primitives) if not p.library or p.library in pruned]
+    texts = {i: primitives[i].text or build_primitive(*primitives[i].recipe).text for i in new}
+    with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
+        jobs = {text: submit(_compile, text) for text in set(texts.values())}
+        compiled = {text: Path(awaited(job)) for text, job in jobs.items()}
+    for i in new:
+        _store_facts(primitives[i], compiled[texts[i]])
+    return [_load(str(compiled[texts[i]]) if i in texts else p.library) for i, p in enumerate(primitives)]

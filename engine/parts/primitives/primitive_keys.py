@@ -1,0 +1,136 @@
+"""Keys that decide a primitive's code: of a body with its joint, of a joint's friction. This module needs no symbolic library."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.contact.contact_element import OVERLAP
+from trunnion.elements.friction.coulomb import BY_SPEED
+from trunnion.elements.joints import REGISTRY
+from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint
+from trunnion.system.structure.friction_joint_indices import Element
+from trunnion.system.structure.parameter_table import Leaves, Param
+
+POSE = 21
+"""Numbers of a joint's pose: inboard and outboard frame in the world (9 each, column-major), s = p_out − p_in (3)."""
+AROUND = "d_"
+"""Prefix of operands that are tangents."""
+VECTOR = "typedef double tr_vec __attribute__((vector_size(32),aligned(8)));\n"
+"""First line of C text with tangents (``runtime/base/compiler.h``)."""
+PIECE, PIECE_SIZE = "piece", 5
+"""Operand of the active piece of a cam's profile (start, 4 coefficients), or of a curve's foot; size of a piece."""
+OUT = "out_"
+"""Begins the names of a column primitive's outputs."""
+PIN_OUT, PIN_IN = "pin_out", "pin_in"
+"""Structures of a column's operand ``reaction_arm``: the part that carries the pin."""
+KEPT = "kept"
+"""Operand of the values that tangents store at a point."""
+BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
+"""Outputs of a cut joint's primitive by variant: all, or what stepping or closing needs where nothing acts along its freedoms."""
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A precompiled primitive: one op, or several that share code.
+
+    operands: names of each op's operands, in order. sizes: counts of numbers by kind. text: C text of a primitive built now. key:
+    digest of its recipe. library: path. recipe: module, function and arguments that build it. expressions: of a primitive with one
+    op, built now."""
+
+    operands: Mapping[str, tuple[str, ...]]
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    text: str = ""
+    key: str = ""
+    library: str = ""
+    recipe: tuple[Any, ...] = ()
+    expressions: Any = field(default=None, compare=False, repr=False)
+
+    @property
+    def first(self) -> str:
+        """The first op, whose name no other primitive has."""
+        return next(iter(self.operands))
+
+
+@dataclass(frozen=True)
+class BodyKey:
+    """Decides the primitive of a body and its joint.
+
+    forward: direction of the recursion over the joint. driven: freedoms with prescribed motion. rubbed: friction is solved along
+    the recursion. looped: also multipliers of loops. rotors: freedoms turn inertias beside the bodies."""
+
+    kind: str
+    forward: bool
+    driven: tuple[int, ...]
+    rubbed: bool = False
+    looped: bool = False
+    rotors: bool = False
+
+    @property
+    def name(self) -> str:
+        """Prefix of the C names."""
+        how = f"{''.join(map(str, self.driven))}{'_rubbed' * self.rubbed}{'_looped' * self.looped}{'_rotors' * self.rotors}"
+        return f"p_{self.kind}_{'out' if self.forward else 'in'}{how}"
+
+    @property
+    def free(self) -> int:
+        """Count of freedoms that are not prescribed."""
+        return REGISTRY[self.kind].nv - len(self.driven)
+
+
+@dataclass(frozen=True)
+class FrictionKey:
+    """Decides the primitives of a joint's friction: the joint without names, values and offsets, and the reaction components
+    that it needs."""
+
+    joint: Joint
+    needs: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Prefix of the C names."""
+        f = self.joint.friction
+        assert f is not None
+        words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
+        curve = {name for pair in BY_SPEED[1:] for name in pair}  # one stands for all
+        return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers if name not in curve)]))
+
+
+def rubbing(e: Element) -> FrictionKey:
+    """The key of an element's primitives."""
+    f = e.friction
+    first, flag = min(e.eta), f.sliders[0].flag
+    sliders = tuple(replace(s, flag=s.flag - flag, eta=tuple(i - first for i in s.eta)) for s in f.sliders)
+    numbers = ParameterCounter()
+    bound = tuple(i - first for i in f.bound)
+    own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.take_one()) for name, _ in f.numbers), sliders, bound)
+    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # which part has the ends changes operands, not code
+    fit = Fit(e.joint.fit.pin_out and e.contact.count > 0, ends)
+    joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
+                    devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
+                    wheels=None)  # fmt: skip
+    return FrictionKey(joint, e.needs)
+
+
+class ParameterCounter:
+    """Numbers a primitive's parameters."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def take_one(self) -> Param:
+        """The next parameter."""
+        self.count += 1
+        return Param(self.count - 1)
+
+    def take(self, n: int) -> Leaves:
+        """The next n parameters."""
+        return tuple(self.take_one() for _ in range(n))
+
+
+def sized(contact: str) -> tuple[str, ...]:
+    """Labels of a contact element's sizes that decide how its contacts bear, given or not."""
+    return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

@@ -1,0 +1,237 @@
+"""Passes over the bodies of a scene, and the forces on bodies and along freedoms."""
+
+from __future__ import annotations
+
+from trunnion.kernel.interface.runtime_tables import MOTION
+from trunnion.parts.bytecode.body_and_joint_slots import ALONG, Allocate, BodySlots, CutJointSlots
+from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.layout.load_operands import ends, joining
+from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
+from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE
+from trunnion.parts.programs.couplings import foot, piece, tied
+from trunnion.parts.programs.joint_forces import JointForces
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint, Load, state_coordinates
+
+
+class ScenePasses(JointForces):
+    """Writes passes that several functions of a kernel share."""
+
+    # -- the pass outward ---------------------------------------------------------------------------------------------------
+
+    def outward(self, program: Program, allocate: Allocate, forces: bool = True) -> list[BodySlots]:
+        """Write motions of all bodies, outward. forces: also devices and loads."""
+        out: list[BodySlots] = []
+        bias = allocate(6 * (len(self.system.bodies) + 1))
+        for i, j in enumerate(self.system.tree):
+            q, v, known = self.rates_of(program, j, allocate)
+            motion, pose, work = allocate(MOTION), allocate(POSE), allocate(self.work(i))
+            m = BodySlots(q, v, known, motion, pose, work, self.zeros, self.zeros, bias.slice(6 * i, 6))
+            carrier = self.ground if self.parent(i) == GROUND else out[self.parent(i)].motion
+            self.body_call(program, i, "outward", q=q, v=v, known=known, carrier=carrier, work=m.work, motion=m.motion, pose=m.pose,
+                           bias=m.bias)  # fmt: skip
+            out.append(m)
+        program.copy(self.base, bias.slice(bias.size - 6, 6))
+        self.all_bias = bias
+        if forces:
+            for j in self.system.tree:
+                self._efforts(program, j, out[j.child], allocate)
+            for load in self.system.loads:
+                self._load(program, load, out, allocate)
+        return out
+
+    def rates_of(self, program: Program, j: Joint, allocate: Allocate) -> tuple[Slot, Slot, Slot]:
+        """Coordinates and rates of all freedoms of a tree joint, and its prescribed accelerations."""
+        states = state_coordinates(j)
+        own_q, own_v = Slot(Space.Y, j.q0, len(states)), Slot(Space.Y, self.system.nq + j.v0, len(j.free))
+        if not j.driven:
+            return own_q, own_v, self.zeros
+        q, v, known = allocate(j.kind.nq), allocate(j.kind.nv), allocate(j.kind.nv)
+        program.zero(known)
+        for at, i in enumerate(states):
+            program.copy(own_q.slice(at, 1), q.slice(i, 1))
+        for at, k in enumerate(j.free):
+            program.copy(own_v.slice(at, 1), v.slice(k, 1))
+        for k in j.driven:
+            drive = j.devices[k].drive
+            assert drive is not None
+            moved = self.motion(program, drive, allocate)
+            for source, target in ((0, q.slice(j.kind.coordinate_of(k), 1)), (1, v.slice(k, 1)), (2, known.slice(k, 1))):
+                program.copy(moved.slice(source, 1), target)
+        return q, v, known
+
+    # -- what acts ----------------------------------------------------------------------------------------------------------
+
+    def _efforts(self, program: Program, j: Joint, m: BodySlots, allocate: Allocate) -> None:
+        if self.acts(j):
+            m.effort = allocate(j.kind.nv)
+            program.zero(m.effort)
+            self.add_efforts(program, j, m.q, m.v, m.effort, allocate)
+
+    def add_efforts(self, program: Program, j: Joint, q: Slot, v: Slot, out: Slot, allocate: Allocate) -> None:
+        """Add the forces of a joint's devices along each freedom."""
+        for k, d, own, rate in self.each_device(j, q, v):
+            self.device(program, d, "force", own, rate, out.slice(k, 1))
+            if d.effort:
+                program.call(Builtin.ADD, [self.value(program, d.effort, allocate), out.slice(k, 1)], [1])
+            self.motor(program, d, rate, out.slice(k, 1))
+
+    def closed(self, program: Program, moving: list[BodySlots], allocate: Allocate, forces: bool = True) -> list[CutJointSlots]:
+        """Write the cut joints, from the motions of all bodies. forces: also what their devices do to the bodies."""
+        tie = lambda j: tied(self, program, j, moving, allocate)  # noqa: E731
+        return [tie(j) if j.mimic else self._closed(program, j, moving, allocate, forces) for j in self.system.cuts]
+
+    def _closed(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
+        ground = "inb" if j.inb == GROUND else "out" if j.out == GROUND else ""
+        bare = ("moving" if forces else "closed") if self.bare and not self.acts(j) and not j.friction else ""
+        primitive, nv, n = loop_joint.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
+        sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
+                 "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE, "point": 3}  # fmt: skip
+        asked = BARE[bare] or tuple(sizes)
+        blocks = {name: allocate(size) if name in asked else self.zeros for name, size in sizes.items()}
+        ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
+        wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
+        middle = [*j.profile.middle, j.profile.roller] if j.profile else []
+        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *middle])
+        if j.curve:
+            ends[PIECE] = foot(self, program, j.curve, loop_joint.bearing(j.kind_name, ground), numbers=numbers, **ends)
+        if j.profile:
+            ends[PIECE] = piece(self, program, j.profile, loop_joint.bearing(j.kind_name, ground), numbers=numbers, **ends)
+        self.call(program, primitive, numbers=numbers, **ends, **blocks)
+        made = CutJointSlots(j, blocks["q"], blocks["v"], blocks["pose"], blocks, self.zeros)
+        if forces and self.acts(j):
+            made.effort = allocate(nv)
+            program.zero(made.effort)
+            self.add_efforts(program, j, made.q, made.v, made.effort, allocate)
+            for b, which in ((j.inb, "win"), (j.out, "wout")):
+                if b != GROUND:
+                    program.call(
+                        Builtin.ADD_COLUMNS, [blocks[which], made.effort, self.force_on(program, b, moving, allocate)], [6, nv]
+                    )
+        return made
+
+    def outboard_wrench(self, program: Program, j: Joint, m: BodySlots | CutJointSlots, N: Slot, out: Slot) -> None:
+        """Write force and torque on a joint's outboard part; for a cut joint, its devices' part. N: reaction of a tree joint."""
+        if isinstance(m, CutJointSlots):
+            program.zero(out)
+            program.call(Builtin.ADD_COLUMNS, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])
+        else:
+            self.call(program, loop_joint.outboard(j.forward), N=N, pose=m.pose, out=out)
+
+    @staticmethod
+    def freedom_acceleration(j: Joint, k: int, m: BodySlots, qdd: Slot) -> Slot:
+        """Acceleration of freedom k of a tree joint: one of q̈ (nv), or prescribed."""
+        return qdd.slice(j.v0 + j.free.index(k), 1) if k in j.free else m.known.slice(k, 1)
+
+    def force_on(self, program: Program, b: int, moving: list[BodySlots], allocate: Allocate) -> Slot:
+        """The slot of the wrench on a body, zero at first. Loads and devices add to it."""
+        if moving[b].force is self.zeros:
+            moving[b].force = allocate(6)
+            program.zero(moving[b].force)
+        return moving[b].force
+
+    def _load(self, program: Program, load: Load, moving: list[BodySlots], allocate: Allocate) -> None:
+        for b in load.bodies:
+            if b != GROUND:
+                self.force_on(program, b, moving, allocate)
+        if load.joins:
+            sink = program.scratch_slot(6)
+            forces = [moving[b].force if b != GROUND else sink for b in load.bodies]
+            self.call(program, joining(load, "wrench"), on_a=forces[0], on_b=forces[1], **ends(self, load, moving))
+            return
+        m = moving[load.bodies[0]]
+        self.call(
+            program,
+            loads_and_scalars.load(load.kind, load.body_frame, "wrench"),
+            out=m.force,
+            **self.applied(program, load, m, allocate),
+        )
+
+    def balance(
+        self, program: Program, moving: list[BodySlots], Z: list[Slot], closed: list[CutJointSlots], rows: dict[int, int]
+    ) -> list[Slot]:
+        """Reaction N of every body, by the balance of each body (``accelerations``). rows: index in z of each row that has a
+        multiplier."""
+        N = [program.scratch_slot(6) for _ in Z]
+        for i, out in enumerate(N):
+            program.zero(out)
+            self.body_call(program, i, "weigh", work=moving[i].work, motion=moving[i].motion, force=moving[i].force, Z=Z[i], N=out)
+        for c in closed:
+            for b, g in c.ends:
+                if b != GROUND:
+                    self.add_wrenches(program, c, g, rows, N[b], -1)
+        for i in reversed(range(len(N))):
+            if self.parent(i) != GROUND:
+                self.body_call(program, i, "carry", work=moving[i].work, up=N[self.parent(i)], N=N[i])
+        return N
+
+    def drive_effort(self, program: Program, j: Joint, k: int, m: BodySlots, N: Slot, out: Slot) -> None:
+        """Write the effort of a drive: transmitted force along the freedom, minus devices, plus friction and rotor inertia."""
+        devices = program.scratch_slot(1)
+        pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
+        self.call(program, loads_and_scalars.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
+        program.zero(devices)
+        i, d = j.kind.coordinate_of(k), j.devices[k]
+        self.device(program, d, "force", m.q.slice(i, 1) if i >= 0 else self.zeros, m.v.slice(k, 1), devices)
+        if d.effort:
+            program.call(Builtin.ADD, [self.value(program, d.effort, program.scratch_slot), devices], [1])
+        self.motor(program, d, m.v.slice(k, 1), devices)
+        program.call(Builtin.ADD_DOT, [devices, self.one, out], [1, -1])
+        if j.friction:
+            program.call(Builtin.ADD_DOT, [self.eta(j).slice(k, 1), self.one, out], [1, 1])
+        if d.inertia is not None:
+            program.call(Builtin.ADD_DOT, [self.numbers([d.inertia]), m.known.slice(k, 1), out], [1, 1])
+
+    def eta(self, j: Joint) -> Slot:
+        """Friction multipliers of a joint."""
+        assert j.friction is not None
+        return Slot(Space.Z, self.multipliers + j.friction.eta[0], j.kind.nv)
+
+    def add_wrenches(self, program: Program, c: CutJointSlots, g: str, rows: dict[int, int], out: Slot, sign: int) -> None:
+        """Add sign times the wrenches of a cut joint's multipliers and of its friction (−η)."""
+        j = c.joint
+        for k in range(j.kind.rows):
+            if j.rows + k in rows:
+                z = Slot(Space.Z, rows[j.rows + k], 1)
+                for i in range(6):
+                    program.call(Builtin.ADD_DOT, [c.row(g, k).slice(i, 1), z, out.slice(i, 1)], [1, sign])
+        for k in range(j.kind.nv if j.friction else 0):
+            for i in range(6):
+                program.call(
+                    Builtin.ADD_DOT, [c.row(ALONG[g], k).slice(i, 1), self.eta(j).slice(k, 1), out.slice(i, 1)], [1, -sign]
+                )
+
+    def energies(self, program: Program, moving: list[BodySlots], closed: list[CutJointSlots], out: Slot) -> None:
+        """Write kinetic and potential energy."""
+        program.zero(out)
+        for i, m in enumerate(moving):
+            numbers = self.inertial_numbers(i)
+            self.call(program, loads_and_scalars.energies(), numbers=numbers, g=self.gravity, motion=m.motion, out=out)
+        potential = out.slice(1, 1)
+        for j, m in zip(self.system.tree, moving, strict=True):
+            self._spun(program, j, m, out.slice(0, 1))
+        joints = [(j, m.q, m.v) for j, m in zip(self.system.tree, moving, strict=True)] + [(c.joint, c.q, c.v) for c in closed]
+        for j, q, v in joints:
+            for _, d, own, rate in self.each_device(j, q, v):
+                self.device(program, d, "potential", own, rate, potential)
+        for load in self.system.loads:
+            if load.joins:
+                self.call(program, joining(load, "potential"), out=potential, **ends(self, load, moving))
+
+    def _spun(self, program: Program, j: Joint, m: BodySlots, kinetic: Slot) -> None:
+        """Add the kinetic energy of a joint's rotors."""
+        for k, d in enumerate(j.devices):
+            if d.inertia is None:
+                continue
+            half, rate = program.scratch_slot(1), m.v.slice(k, 1)
+            program.call(Builtin.SCALE, [rate, self.constant([0.5]), half], [1])
+            momentum = program.scratch_slot(1)
+            program.call(Builtin.SCALE, [rate, self.numbers([d.inertia]), momentum], [1])
+            program.call(Builtin.ADD_DOT, [half, momentum, kinetic], [1, 1])
+
+    def applied(self, program: Program, load: Load, m: BodySlots, allocate: Allocate) -> dict[str, Slot]:
+        """Operands of the primitives of a force or torque."""
+        value = allocate(3)
+        for k, s in enumerate(load.vector):
+            program.copy(self.value(program, s, allocate), value.slice(k, 1))
+        point = load.points[0] if load.points else (0.0, 0.0, 0.0)
+        return {"numbers": self.numbers(point), "motion": m.motion, "value": value}

@@ -1,0 +1,158 @@
+"""Programs of a kernel's smaller functions: friction laws, static friction capacity, events, energies, coordinate rates."""
+
+from __future__ import annotations
+
+from trunnion.parts.bytecode.program import Program, Slot, Space
+from trunnion.parts.primitives.primitive_cache import friction, joint_devices
+from trunnion.parts.primitives.primitive_keys import rubbing
+from trunnion.parts.programs.body_passes import ScenePasses
+from trunnion.parts.programs.column_programs import ColumnPrograms
+from trunnion.parts.programs.operands import coordinate_rates, element_operands
+from trunnion.parts.programs.scaled_reactions import ScaledReactions
+from trunnion.system.structure.bodies_and_joints import Device, state_coordinates
+from trunnion.system.structure.friction_joint_indices import Element, elements
+from trunnion.system.structure.loop_joints import rubbing_on_loops
+from trunnion.system.structure.parameter_table import Leaf
+
+SLIDING = 3
+"""Numbers in a ``tr_sliding`` and in a ``tr_hold``."""
+
+
+def write(s: ScenePasses, redundant: bool = False) -> None:
+    """Write all of them. redundant: also ``pressed``."""
+    if redundant:
+        _pressed(s)
+    for alone in (False, True):
+        _laws(s, alone)
+        _held(s, alone)
+    _closure(s)
+    _events(s)
+    _energy(s)
+    coordinate_rates(s, s.program("qdot"), Slot(Space.R, 0, s.system.nv), Slot(Space.OUT, 0, s.system.nq))
+
+
+def _states(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
+    """Operands of an element: numbers, modes, bristle states. These states follow the rates in R."""
+    operands = element_operands(s, program, e, *more)
+    if e.friction.bristles:
+        rates = sum(o.joint.kind.nv for o in elements(s.system))
+        operands["b"] = Slot(Space.R, rates + s.system.bristles.index(e.eta[0]), 0)
+    return operands
+
+
+def _laws(s: ScenePasses, alone: bool) -> None:
+    program, dn = s.program(f"laws{'_alone' if alone else ''}"), 0
+    for e in elements(s.system):
+        n, nv = len(e.needs), e.joint.kind.nv
+        s.call(
+            program, friction.law(rubbing(e), alone), N=Slot(Space.N, e.n0, n), r=Slot(Space.R, e.rate0, nv),
+            eta=Slot(Space.OUT, e.eta[0], nv), dN=Slot(Space.DN, dn, nv * n),
+            sliding=Slot(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, program, e),
+        )  # fmt: skip
+        dn += nv * n
+
+
+def _held(s: ScenePasses, alone: bool) -> None:
+    program, dn = s.program(f"held{'_alone' if alone else ''}"), 0
+    for e in elements(s.system):
+        n, pairs = len(e.needs), e.friction.sliders
+        hold = Slot(Space.OUT, SLIDING * pairs[0].flag, SLIDING * len(pairs))
+        rows = Slot(Space.DN, dn, n * len(pairs))
+        dn += n * len(pairs)
+        if not e.sets:
+            program.zero(hold)
+            if not alone:
+                program.zero(rows)
+            continue
+        N, u = Slot(Space.N, e.n0, n), Slot(Space.U, e.eta[0], e.joint.kind.nv)
+        s.call(program, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, program, e))
+
+
+def _pressed(s: ScenePasses) -> None:
+    """Write what friction changes in the scaled reactions of joints on loops."""
+    program, at, dn = s.program("pressed"), 0, 0
+    for e, _, count in rubbing_on_loops(s.system):
+        n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
+        operands = _states(s, program, e, *([] if stiffness is None else [stiffness]))
+        primitive, more = friction.pressed(rubbing(e), stiffness is not None), Slot(Space.OUT, at, count)
+        N, r, dN = Slot(Space.N, e.n0, n), Slot(Space.R, e.rate0, nv), Slot(Space.DN, dn, count * n)
+        s.call(program, primitive, N=N, r=r, more=more, dN=dN, **operands)
+        at, dn = at + count, dn + count * n
+
+
+def _closure(s: ScenePasses) -> None:
+    """Write residuals of all rows of cut joints, then their rates."""
+    program, rows = s.program("closure"), s.system.rows
+    moving = s.outward(program, program.scratch_slot, forces=False)
+    for c in s.closed(program, moving, program.scratch_slot, forces=False):
+        n = c.joint.kind.rows
+        program.copy(c.blocks["phi"], Slot(Space.OUT, c.joint.rows, n))
+        program.copy(c.blocks["rate"], Slot(Space.OUT, rows + c.joint.rows, n))
+
+
+def _events(s: ScenePasses) -> None:
+    program = s.program("events")
+    closed = {}
+    if any(d.stop or d.latch for j in s.system.cuts for d in j.devices):
+        moving = s.outward(program, program.scratch_slot, forces=False)
+        closed = {c.joint.name: c for c in s.closed(program, moving, program.scratch_slot, forces=False)}
+    for j in s.system.joints:
+        for k, d in enumerate(j.devices):
+            if d.stop is None and d.latch is None:
+                continue
+            i = j.kind.coordinate_of(k)
+            if j.cut:
+                q, rate = closed[j.name].q.slice(i, 1), closed[j.name].v.slice(k, 1)
+            elif j.driven:
+                both = s.rates_of(program, j, program.scratch_slot)
+                q, rate = both[0].slice(i, 1), both[1].slice(k, 1)
+            else:
+                q = Slot(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
+                rate = Slot(Space.Y, s.system.nq + j.v0 + k, 1)
+            _depths(s, program, d, q, rate)
+
+
+def _depths(s: ScenePasses, program: Program, d: Device, q: Slot, rate: Slot) -> None:
+    """Write how deep stops and latch are pressed; behind these, how far stops are from release, and a hook is lifted."""
+    for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
+        if bound is not None and d.stop:
+            out = Slot(Space.OUT, d.stop.flags[upper], 1)
+            s.call(program, joint_devices.depth(bool(upper)), end=s.numbers([bound]), q=q, out=out)
+            behind = Slot(Space.OUT, s.system.stops + d.stop.flags[upper], 1)
+            s.call(program, joint_devices.push(bool(upper)), damping=s.numbers([d.stop.damping]), rate=rate, out=behind)
+    if d.latch is not None:
+        release, found = s.value(program, d.latch.release, program.scratch_slot), program.scratch_slot(3)
+        s.call(program, joint_devices.latch("depths"), q=q, release=release, out=found, **s.latch(program, d.latch))
+        hook, stops = s.system.hook(d.latch.hook), s.system.stops
+        for at, place in enumerate((hook, d.latch.pressed, stops + hook)):
+            program.copy(found.slice(at, 1), Slot(Space.OUT, place, 1))
+        program.copy(s.numbers([1.0]), Slot(Space.OUT, stops + d.latch.pressed, 1))
+
+
+def _energy(s: ScenePasses) -> None:
+    program = s.program("energy")
+    moving = s.outward(program, program.scratch_slot, forces=False)
+    closed = s.closed(program, moving, program.scratch_slot, forces=False)
+    s.energies(program, moving, closed, Slot(Space.OUT, 0, 2))
+
+
+def write_shares(scene: ScenePasses) -> int:
+    """Write the program of the scaled reactions; returns their count."""
+    program, shares = scene.program("kappa"), ScaledReactions(scene)
+    if shares.size:
+        rows = ColumnPrograms(scene, program)
+        where = {j.name: rows.joint(j.name)[1] for j in shares.joints}
+        transmitted = {j.name: rows.outboard_wrench(j.name) for j in shares.joints}
+        shares.write(program, where, rows.moving(), lambda j: transmitted[j.name], Slot(Space.OUT, 0, shares.size))
+    return shares.size
+
+
+def write_contacts(scene: ScenePasses) -> int:
+    """Write the program of all contact forces; returns their count."""
+    program = scene.program("contacts")
+    rows, at = ColumnPrograms(scene, program), 0
+    for e in (e for e in elements(scene.system) if e.contact.count):
+        four = rows.watched_contacts(e.joint.name)
+        program.copy(four, Slot(Space.OUT, at, four.size))
+        at += four.size
+    return at // 4

@@ -1,0 +1,121 @@
+"""Slots of loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from trunnion.parts.bytecode.body_and_joint_slots import Allocate, CutJointSlots
+from trunnion.parts.bytecode.program import Builtin, Program, Slot
+from trunnion.parts.programs.step_passes import StepPasses
+from trunnion.system.structure.bodies_and_joints import GROUND
+from trunnion.system.structure.friction_joint_indices import Element
+from trunnion.system.structure.loop_matrix_fill import path
+
+
+@dataclass
+class CutJointFriction:
+    """Friction of a cut joint with nv freedoms and n multipliers λ. Reaction components of its law: f = p0 + ``by_rows`` λ −
+    ``by_friction`` η. With the law's derivative: −η = ``inverse`` (−e) + ``less`` + ``turned`` λ."""
+
+    element: Element
+    by_rows: Slot
+    by_friction: Slot
+    p0: Slot
+    inverse: Slot
+    turned: Slot
+    less: Slot
+    eta: Slot
+
+
+@dataclass
+class LoopPath:
+    """A loop along its path.
+
+    rows: indices of its n multipliers in λ. own: their numbers among the joint's rows. at: start of each body's free rates among
+    those of the path (``size``). free: start among all free rates, and count. y: accelerations along the freedoms that the columns
+    cause. along: forces along the freedoms (size × n each). pressed: force columns on the bodies, on the ground last (6 each × n).
+    """
+
+    closed: CutJointSlots
+    rows: list[int]
+    own: list[int]
+    at: dict[int, int]
+    free: dict[int, tuple[int, int]]
+    y: Slot
+    along: Slot
+    pressed: Slot
+
+    def __post_init__(self) -> None:
+        self.size = sum(n for _, n in self.free.values())
+        self.offsets = {i: 6 * k for k, i in enumerate(self.at)} | {GROUND: self.stride - 6}
+
+    @property
+    def stride(self) -> int:
+        """Numbers of a force column on all bodies."""
+        return 6 * (len(self.at) + 1)
+
+    def on(self, of: Slot, i: int, k: int) -> Slot:
+        """Column or row k on body i."""
+        return of.slice(self.stride * k + self.offsets[i], 6)
+
+    def of(self, lam: Slot) -> Slot:
+        """This loop's multipliers among all."""
+        return lam.slice(self.rows[0], len(self.rows))
+
+    def runs(self, other: LoopPath | None = None) -> list[tuple[int, int, int]]:
+        """Contiguous bodies of the path (shared with another): the first, their count, their free rates."""
+        out: list[tuple[int, int, int]] = []
+        for i in self.at:
+            if other is not None and i not in other.at:
+                continue
+            first, count, n = out[-1] if out else (i, 0, 0)
+            if first + count == i:
+                out[-1:] = [(first, count + 1, n + self.free[i][1])]
+            else:
+                out.append((i, 1, self.free[i][1]))
+        return out
+
+    def respond(self, program: Program, lam: Slot, y: Slot) -> None:
+        """Add the accelerations that these multipliers (of all loops) cause along the path to y (nv)."""
+        for first, _, n in self.runs():
+            if n:
+                own = self.y.slice(self.at[first], self.y.size - self.at[first])
+                program.call(
+                    Builtin.ADD_STRIDED_COLUMNS,
+                    [own, self.of(lam), y.slice(self.free[first][0], n)],
+                    [n, len(self.rows), self.size],
+                )
+
+
+def path_slots(
+    stepping: StepPasses, c: CutJointSlots, rows: list[int], allocate: Allocate
+) -> tuple[Any, Any, Any, Any, Any, Slot, Slot, Slot]:
+    """Arguments of a LoopPath, with new slots: y is kept for other functions, ``allocate`` returns the rest."""
+    tree, at, size, n = stepping.system.tree, {}, 0, len(rows)
+    for i in path(stepping.system, c.joint):
+        at[i] = size
+        size += len(tree[i].free)
+    own = [stepping.active[r] - c.joint.rows for r in rows]
+    free = {i: (tree[i].v0, len(tree[i].free)) for i in at}
+    y, along = stepping.kept_slot(size * n), allocate(size * n)
+    return c, rows, own, at, free, y, along, allocate(6 * (len(at) + 1) * n)
+
+
+@dataclass
+class FrictionLoop(LoopPath):
+    """A loop in a mechanism with friction. sensed: its constraint equations on the bodies, laid out as ``pressed``, which friction
+    makes different. friction: of its cut joint."""
+
+    sensed: Slot
+    friction: CutJointFriction | None = None
+
+    def meet(self, program: Program, other: FrictionLoop, S: Slot, stride: int) -> None:
+        """Write the blocks of S of this loop with another one (or itself), if a body with freedoms is on both paths."""
+        shared = [run for run in self.runs(other) if run[2]]
+        for one, two in ((self, other), (other, self)) if other is not self else ((self, self),):
+            out = S.slice(one.rows[0] + stride * two.rows[0], 1)
+            for number, (first, _, n) in enumerate(shared):
+                rows, columns = one.along.slice(one.at[first], n), two.y.slice(two.at[first], n)
+                how = [n, len(one.rows), len(two.rows), one.size, two.size, stride, int(number == 0)]
+                program.call(Builtin.TRANSPOSED_PRODUCT, [rows, columns, out], how)

@@ -1,0 +1,124 @@
+"""Scaled reactions of joints on loops, which select the reactions of redundant loops (``recursion.redundant_loop_reactions``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots
+from trunnion.parts.bytecode.program import Builtin, Program, Slot
+from trunnion.parts.primitives.primitive_cache import loop_joint
+from trunnion.parts.primitives.primitive_keys import sized
+from trunnion.parts.programs.body_passes import ScenePasses
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint
+from trunnion.system.structure.loop_joints import NO_SIZE, loop_joints, rows_of, rubs
+
+
+class ScaledReactions:
+    """Writes them. size: their count."""
+
+    def __init__(self, scene: ScenePasses):
+        self.scene, self.system = scene, scene.system
+        self.joints, self.rubs = loop_joints(scene.system), rubs(scene.system)
+        self.rows = dict(rows_of(scene.system))
+        self.size = sum(self.rows.values())
+        self._spins: dict[int, Slot] = {}
+        self._numbers: dict[str, Slot] = {}
+        self._arms = {j.name: self._arm(j) for j in self.joints} if self.rubs else {}
+
+    def at(self, name: str) -> int:
+        """Start of a joint's scaled reactions."""
+        names = list(self.rows)
+        return sum(self.rows[n] for n in names[: names.index(name)])
+
+    def write(
+        self,
+        program: Program,
+        where: dict[str, BodySlots | CutJointSlots],
+        moving: list[BodySlots],
+        ft: Callable[[Joint], Slot | None],
+        out: Slot,
+    ) -> None:
+        """Write all of them. ft: wrench that a joint transmits to its outboard part; None: zero."""
+        at = 0
+        for j in self.joints:
+            own = out.slice(at, self.rows[j.name])
+            at += own.size
+            transmitted = ft(j)
+            if transmitted is None:
+                program.zero(own)
+            elif self.rubs:
+                self._sprung(program, j, where[j.name].pose, transmitted, own)
+            else:
+                self._weighed(program, j, where[j.name], moving, transmitted, own)
+
+    def _sprung(self, program: Program, j: Joint, pose: Slot, ft: Slot, out: Slot) -> None:
+        f = j.friction
+        own = sized(f.contact) if f and CONTACTS[f.contact].count else ()
+        found = [(name, f.number(name)) for name, _ in (f.numbers if f else ()) if f and name in own]
+        sizes, leaves, soft = tuple(name for name, _ in found), [x for _, x in found], j.stiffness is not None
+        primitive = loop_joint.sprung(j.kind_name, j.fit, sizes, soft, j.driven)
+        if j.name not in self._numbers:
+            self._numbers[j.name] = self.scene.numbers([*leaves, *([j.stiffness] if j.stiffness is not None else [])])
+        self.scene.call(program, primitive, ft=ft, pose=pose, numbers=self._numbers[j.name], arm=self._arms[j.name], out=out)
+
+    def _weighed(
+        self, program: Program, j: Joint, here: BodySlots | CutJointSlots, moving: list[BodySlots], ft: Slot, out: Slot
+    ) -> None:
+        point = self._point(program, j, here)
+        at = 0
+        for body, sign in ((j.out, 1), (j.inb, -1)):
+            if body == GROUND:
+                continue
+            self.scene.call(
+                program, loop_joint.weighed(sign), ft=ft, point=point, motion=moving[body].motion,
+                numbers=self.scene.inertial_numbers(body), spin=self.spin(body), out=out.slice(at, 6),
+            )  # fmt: skip
+            at += 6
+
+    def _point(self, program: Program, j: Joint, here: BodySlots | CutJointSlots) -> Slot:
+        """A joint's point on its outboard part, world (3)."""
+        if isinstance(here, CutJointSlots):
+            return here.blocks["point"]
+        origin = here.motion.slice(9, 3)
+        if j.forward:
+            return origin
+        point = program.scratch_slot(3)
+        program.copy(origin, point)
+        program.call(Builtin.ADD, [here.pose.slice(18, 3), point], [3])
+        return point
+
+    def spin(self, i: int) -> Slot:
+        """Half the trace of a body's inertia, kg m²."""
+        if i not in self._spins:
+            self._spins[i] = self._spin(i)
+        return self._spins[i]
+
+    def _spin(self, i: int) -> Slot:
+        s, prepare, body = self.scene, self.scene.prepare, self.system.bodies[i]
+        n, out = s.inertial_numbers(i), s.constant_slot(1)
+        prepare.zero(out)
+        if any(x != 0.0 for x in body.inertia[:3]):
+            prepare.call(Builtin.ADD_DOT, [n.slice(4, 3), s.constant([0.5, 0.5, 0.5]), out], [3, 1])
+            return out
+        prepare.copy(s.constant([NO_SIZE]), out)
+        if any(x != 0.0 for x in body.center):
+            prepare.call(Builtin.ADD_DOT, [n.slice(1, 3), n.slice(1, 3), out], [3, 1])
+        else:
+            for j in self.system.joints:
+                for point, of in ((j.inb_point, j.inb), (j.out_point, j.out)):
+                    if of == i:
+                        p = s.numbers(point)
+                        prepare.call(Builtin.ADD_DOT, [p, p, out], [3, 1])
+        prepare.call(Builtin.SCALE, [out, n.slice(0, 1), out], [1])
+        return out
+
+    def _arm(self, j: Joint) -> Slot:
+        """Half length of the contacts of a joint without friction, m."""
+        s, bodies = self.scene, [b for b in (j.out, j.inb) if b != GROUND]
+        spins, masses, out = s.constant_slot(len(bodies)), s.constant_slot(len(bodies)), s.constant_slot(1)
+        for k, b in enumerate(bodies):
+            s.prepare.copy(self.spin(b), spins.slice(k, 1))
+            s.prepare.copy(s.inertial_numbers(b).slice(0, 1), masses.slice(k, 1))
+        s.call(s.prepare, loop_joint.arm(len(bodies)), spin=spins, mass=masses, out=out)
+        return out

@@ -1,0 +1,130 @@
+"""Passes that the programs of a step share: motion, inward reduction, transmitted wrenches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from trunnion.kernel.interface.runtime_tables import HANDED
+from trunnion.parts.bytecode.body_and_joint_slots import Allocate, BodySlots, CutJointSlots, free_of
+from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.layout.maps_layout import Maps
+from trunnion.parts.primitives.primitive_cache import loads_and_scalars
+from trunnion.parts.programs.body_passes import ScenePasses
+from trunnion.parts.programs.operands import lengths_of, write_pin, write_span
+from trunnion.parts.programs.scaled_reactions import ScaledReactions
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint
+from trunnion.system.structure.friction_joint_indices import Element, any_sets, elements
+from trunnion.system.structure.loop_matrix_fill import fill
+
+
+class StepPasses:
+    """The outward and inward pass at the start of stage 1. active: rows of cut joints with a multiplier; redundant: with the
+    scaled reactions."""
+
+    def __init__(self, scene: ScenePasses, active: Sequence[int] = (), redundant: bool = False):
+        self.scene, self.system = scene, scene.system
+        self.elements, self.active = elements(self.system), tuple(active)
+        s = self.system
+        states = len(s.bristles)
+        nrates = sum(e.joint.kind.nv for e in self.elements) + (states if self.elements else 0)
+        self.shares = ScaledReactions(scene) if redundant else None
+        shared = self.shares.size if self.shares else 0
+        self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.elements), nrates, any_sets(s), shared)
+        scene.multipliers = len(self.active)
+        scene.bare = not s.neta and bool(fill(s, self.active).below)
+        self.nw = 0
+        program = scene.program("stage1")
+        self.moving = scene.outward(program, self.kept_slot)
+        self.closed = scene.closed(program, self.moving, self.kept_slot)
+        self._closing = {c.joint.name: c for c in self.closed}
+        self.begun = Program([*program.code], program.scratch)
+        self.kept = [self.kept_slot(p.sizes["kept"]) for p in scene.body_primitives]
+        self.y, self.F = self.write_inward(program, [m.effort for m in self.moving], self.kept_slot)
+        self.asked = bool(self.elements or self.shares)
+
+    def motion_of(self, j: Joint) -> tuple[Slot, Slot]:
+        """Coordinates and rates of a joint."""
+        found = self.closing(j) if j.cut else self.moving[j.child]
+        return found.q, found.v
+
+    def closing(self, j: Joint) -> CutJointSlots:
+        """The slots of a cut joint."""
+        return self._closing[j.name]
+
+    def kept_slot(self, size: int) -> Slot:
+        """A slot in W, which other functions of the kernel read too."""
+        self.nw += size
+        return Slot(Space.W, self.nw - size, size)
+
+    def write_inward(
+        self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
+    ) -> tuple[Slot, list[Slot]]:
+        """Write the inward pass with these forces along freedoms (and on bodies): y (nv), and the wrench on each body (6)."""
+        s, n = self.scene, len(self.system.bodies)
+        y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
+        handed = [program.scratch_slot(HANDED) for _ in range(n + 1)]
+        for h in handed:
+            program.zero(h)
+        for i in reversed(range(n)):
+            m, j = self.moving[i], self.system.tree[i]
+            s.body_call(program, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i],
+                        force=forces[i] if forces else m.force, effort=efforts[i], up=handed[s.parent(i)],
+                        y=free_of(y, j), F=F[i], known=m.known)  # fmt: skip
+        return y, F
+
+    def accelerate(
+        self, program: Program, y: Slot, F: list[Slot], function: str, bodies: Iterable[int], base: Slot
+    ) -> tuple[Slot, list[Slot], list[Slot]]:
+        """Write the outward pass from accelerations y: q̈ (nv), Ż and N of each body."""
+        s, n = self.scene, len(self.system.bodies)
+        qdd = program.scratch_slot(self.system.nv)
+        Z, N = ([program.scratch_slot(6) for _ in range(n)] for _ in range(2))
+        for i in bodies:
+            m, j, parent = self.moving[i], self.system.tree[i], s.parent(i)
+            s.body_call(program, i, function, work=m.work, kept=self.kept[i], Z=base if parent == GROUND else Z[parent],
+                        yc=free_of(y, j), fc=F[i], qdd=free_of(qdd, j), Zo=Z[i], N=N[i], known=m.known)  # fmt: skip
+        return qdd, Z, N
+
+    def write_rates(self, program: Program) -> None:
+        """Write the rates of frictional joints' freedoms and the states of their laws."""
+        m, states = self.maps, len(self.system.bristles)
+        for e in self.elements:
+            nv = e.joint.kind.nv
+            program.copy(self.motion_of(e.joint)[1].slice(0, nv), Slot(Space.MAPS, m.at("rates") + e.rate0, nv))
+        at = m.at("rates") + m.nrates - states
+        program.copy(Slot(Space.Y, self.system.nq + self.system.nv, states), Slot(Space.MAPS, at, states))
+
+    def where(self) -> dict[str, BodySlots | CutJointSlots]:
+        """Slots of every joint by name."""
+        return {j.name: m for j, m in zip(self.system.tree, self.moving, strict=True)} | {c.joint.name: c for c in self.closed}
+
+    def transmitted(self, program: Program, j: Joint, N: Sequence[Slot]) -> Slot:
+        """Wrench on a joint's outboard part without multipliers (6). N: reactions of tree joints."""
+        ft = program.scratch_slot(6)
+        if j.cut:
+            self.scene.outboard_wrench(program, j, self.closing(j), self.scene.zeros, ft)
+        else:
+            self.scene.outboard_wrench(program, j, self.moving[j.child], N[j.child], ft)
+        return ft
+
+    def along_cut(self, program: Program, c: CutJointSlots, Z: Sequence[Slot], out: Slot) -> None:
+        """Add to accelerations of a cut joint's freedoms the part of its two bodies' accelerations Z."""
+        for which, z in zip(("win", "wout"), Z, strict=True):
+            program.call(Builtin.ADD_ROW_DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
+
+    def pin_of_cut(self, program: Program, e: Element, ft: Slot, out: Slot, whole: bool = True) -> None:
+        """Write the needed components of f_c, m_c of a cut joint from the wrench on its outboard part. whole: not the wrench of
+        one multiplier."""
+        j, pose = e.joint, self.closing(e.joint).pose
+        write_pin(self.scene, program, j, e.needs, ft, pose, out)
+        if whole:
+            write_span(self.scene, program, j, e.needs, pose, out)
+
+    def pin(self, program: Program, e: Element, N: Slot, out: Slot, whole: bool = True) -> None:
+        """Write the needed components of f_c, m_c of a tree joint from N. whole: as in ``pin_of_cut``."""
+        j, pose = e.joint, self.moving[e.joint.child].pose
+        if e.needs:
+            primitive = loads_and_scalars.pin(j.kind_name, j.forward, j.fit, e.needs)
+            self.scene.call(program, primitive, N=N, pose=pose, out=out, **lengths_of(self.scene, j))
+        if whole:
+            write_span(self.scene, program, j, e.needs, pose, out)

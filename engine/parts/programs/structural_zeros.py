@@ -1,0 +1,78 @@
+"""Structural zeros of loop equations: rows without multipliers, and couplings by friction. A scene with all rows is evaluated at
+random numbers; a structural zero vanishes at every one."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from trunnion.parts.layout.maps_layout import Maps
+from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
+
+ROUND_OFF = 1e-12
+"""Largest residue of a sum that vanishes; numbers are of order one, and terms of oblique axes are not zero themselves."""
+TRIALS = 3
+"""Random states. At a single state a number may vanish by chance."""
+
+
+class StructureProbe:
+    """Maps of a scene with all rows at random numbers. table: of its kernel; call: calls a function of it."""
+
+    def __init__(self, system: System, table: Any, maps: Maps, call: Callable[..., None]):
+        self.system, self.table, self.maps, self.call = system, table, maps, call
+        self.made = [self._at(trial) for trial in range(TRIALS)]
+
+    def _at(self, trial: int) -> tuple[np.ndarray, np.ndarray]:
+        """Maps, and ∂(change of the scaled reactions by friction)/∂N of all joints, concatenated."""
+        rng, t, external = np.random.default_rng(trial), self.table, self.system.external
+        p, x = rng.uniform(0.5, 1.5, t.np + 1), rng.uniform(0.5, 1.5, t.nx + 1)
+        y = rng.normal(size=t.nq + t.nv + t.nb + 1)
+        quaternions = (ctypes.c_int * (t.nquat + 1)).from_address(t.quat)[: t.nquat]
+        for at in quaternions:
+            y[at : at + 4] /= np.linalg.norm(y[at : at + 4])
+        for k in range(len(self.system.sliders)):
+            x[external.mode(k)], x[external.mode(k) + 4] = 1.0, 0.0
+        c, w, dy, power = np.zeros(t.nc + 1), np.zeros(t.nw + 1), np.zeros(t.nq + t.nv + t.nb + 1), np.zeros(t.npowers + 1)
+        maps, more, turns = np.zeros(t.nmaps + 1), np.zeros(t.nmore + 1), np.zeros(t.ndmore + 1)
+        self.call("prepare", p, c)
+        self.call("stage1", x, y, c, w, maps, dy, power)
+        if t.nmore:
+            self.call("pressed", rng.normal(size=t.nn + 1), rng.normal(size=t.nrates + 1), x, c, more, turns)
+        return maps, turns
+
+    def active(self) -> list[int]:
+        """Rows that are not empty by structure."""
+        a, e = self.maps.active, self.maps.ne
+        filled = np.zeros(a, bool)
+        for maps, _ in self.made:
+            S = maps[: a * a].reshape(a, a)
+            Se = maps[self.maps.at("Se") : self.maps.at("Se") + a * e].reshape(e, a)
+            g0 = maps[self.maps.at("g0") : self.maps.at("g0") + a]
+            row = np.concatenate([np.abs(S), np.abs(Se), np.abs(g0)[None]]).max(0)
+            filled |= row > ROUND_OFF
+        return [int(k) for k in np.flatnonzero(filled)]
+
+    def coupled(self, active: list[int]) -> bool:
+        """Whether friction couples the multipliers that the motion leaves open to the others
+        (``redundancy.inactive_rows_couple``)."""
+        inactive = [k for k in range(self.maps.active) if k not in active]
+        return bool(inactive) and any(self._couples(maps, turns, inactive) for maps, turns in self.made)
+
+    def _couples(self, maps: np.ndarray, turns: np.ndarray, inactive: list[int]) -> bool:
+        nk, columns = self.maps.nkappa, 1 + self.maps.columns
+        kappa = maps[self.maps.at("kappa") : self.maps.at("kappa") + nk * columns].reshape(columns, nk).T.copy()
+        N = maps[self.maps.at("N") : self.maps.at("N") + self.maps.nn * columns].reshape(columns, self.maps.nn).T
+        free = kappa[:, [1 + k for k in inactive]].copy()
+        at = 0
+        for e, first, count in rubbing_on_loops(self.system):
+            n = len(e.needs)
+            kappa[first : first + count] += turns[at : at + count * n].reshape(n, count).T @ N[e.n0 : e.n0 + n]
+            at += count * n
+        others = [k for k in range(columns) if k - 1 not in inactive]
+        assert nk == sum(n for _, n in rows_of(self.system))
+        sizes = np.linalg.norm(free, axis=0)[:, None] * np.linalg.norm(kappa[:, others], axis=0)
+        return bool((np.abs(free.T @ kappa[:, others]) > ROUND_OFF * sizes.max()).any())

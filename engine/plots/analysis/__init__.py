@@ -1,0 +1,1 @@
+"""Pictures of fits, samples, searches and wear."""

@@ -1,0 +1,1 @@
+"""A run as a page to turn and play, or as a film."""

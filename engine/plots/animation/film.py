@@ -1,0 +1,84 @@
+"""A run as a film: GIF or WebP by Pillow, MP4 by PyAV (the extra ``video``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trunnion.basics.optional_packages import brought
+from trunnion.plots.animation.film_frames import Frames
+from trunnion.plots.geometry.motion_and_view import VIEW
+from trunnion.simulation.results.result import Result
+
+SUFFIXES = (".gif", ".webp", ".mp4")
+SIZE = (720, 540)
+"""Width and height, pixels."""
+FPS = 15
+"""Frames a second."""
+SHORTEST, LONGEST = 2.0, 12.0
+"""Seconds of a run between which a film shows it at its own speed; other runs take ``USUAL`` seconds."""
+USUAL = 8.0
+COLORS = 128
+"""Colours of a GIF, the same for all frames: a palette for each frame would flicker."""
+QUALITY = 80
+SAMPLES = 6
+"""Frames from which the colours are taken."""
+Tell = Callable[[float, float], None]
+
+
+def pace(result: Result) -> tuple[np.ndarray, float]:
+    """(times of the frames, s; speed over the run's own)."""
+    start, end = float(result.time[0]), float(result.time[-1])
+    length = end - start
+    seconds = length if SHORTEST <= length <= LONGEST else USUAL
+    count = max(2, round(FPS * seconds))
+    return np.linspace(start, end, count), (length or 1.0) / seconds
+
+
+def film(
+    result: Result, path: Path, size: tuple[int, int] = SIZE, aside: tuple[float, float] = VIEW, tell: Tell | None = None
+) -> None:
+    """Write a film in the format of the suffix. tell: called with (time of the frame, last time), s, after each frame.
+
+    SceneError with the command that installs PyAV, for MP4 without it.
+    """
+    write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
+    write(path, _pictures(Frames(result, size, aside), *pace(result), tell))
+
+
+def _pictures(frames: Frames, times: np.ndarray, speed: float, tell: Tell | None) -> Iterator[np.ndarray]:
+    for t in times:
+        yield frames.at(float(t), speed)
+        if tell is not None:
+            tell(float(t), float(times[-1]))
+
+
+def _pillow(path: Path, pictures: Iterator[np.ndarray]) -> None:
+    from PIL import Image
+
+    images = [Image.fromarray(p) for p in pictures]
+    how: dict[str, Any] = {"save_all": True, "duration": round(1000 / FPS), "loop": 0}
+    if path.suffix.lower() == ".webp":
+        images[0].save(path, append_images=images[1:], quality=QUALITY, **how)
+        return
+    some = np.concatenate([np.asarray(i) for i in images[:: max(1, len(images) // SAMPLES)]])
+    palette = Image.fromarray(some).quantize(COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    flat = [i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images]
+    flat[0].save(path, append_images=flat[1:], optimize=False, **how)
+
+
+def _mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
+    av = brought("av", "video", "--animate FILE.mp4")
+    with av.open(str(path), "w") as container:
+        stream = None
+        for picture in pictures:
+            if stream is None:
+                stream = container.add_stream("h264", rate=FPS, options={"crf": "20"})
+                stream.height, stream.width = picture.shape[:2]
+                stream.pix_fmt = "yuv420p"
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")))
+        if stream is not None:
+            container.mux(stream.encode())

@@ -1,0 +1,1 @@
+"""A mechanism as surfaces and marks in space."""

@@ -1,0 +1,61 @@
+"""Contacts of joints: the place of each on its pin, and the patch that shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.elements.contact.contact_element import Place
+from trunnion.simulation.results.result import Result
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The drawn surface around a contact point.
+
+    area: projected area on which the contact bears, m². shape: of the pin ("sphere", "cylinder", "box"). inward: direction to the
+    pin's middle along the axis (±1; 0: the pin has no ends). wide: length along the pin, m. tall: half width on a flat pin, m.
+    """
+
+    area: float
+    shape: str
+    inward: int
+    wide: float
+    tall: float
+
+    @classmethod
+    def at(cls, p: Place, shape: str) -> Patch:
+        """The patch of a place: as wide as the pin is thick, at most half of the way to the pin's middle."""
+        if p.along == 0:
+            return cls(p.area, shape, 0, 2 * abs(p.arm), abs(p.arm))
+        wide = min(abs(p.arm), 0.5 * abs(p.along))
+        return cls(p.area, shape, -int(np.sign(p.along)), wide, min(0.5 * wide, 0.5 * p.area / abs(p.along)))
+
+
+@dataclass(frozen=True)
+class ContactMark:
+    """A place where pin and bearing touch: ``base`` on part ``part``, plus ``arm`` times the outward normal.
+
+    columns: prefix of the contact's columns. state: column of its friction state. axis: axis of the pin in the part's axes.
+    follows: for overlapping parts, where the contact moves along ``axis``: column of the travel, lengths of the inboard and the
+    outboard part, end (±1).
+    """
+
+    columns: str
+    state: str
+    part: int
+    base: np.ndarray
+    arm: float
+    axis: np.ndarray
+    patch: Patch
+    follows: tuple[str, float, float, float] | None = None
+
+    def bases(self, result: Result) -> np.ndarray:
+        """``base`` in every row (rows × 3)."""
+        if self.follows is None or self.follows[0] not in result:
+            return np.tile(self.base, (len(result), 1))
+        column, inner, outer, end = self.follows
+        away = result[column]
+        low, high = np.maximum(-inner / 2, away - outer / 2), np.minimum(inner / 2, away + outer / 2)
+        return self.base + ((low + high) / 2 + end * (high - low) / 2)[:, None] * self.axis

@@ -1,0 +1,174 @@
+"""Motion of the parts of a scenery (positions, orientations, rails), its extent, the first view and the scales of arrows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.joints import REGISTRY
+from trunnion.plots.geometry.mechanism_geometry import ON_GROUND, Scenery
+from trunnion.simulation.results.result import Result
+
+NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
+"""Patterns of the columns that an animation needs."""
+VIEW = (24.0, 16.0)
+"""Angles of the viewer to the left of the motion's front and above its level, degrees."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """positions (rows × parts × 3) of the mass centres, turns (rows × parts × 4) as unit quaternions, scalar first."""
+
+    positions: np.ndarray
+    turns: np.ndarray
+
+    def pose(self, part: int, row: int) -> tuple[np.ndarray, np.ndarray]:
+        """(position, rotation matrix) of a part; −1 is the ground."""
+        if part == ON_GROUND:
+            return np.zeros(3), np.eye(3)
+        return self.positions[row, part], rotation(self.turns[row, part])
+
+
+def rotation(e: np.ndarray) -> np.ndarray:
+    """3×3 matrix of a quaternion (scalar first)."""
+    from trunnion.elements.joints.joint_kind import of_quaternion
+
+    return np.array(of_quaternion([float(x) for x in e]))
+
+
+def motion(result: Result, parts: list[str]) -> Motion:
+    """Positions and orientations of the parts. SceneError when the result lacks their columns or has no rows."""
+    missing = [p for p in parts if f"{p}.position[1]" not in result or f"{p}.orientation[1]" not in result]
+    if missing:
+        what = f"the result has no positions and orientations of {', '.join(missing[:5])}"
+        raise SceneError([Problem("outputs", what, f"add the patterns {' '.join(NEEDED[:2])}")])
+    if not len(result):
+        raise SceneError([Problem("result", "the result has no rows", "see its outcome")])
+    positions = np.stack([_columns(result, f"{p}.position", 3) for p in parts], axis=1)
+    turns = np.stack([_columns(result, f"{p}.orientation", 4) for p in parts], axis=1)
+    if not np.all(np.linalg.norm(turns, axis=2) > 0.5):
+        raise SceneError([Problem("result", "there are rows without a position: the run did not start", "see its outcome")])
+    return Motion(positions, turns)
+
+
+def _columns(result: Result, name: str, n: int) -> np.ndarray:
+    return np.column_stack([result[f"{name}[{k + 1}]"] for k in range(n)])
+
+
+def rails(result: Result, scene: Scenery) -> list[tuple[int, np.ndarray, np.ndarray]]:
+    """(inboard part, end, end) of the line along which each sliding joint travels."""
+    out = []
+    for j in scene.joints:
+        column = f"{j.name}.q[1]"
+        along = REGISTRY[j.type].slides_along if j.type in REGISTRY else -1
+        if along < 0 or column not in result:
+            continue
+        q = result[column]
+        q = q[np.isfinite(q)]
+        margin = 0.3 * scene.size
+        e, p = j.frames[0][:, along], j.points[0]
+        out.append((j.parts[0], p + (float(q.min()) - margin) * e, p + (float(q.max()) + margin) * e))
+    return out
+
+
+def bounds(scene: Scenery, moved: Motion, rows: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest and largest coordinates of all parts over a sample of rows."""
+    chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for row in chosen:
+        for i, part in enumerate(scene.parts):
+            p, r = moved.pose(i, int(row))
+            spots = part.mesh.vertices @ r.T + p
+            low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
+    return low, high
+
+
+def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(middle of the motion in the world's axes; its width and height in a view's axes; those of the mechanism).
+
+    The mechanism's are the largest over a sample of rows, about the mean of its mass centres.
+    """
+    chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
+    low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
+    for row in map(int, chosen):
+        poses = [moved.pose(i, row) for i in range(len(scene.parts))]
+        shapes = [part.mesh.vertices @ r.T + p for part, (p, r) in zip(scene.parts, poses, strict=True)]
+        ends = [r @ point + p for s in scene.springs for (p, r), point in ((moved.pose(part, row), point) for part, point in s)]
+        spots = np.concatenate([*shapes, np.reshape(ends, (-1, 3))]) @ view.T
+        low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
+        near = np.maximum(near, 2 * np.abs(spots - moved.positions[row].mean(axis=0) @ view.T).max(axis=0))
+    return (low + high) / 2 @ view, np.maximum(high - low, 1e-9)[:2], np.maximum(near, 1e-9)[:2]
+
+
+def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[float, float] = VIEW) -> np.ndarray:
+    """The view as a 3×3 matrix whose rows point right, up and towards the viewer.
+
+    The viewer looks along the level direction in which the motion is thinnest, turned by the angles ``aside``.
+    """
+    level = [k for k in range(3) if abs(up[k]) < 0.9]
+    thin = min(level, key=lambda k: high[k] - low[k])
+    toward = np.eye(3)[thin] - up[thin] * up
+    toward /= np.linalg.norm(toward)
+    right = np.cross(up, toward)
+    if right[int(np.argmax(np.abs(right)))] < 0:
+        toward, right = -toward, -right
+    a, e = np.radians(aside)
+    toward, right = np.cos(a) * toward - np.sin(a) * right, np.cos(a) * right + np.sin(a) * toward
+    return np.array([right, np.cos(e) * up - np.sin(e) * toward, np.cos(e) * toward + np.sin(e) * up])
+
+
+@dataclass(frozen=True)
+class Framing:
+    """View and place of a moving picture. view: of ``first_view``; centre, wide, near: of ``reach``.
+
+    follows: whether the picture moves with the mechanism, because the motion is much wider. floor: height of the ground, m.
+    """
+
+    view: np.ndarray
+    centre: np.ndarray
+    wide: np.ndarray
+    near: np.ndarray
+    follows: bool
+    floor: float
+
+
+def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIEW) -> Framing:
+    """The framing in which the whole motion is seen."""
+    low, high = bounds(scene, moved)
+    view = first_view(scene.up, low, high, aside)
+    centre, wide, near = reach(scene, moved, view)
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
+    floor = float((corners @ scene.up).min() - 0.08 * scene.size)
+    return Framing(view, centre, wide, near, bool(max(wide) > 3.0 * max(near)), floor)
+
+
+def arrow_scale(result: Result, scene: Scenery) -> float:
+    """Length of arrows, m/N: the 98th percentile of the forces is 0.45 of a typical body long. 0 without contacts."""
+    top = _largest_usual([force for _, force in _normal_forces(result, scene)])
+    return 0.45 * scene.size / top if top > 0 else 0.0
+
+
+def pressure_scale(result: Result, scene: Scenery) -> float:
+    """98th percentile of the nominal pressures (normal force over projected area), Pa. 0 without contacts."""
+    return max(0.0, _largest_usual([force / area for area, force in _normal_forces(result, scene) if area > 0]))
+
+
+def _normal_forces(result: Result, scene: Scenery) -> list[tuple[float, np.ndarray]]:
+    """(projected area, normal force in all rows) of each contact with a column."""
+    marks = {f"{c.columns}.normal_force": c for j in scene.joints for c in j.contacts}
+    return [(c.patch.area, result[name]) for name, c in marks.items() if name in result]
+
+
+def _largest_usual(values: list[np.ndarray]) -> float:
+    return float(np.nanpercentile(np.concatenate(values), 98)) if values else 0.0
+
+
+def round_force(scale: float, size: float) -> float:
+    """A force of 1, 2 or 5 times a power of ten whose arrow is about a third of a body long, N."""
+    if scale <= 0:
+        return 0.0
+    wanted = 0.35 * size / scale
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(k * power for k in (1, 2, 5) if k * power <= wanted * 1.0001))

@@ -1,0 +1,1 @@
+"""A mechanism at one instant."""

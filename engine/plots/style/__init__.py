@@ -1,0 +1,1 @@
+"""Colours, captions, panels and files of all pictures."""

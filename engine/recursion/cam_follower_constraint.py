@@ -1,0 +1,106 @@
+"""Constraint of a cam follower (theory, "Cams"): a point stays on a curve, or a face on a cam.
+
+k is the contact normal; x are the arms of the contact force from both parts' origins. The rate of the row is k·(v_out − v_in); ξ
+is the rate's derivative at Ż = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross
+
+
+@dataclass
+class Seen:
+    """A direction relative to the cam, with its rate: angle, length across the cam's axis; e2 and e3 of the frame in which angles
+    are measured (3 each)."""
+
+    angle: Moving
+    length: Moving
+    e2: SX
+    e3: SX
+
+
+def bearing(sym: Symbols, c: Cut) -> SX:
+    """Angle at which a cam's curve is read, rad, within ±π."""
+    return _seen(sym, c).angle[0]
+
+
+@dataclass
+class Touch:
+    """Contact of a follower with a cam. phi: distance from the curve. n, t: normal towards the follower, and sliding direction.
+    arm_in, arm_out: arms of the force from both parts' origins. All have rates. frame: the cam's axis, n and t (3×3)."""
+
+    phi: SX
+    n: Moving
+    t: Moving
+    arm_in: Moving
+    arm_out: Moving
+    frame: SX
+
+
+def following_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX]:
+    """Row of a cut joint whose outboard part follows a cam; its freedom (sliding of the follower along the cam) as a row with
+    rate, wrenches and ξ only; contact frame in the world: cam's axis, normal towards the follower, sliding direction (3×3)."""
+    seen = _seen(sym, c)
+    curve = sym.curve(c.joint, seen.angle[0])
+    at = (_point if c.joint.kind.follows == "point" else _face)(sym, c, seen, curve)
+    arms = at.arm_in, at.arm_out
+    return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame
+
+
+def _seen(sym: Symbols, c: Cut) -> Seen:
+    assert c.joint.profile is not None
+    cosine, sine = (sym.leaf(x) for x in c.joint.profile.middle)
+    e2, e3 = cosine * c.Ein[:, 1] + sine * c.Ein[:, 2], cosine * c.Ein[:, 2] - sine * c.Ein[:, 1]
+    w = c.inb.omega
+    if c.joint.kind.follows == "point":
+        v, rate = c.s, point_velocity(c) - cross(w, c.s)
+    else:
+        v = c.Eout[:, 0]
+        rate = cross(c.out.omega - w, v)
+    x, y, xdot, ydot = (ca.dot(e, of) for of in (v, rate) for e in (e2, e3))
+    length = ca.sqrt(x * x + y * y)
+    angle = (ca.atan2(y, x), (x * ydot - y * xdot) / (length * length))
+    return Seen(angle, (length, (x * xdot + y * ydot) / length), e2, e3)
+
+
+def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
+    """Frame with the cam's e1, and e2 at an angle in the cam; e2 and e3 with rates."""
+    a = c.Ein[:, 0]
+    cosine, sine = ca.cos(angle[0]), ca.sin(angle[0])
+    n, t = cosine * seen.e2 + sine * seen.e3, cosine * seen.e3 - sine * seen.e2
+    turning = c.inb.omega + angle[1] * a
+    return ca.horzcat(a, n, t), (n, cross(turning, n)), (t, cross(turning, t))
+
+
+def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
+    """Contact of a point whose distance from the cam's axis is a function of its angle. A roller around the point touches nearer
+    to the axis."""
+    (angle, turned), (length, spread), (r, slope, bend) = seen.angle, seen.length, curve
+    square = length * length + slope * slope
+    lean = (ca.atan2(slope, length), (bend * turned * length - slope * spread) / square)
+    E, n, t = _frame(c, seen, (angle - lean[0], turned - lean[1]))
+    assert c.joint.profile is not None
+    roller = sym.leaf(c.joint.profile.roller)
+    own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
+    arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
+    arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
+    return Touch((length - r) * length / ca.sqrt(square), n, t, arm_in, arm_out, E)
+
+
+def _face(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
+    """Contact of a flat face whose distance from the cam's axis is a function h of its normal's angle. The contact lies dh/dangle
+    away from the axis."""
+    (h, slope, bend), turned = curve, seen.angle[1]
+    E, n, t = _frame(c, seen, seen.angle)
+    foot = h * n[0] + slope * t[0]
+    moved = slope * turned * n[0] + h * n[1] + bend * turned * t[0] + slope * t[1]
+    own = c.c_in, cross(c.inb.omega, c.c_in)
+    arm_in = (own[0] + foot, own[1] + moved)
+    arm_out = (c.c_out - c.s + foot, own[1] + moved + c.inb.rdot - c.out.rdot)
+    return Touch(ca.dot(n[0], c.s) - h, n, t, arm_in, arm_out, E)

@@ -1,0 +1,119 @@
+"""Terms of the complement equations η = law(N(η)) (theory, "Complement equations"), joint by joint.
+
+For each joint with friction: the reaction components that its contact forms need, rates and accelerations of its freedoms, its law
+with its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trunnion.elements.contact import Wrench
+from trunnion.elements.contact.contact_element import COMPONENTS, SPAN
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.friction import Law
+from trunnion.recursion import cut_joint_constraints as cutting
+from trunnion.recursion.inward_reduction import Model
+from trunnion.recursion.joint_reactions import on_pin, span
+from trunnion.recursion.masses_and_forces import ground_acceleration
+from trunnion.recursion.outward_accelerations import Accelerations
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, zeros
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint, Signal
+from trunnion.system.structure.friction_joint_indices import Element, elements
+
+
+def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
+    """The needed components of f_c, m_c of an element as affine maps (n×columns), or as numbers (n×1) with ``combine``."""
+    if not e.needs:
+        return SX(0, 1 if combine is not None else m.columns)
+    f, t = on_pin(m, acc, e.joint, combine)
+    rows = {**{f"f{k + 1}": f[k, :] for k in range(3)}, **{f"m{k + 1}": t[k, :] for k in range(3)}}
+    if SPAN in e.needs:
+        rows[SPAN] = span(m, e.joint, f.size2())
+    return ca.sparsify(ca.vertcat(*[rows[n] for n in e.needs]))
+
+
+def joint_rates(m: Model, j: Joint) -> list[SX]:
+    """Rates of all freedoms of a joint, tree or cut."""
+    return cutting.rates(m.cut(j)) if j.cut else m.steps[j.child].rates
+
+
+def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
+    """Affine maps of a joint's accelerations q̈ (freedoms×columns), driven freedoms included."""
+    columns = acc.Zdot[0].size2() if acc.Zdot else 1
+    out = zeros(j.kind.nv, columns)
+    if not j.cut:
+        step = m.steps[j.child]
+        for row, k in enumerate(j.free):
+            out[k, :] = acc.qdd[j.child][row, :]
+        for k, value in m.sym.driven_accelerations(step.joint).items():
+            out[k, 0] = value
+        return ca.sparsify(out)
+    c = m.cut(j)
+    for k in range(j.kind.nv):
+        sides = list(zip((j.inb, j.out), cutting.axis_wrenches(c, k), strict=True))
+        for body, g in sides:
+            if body != GROUND:
+                out[k, :] += g.T @ acc.Zdot[body]
+        out[k, 0] += cutting.acceleration_bias(c, k)
+        for body, g in sides:
+            if body == GROUND:
+                out[k, 0] += g.T @ ground_acceleration(m.sym)
+    return ca.sparsify(out)
+
+
+def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
+    """The law at each friction pair of an element. states: of all laws; default: the symbols'."""
+    law, b = LAWS[e.friction.law], sym.b if states is None else states
+    index = {eta: i for i, eta in enumerate(sym.system.bristles)}
+    return [law(numbers(sym, e), sym.mode(s.flag), [b[index[i]] for i in s.eta if i in index]) for s in e.friction.sliders]
+
+
+@dataclass
+class FrictionTerms:
+    """Friction of a joint: laws of its pairs, numbers of element and laws by name."""
+
+    element: Element
+    laws: list[Law]
+    numbers: Mapping[str, SX]
+
+
+def friction_terms(sym: Symbols, e: Element) -> FrictionTerms:
+    """Friction of an element."""
+    return FrictionTerms(e, laws(sym, e), numbers(sym, e))
+
+
+def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
+    """Rates of all bristle states, 1/s, in the order of ``Symbols.b``."""
+    out: list[SX] = []
+    for e in elements(m.sym.system):
+        if e.friction.bristles:
+            w = wrench(e, reaction_rows(m, acc, e, combine))
+            out += e.contact.drifts(w, joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), e.friction.adams)
+    return out
+
+
+def by_loads(values: SX, e: Element, N: SX) -> SX:
+    """∂values/∂N, dense. N: the element's needed components. A span counts as constant: no multiplier changes it."""
+    out = ca.densify(ca.jacobian(values, N))
+    if SPAN in e.needs:
+        out[:, e.needs.index(SPAN)] = 0
+    return out
+
+
+def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
+    """Numbers of an element (sizes, law) by name. Numbers that follow time or an input are cut off at zero; then static friction
+    is at least sliding friction."""
+    out = {n: ca.fmax(sym.load(x), 0) if isinstance(x, Signal) else sym.leaf(x) for n, x in e.friction.numbers}
+    if e.friction.varies and "mu_static" in out:
+        out["mu_static"] = ca.fmax(out["mu_static"], out["mu"])
+    return out
+
+
+def wrench(e: Element, values: SX) -> Wrench:
+    """A Wrench of the element's components, which are in the order of ``needs``."""
+    assert set(e.needs) <= {*COMPONENTS, SPAN}
+    return Wrench({n: values[k] for k, n in enumerate(e.needs)}, e.joint.fit.sign)

@@ -1,0 +1,90 @@
+"""Frames, levers and constraint rows of cut joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import wraps
+from typing import Any, TypeVar
+
+import casadi as ca
+
+from trunnion.recursion.body_kinematics import Motion
+from trunnion.recursion.vector_algebra import SX, cross, zeros
+from trunnion.system.structure.bodies_and_joints import Joint
+
+Moving = tuple[SX, SX]
+"""A vector (3) or a number, and its rate."""
+NOTHING: Moving = (zeros(3), zeros(3))
+
+
+@dataclass
+class Row:
+    """One constraint of a cut joint: residual φ, its rate, the row G on the inboard and outboard body (transposed, 6×1 each), and
+    ξ, the second rate of φ at Ż = 0. leader: in a coupling, the rows on the two bodies of the leading joint."""
+
+    phi: SX
+    rate: SX
+    g_in: SX
+    g_out: SX
+    xi: SX
+    leader: tuple[SX, SX] | None = None
+
+    @property
+    def on(self) -> tuple[SX, ...]:
+        """The rows on all bodies of the constraint (``Joint.ends``)."""
+        return (self.g_in, self.g_out, *(self.leader or ()))
+
+
+@dataclass
+class Cut:
+    """A cut joint in the world. Ein, Eout: frames (3×3). c_in, c_out: from each body's reference origin to the joint's point (3).
+    inb, out: motions of the two bodies. s = p_out − p_in (3). made: results of ``once``."""
+
+    joint: Joint
+    Ein: SX
+    Eout: SX
+    c_in: SX
+    c_out: SX
+    inb: Motion
+    out: Motion
+    s: SX
+    rows: list[Row]
+    made: dict[str, Any] = field(default_factory=dict)
+
+
+T = TypeVar("T")
+
+
+def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
+    """Decorator: build an expression of a cut joint at the first call, return the same one later."""
+
+    @wraps(build)
+    def kept(c: Cut) -> T:
+        if build.__name__ not in c.made:
+            c.made[build.__name__] = build(c)
+        return c.made[build.__name__]
+
+    return kept
+
+
+@once
+def point_velocity(c: Cut) -> SX:
+    """Velocity of the outboard joint point relative to the inboard one."""
+    return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
+
+
+def force_row(
+    c: Cut, phi: SX, push: Moving, arm_in: Moving, arm_out: Moving, torque_in: Moving = NOTHING, torque_out: Moving = NOTHING
+) -> Row:
+    """Row of a multiplier that pushes the outboard part along ``push`` and the inboard part back, at arms from their origins, and
+    applies torques to both."""
+    (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = push, arm_in, arm_out
+    velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
+    bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)
+    turning, turned = (ca.dot(torque_out[i], c.out.omega) + ca.dot(torque_in[i], c.inb.omega) for i in (0, 1))
+    return Row(
+        phi, ca.dot(k, velocity) + turning,
+        ca.sparsify(ca.vertcat(-k, torque_in[0] - cross(x_in, k))), ca.sparsify(ca.vertcat(k, torque_out[0] + cross(x_out, k))),
+        ca.dot(kdot, velocity) + ca.dot(k, bend) + turned,
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""Foot of a point on a curve: the line from the foot to the point is normal to the curve (theory, "Points on curves")."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from trunnion.recursion.vector_algebra import SX
+from trunnion.system.structure.joint_couplings import ENDLESS, FOOT, NODES, WEIGHTS, Curve
+
+ROUNDS, STEPS = 3, 3
+"""Searches for the foot's piece, and Newton steps before each."""
+
+
+def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
+    """Position and its first and second derivative (2 each) at a foot."""
+    x, both = foot[-1] - foot[0], (foot[2:6], foot[6:10])
+    at = [a + x * (b + x * (c + x * d)) for a, b, c, d in both]
+    way = [b + x * (2 * c + 3 * x * d) for _, b, c, d in both]
+    return ca.vertcat(*at), ca.vertcat(*way), ca.vertcat(*(2 * c + 6 * x * d for _, _, c, d in both))
+
+
+def refine_foot(foot: Sequence[SX], p: SX) -> SX:
+    """Parameter of a point's foot after a step of Newton's method; beyond the centre of curvature, of Gauss–Newton."""
+    at, way, bend = evaluate_curve(foot)
+    gap, square = p - at, ca.dot(way, way)
+    slope: SX = square - ca.dot(gap, bend)
+    return foot[-1] + ca.dot(gap, way) / ca.if_else(slope > 0.1 * square, slope, square)
+
+
+def arc_length(foot: Sequence[SX]) -> SX:
+    """Length along the curve up to a foot, m."""
+    half, out = 0.5 * (foot[-1] - foot[0]), foot[1]
+    for x, weight in zip(NODES, WEIGHTS, strict=True):
+        _, way, _ = evaluate_curve([*foot[:-1], foot[0] + half * (1 + x)])
+        out += half * weight * ca.norm_2(way)
+    return out
+
+
+def find_foot(curve: Curve, p: SX) -> SX:
+    """The foot nearest to a point: Newton's method, started from the nearest foot on the pieces' chords."""
+    best, nearest = [SX(0)] * FOOT, SX(0)
+    for k, piece in enumerate(curve.pieces):
+        numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
+        low, high = piece.start if k or curve.around else -ENDLESS, piece.end
+        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # the piece beyond an end is straight
+        chord = ca.vertcat(*(_chord(of, h) for of in (piece.e2, piece.e3)))
+        begin = ca.vertcat(piece.e2[0], piece.e3[0])
+        u = ca.fmin(ca.fmax(piece.start + ca.dot(p - begin, chord) / ca.dot(chord, chord), low), high)
+        off = p - evaluate_curve([*map(SX, numbers), u])[0]
+        gap = ca.dot(off, off)
+        if not k:
+            best, nearest = [*map(SX, numbers), u], gap
+            continue
+        here = gap < nearest
+        tried: list[SX] = [*map(SX, numbers), u]
+        best = [ca.if_else(here, new, old) for new, old in zip(tried, best, strict=True)]
+        nearest = ca.if_else(here, gap, nearest)
+    for _ in range(ROUNDS):
+        for _ in range(STEPS):
+            best[-1] = refine_foot(best, p)
+        best = _with_piece(curve, best[-1])
+    return ca.vertcat(*best)
+
+
+def _chord(of: Sequence[float], h: float) -> float:
+    """Mean slope of a cubic over h."""
+    return of[1] + h * (of[2] + h * of[3])
+
+
+def _with_piece(curve: Curve, u: SX) -> list[SX]:
+    """A parameter with the piece at this parameter; on a closed curve, within one turn."""
+    if curve.around:
+        u = u - curve.around * ca.floor(u / curve.around)
+    out = [SX(0)] * (FOOT - 1)
+    begun = [SX(1), *[u >= piece.start for piece in curve.pieces[1:]], SX(0)]
+    for k, piece in enumerate(curve.pieces):
+        here = ca.logic_and(begun[k], ca.logic_not(begun[k + 1]))
+        numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
+        out = [of + ca.if_else(here, x, 0) for of, x in zip(out, numbers, strict=True)]
+    return [*out, u]

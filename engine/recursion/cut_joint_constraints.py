@@ -1,0 +1,165 @@
+"""Constraint equations of cut joints (paper §4): residuals (46), (49), rows G (47), (50), ξ (48), (51), and rates.
+
+A transposed row is also the force column W^N (59), (61) of its multiplier. So S is symmetric (theory, "Cut joints")."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import casadi as ca
+
+from trunnion.recursion.body_kinematics import GROUND_MOTION, Motion, axes_of, axis_world
+from trunnion.recursion.cam_follower_constraint import following_row
+from trunnion.recursion.constraint_equation import Cut as Cut
+from trunnion.recursion.constraint_equation import Row as Row
+from trunnion.recursion.constraint_equation import once, point_velocity
+from trunnion.recursion.point_on_curve_constraint import curve_row
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross, zeros
+from trunnion.recursion.wheel_pair_constraint import rolling_freedoms, rolling_row
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint
+from trunnion.system.structure.joint_couplings import Mimic
+
+FREEDOMS = "freedoms"
+"""Key in ``Cut.made``: freedoms of a bodiless joint, as rows."""
+ALONG = "along"
+"""Key in ``Cut.made``: coordinate of a point on a curve."""
+
+
+def motion_of(motions: list[Motion], body: int) -> Motion:
+    """Motion of a body or of the ground."""
+    return GROUND_MOTION if body == GROUND else motions[body]
+
+
+def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
+    """A cut joint with its constraint rows."""
+    made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
+    if j.mimic is None:
+        add_rows(sym, made)
+        return made
+    lead, follow = (sym.system.tree[i] for i in (j.mimic.leader, j.mimic.follower))
+    leads = locate_cut(sym, [motion_of(motions, lead.inb), motion_of(motions, lead.out)], lead)
+    of = [(sym.coordinates(x)[0], sym.rates(x)[0]) for x in (follow, lead)]
+    made.rows.append(mimic_row(sym, replace(made, joint=follow), leads, of, j.mimic))
+    return made
+
+
+def locate_cut(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
+    """A cut joint's frames and levers, from the motions of its inboard and outboard part."""
+    inb, out = both
+    Ein, Eout = ca.sparsify(inb.R @ axes_of(sym, j.inb_frame)), ca.sparsify(out.R @ axes_of(sym, j.out_frame))
+    c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
+    s = ca.sparsify(out.r + c_out - inb.r - c_in)
+    return Cut(j, Ein, Eout, c_in, c_out, inb, out, s, [])
+
+
+def add_rows(sym: Symbols, c: Cut) -> None:
+    """Add the constraint rows: travel rows, then turn rows; or the row of wheels or of a follower. For a follower Ein becomes the
+    contact frame."""
+    kind = c.joint.kind
+    c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
+    if kind.rolls:
+        c.rows.append(rolling_row(sym, c))
+        c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
+    if kind.follows == "curve":
+        row, slides, c.Ein, way = curve_row(sym, c)
+        c.made |= {FREEDOMS: [slides], ALONG: [way]}
+        c.rows.append(row)
+    elif kind.follows:
+        row, slides, c.Ein = following_row(sym, c)
+        c.made[FREEDOMS] = [slides]
+        c.rows.append(row)
+
+
+@once
+def _centripetal(c: Cut) -> SX:
+    """Relative acceleration of the joint points at Ż = 0 of both bodies."""
+    return cross(c.out.omega, cross(c.out.omega, c.c_out)) - cross(c.inb.omega, cross(c.inb.omega, c.c_in))
+
+
+def _travel_row(c: Cut, k: int) -> Row:
+    """Row of a translational constraint (49)–(51): no travel along an axis h.
+
+    h is an axis of the world if all three directions are constrained; else of the grounded part; else of the inboard part. Fewer
+    turning axes make shorter code."""
+    vel, acc = point_velocity(c), _centripetal(c)
+    if len(c.joint.kind.rows_s) == 3:
+        h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out
+    elif c.joint.out == GROUND:
+        h, omega, arm_in, arm_out = c.Eout[:, k], c.out.omega, c.c_in, c.c_out - c.s
+    else:
+        h, omega, arm_in, arm_out = c.Ein[:, k], c.inb.omega, c.c_in + c.s, c.c_out
+    hdot = cross(omega, h)
+    xi = ca.dot(acc, h) + 2 * ca.dot(vel, hdot) + ca.dot(c.s, cross(omega, hdot))
+    return Row(
+        ca.dot(c.s, h),
+        ca.dot(vel, h) + ca.dot(c.s, hdot),
+        -ca.sparsify(ca.vertcat(h, cross(arm_in, h))),
+        ca.sparsify(ca.vertcat(h, cross(arm_out, h))),
+        xi,
+    )
+
+
+def _turn_row(c: Cut, m: int, k: int) -> Row:
+    """Row of a rotational constraint (46)–(48): inboard axis m stays normal to outboard axis k."""
+    a, b = c.Ein[:, m], c.Eout[:, k]
+    ab, rel = cross(a, b), ca.sparsify(c.inb.omega - c.out.omega)
+    xi = ca.dot(rel, cross(cross(c.inb.omega, a), b) + cross(a, cross(c.out.omega, b)))
+    g = ca.sparsify(ca.vertcat(zeros(3), ab))
+    return Row(ca.dot(a, b), ca.dot(rel, ab), g, -g, xi)
+
+
+@once
+def rates(c: Cut) -> list[SX]:
+    """Rates of a cut joint's freedoms while the loop is closed: (ω_out − ω_in)·axis for rotations, relative velocity of the joint
+    points along the axis for translations."""
+    if c.joint.kind.bodiless:
+        return [f.rate for f in c.made[FREEDOMS]]
+    turn = ca.sparsify(c.out.omega - c.inb.omega)
+    slide = point_velocity(c) - cross(c.inb.omega, c.s)
+    return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
+
+
+def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> Row:
+    """Row of a freedom that follows another. of: coordinate and rate of follower and leader."""
+    (q, v), (q_lead, v_lead) = of
+    ratio = sym.leaf(m.ratio)
+    (on_in, on_out), (lead_in, lead_out) = (axis_wrenches(c, 0) for c in (follows, leads))
+    xi = acceleration_bias(follows, 0) - ratio * acceleration_bias(leads, 0)
+    led = (-ratio * lead_in, -ratio * lead_out)
+    return Row(q - ratio * q_lead - sym.leaf(m.offset), v - ratio * v_lead, on_in, on_out, xi, led)
+
+
+def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
+    """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force along a freedom on the outboard part."""
+    if c.joint.kind.bodiless:
+        return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
+    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
+    h = axis_world(a, c.Ein, c.Eout)
+    if a.rot:
+        w = ca.sparsify(ca.vertcat(zeros(3), h))
+        return -w, w
+    return -ca.sparsify(ca.vertcat(h, cross(c.c_in + c.s, h))), ca.sparsify(ca.vertcat(h, cross(c.c_out, h)))
+
+
+def acceleration_bias(c: Cut, freedom: int) -> SX:
+    """Acceleration of a cut joint's freedom at Ż = 0 of both bodies. ``axis_wrenches`` transposed gives the part with Ż."""
+    if c.joint.kind.bodiless:
+        return c.made[FREEDOMS][freedom].xi
+    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
+    h = axis_world(a, c.Ein, c.Eout)
+    carrier = c.inb.omega if a.side == "in" else c.out.omega
+    hdot = cross(carrier, h)
+    if a.rot:
+        return ca.dot(ca.sparsify(c.out.omega - c.inb.omega), hdot)
+    v = point_velocity(c)
+    return ca.dot(_centripetal(c), h) + 2 * ca.dot(v, hdot) + ca.dot(c.s, cross(carrier, hdot))
+
+
+@once
+def coordinates(c: Cut) -> list[SX]:
+    """Coordinates of a cut joint while the loop is closed. Angles are within ±π; a quaternion's scalar part is ≥ 0."""
+    if ALONG in c.made:
+        return c.made[ALONG]
+    rel, s = c.Ein.T @ c.Eout, c.Ein.T @ c.s
+    return c.joint.kind.measure([[rel[i, k] for k in range(3)] for i in range(3)], [s[k] for k in range(3)], ca)

@@ -1,0 +1,124 @@
+"""Joint reactions (57)–(66), (71), (103): wrench that a joint transmits, at a chosen point and in a chosen frame (theory,
+"Reactions")."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from trunnion.basics.interrupts import heed
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.contact.contact_element import OVERLAP, TINY
+from trunnion.elements.contact.journal import LENGTHS
+from trunnion.recursion import cut_joint_constraints as cutting
+from trunnion.recursion.body_kinematics import Pose, Step
+from trunnion.recursion.inward_reduction import Model, eta_column
+from trunnion.recursion.masses_and_forces import device_force
+from trunnion.recursion.outward_accelerations import Accelerations
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross, zeros
+from trunnion.system.structure.bodies_and_joints import Joint
+
+
+def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX, SX]:
+    """Total wrench on the outboard part at p_out, as force and torque in the world (3×columns each), and s = p_out − p_in (3)."""
+    heed()
+    if j.cut:
+        c = m.cut(j)
+        W = ca.sparsify(_cut_wrench(m, c) if combine is None else _cut_wrench(m, c) @ combine)
+        return W[:3, :], W[3:, :], c.s
+    step, N = m.steps[j.child], acc.N[j.child]
+    f, t, s = N[:3, :], N[3:, :], step.s
+    if j.forward:
+        return f, t, s
+    return -f, -(t - cross(s, f)), s
+
+
+def _cut_wrench(m: Model, c: cutting.Cut) -> SX:
+    """Wrench of a cut joint on its outboard part at p_out (6×columns), by (59)–(62): multipliers on their axes; devices in the
+    known column; friction opposite to η, which acts on the inboard part."""
+    j = c.joint
+    W = zeros(6, m.columns)
+    for k, row in enumerate(c.rows):
+        W[:, 1 + j.rows + k] += at_point(row.g_out, c.c_out)
+    if j.kind.nv:
+        q, rates = cutting.coordinates(c), cutting.rates(c)
+        for k, device in enumerate(j.devices):
+            unit = at_point(cutting.axis_wrenches(c, k)[1], c.c_out)
+            i = j.kind.coordinate_of(k)
+            W[:, 0] += unit * device_force(m.sym, device, q[i] if i >= 0 else None, rates[k])
+            if j.friction:
+                W[:, eta_column(m, j, k)] -= unit
+    return ca.sparsify(W)
+
+
+def at_point(wrench: SX, lever: SX) -> SX:
+    """A wrench about a body's origin, moved to the point at ``lever``."""
+    return ca.sparsify(ca.vertcat(wrench[:3, :], wrench[3:, :] - cross(lever, wrench[:3, :])))
+
+
+def pose_of(m: Model, j: Joint) -> Pose:
+    """Pose of a tree or cut joint."""
+    holder = m.cut(j) if j.cut else m.steps[j.child]
+    return Pose(holder.Ein, holder.Eout, holder.s)
+
+
+def span(m: Model, j: Joint, columns: int) -> SX:
+    """Half the overlap of a joint's parts, m, as a row of the affine maps. No multiplier changes it."""
+    both, pose = lengths(m.sym, j), pose_of(m, j)
+    assert both is not None
+    return ca.horzcat(overlap(pose.s, pose.Ein, both)[1], SX(1, columns - 1))
+
+
+def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
+    """Axes of f_c, m_c of a frictional joint (``ContactElement.frame``)."""
+    frame = CONTACTS[j.kind.friction].frame
+    if frame == "both":
+        u1, u2 = Ein[:, 0], Eout[:, 1]
+        return ca.sparsify(ca.horzcat(u1, u2, cross(u1, u2)))
+    return Eout if j.fit.pin_out and frame == "pin" else Ein
+
+
+def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
+    """f_c, m_c (3×columns each): total wrench on the part with the pin, at the ends, in ``pin_axes``. For a universal joint:
+    wrench on the inboard part; the contact element assigns journals to parts."""
+    f, t, s = on_outboard(m, acc, j, combine)
+    pose = pose_of(m, j)
+    return on_pin_part(j, f, t, s, pose.Ein, pose.Eout, lengths(m.sym, j))
+
+
+def lengths(sym: Symbols, j: Joint) -> SX | None:
+    """Lengths of the inboard and outboard part (2), m, of a joint whose parts touch where they overlap; else None."""
+    if j.fit.ends != OVERLAP or not j.friction:
+        return None
+    return ca.vertcat(*[sym.leaf(j.friction.number(s.name)) for s in LENGTHS])
+
+
+def overlap(s: SX, Ein: SX, both: SX) -> tuple[SX, SX]:
+    """Middle of the overlap, along e1 from p_in, and half its length, m; not a number without overlap."""
+    away, inner, outer = ca.dot(Ein[:, 0], s), 0.5 * both[0], 0.5 * both[1]
+    low, high = ca.fmax(-inner, away - outer), ca.fmin(inner, away + outer)
+    half = 0.5 * (high - low)
+    return 0.5 * (low + high), half + TINY * ca.sqrt(half)
+
+
+def on_pin_part(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: SX | None = None) -> tuple[SX, SX]:
+    """f_c, m_c (3×columns each), at the point of the part with the ends (or amid the overlap: ``both_lengths``), from force and
+    torque on the outboard part at p_out, s and the joint's frames."""
+    E, both = pin_axes(j, Ein, Eout), CONTACTS[j.kind.friction].frame == "both"
+    if both_lengths is not None:
+        t = t + cross(s - overlap(s, Ein, both_lengths)[0] * Ein[:, 0], f)
+    elif both or not j.fit.ends_out:
+        t = t + cross(s, f)
+    if both or not j.fit.pin_out:
+        f, t = -f, -t
+    return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
+
+
+def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...], both_lengths: SX | None = None) -> SX:
+    """The needed components of f_c, m_c of a tree joint from N (6×1, on its child at the child's origin); 0 for the span."""
+    f, t, s = N[:3], N[3:], step.s
+    if not j.forward:
+        f, t = -f, -(t - cross(s, f))
+    fc, mc = on_pin_part(j, f, t, s, step.Ein, step.Eout, both_lengths)
+    rows = {**{f"f{k + 1}": fc[k] for k in range(3)}, **{f"m{k + 1}": mc[k] for k in range(3)}}
+    return ca.sparsify(ca.vertcat(*[rows.get(n, SX(0)) for n in needs]))

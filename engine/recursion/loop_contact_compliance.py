@@ -1,0 +1,115 @@
+"""Contacts of joints on loops as springs (theory, "Redundant loops").
+
+All contacts of a joint have one radial stiffness; a face has the same stiffness along the axis. A row is a contact force over the
+root of its stiffness, so that the sum of squares is proportional to elastic energy. A joint without friction has contacts at a
+fraction of its parts' radius of gyration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from trunnion.elements.contact import ContactElement, Wrench
+from trunnion.elements.contact.contact_element import COMPONENTS, SPAN
+from trunnion.elements.contact.journal import HALF_ROOT
+from trunnion.recursion.complement_equation_terms import joint_rates, laws, numbers
+from trunnion.recursion.inward_reduction import Model
+from trunnion.recursion.joint_reactions import lengths, on_outboard, on_pin_part, overlap, pose_of
+from trunnion.recursion.outward_accelerations import Accelerations
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, Signal
+from trunnion.system.structure.friction_joint_indices import Element
+from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of
+
+PART = 0.1
+"""Half length of the contacts of a joint without friction, over the radius of gyration of its parts."""
+
+
+def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
+    """Spring forces of a joint, with friction as one of the forces: affine maps (rows×columns), or numbers (rows×1) with ``pick``
+    = [1; λ; η]."""
+    return spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), *pose_of(m, j)[:2], _arm(m, j))
+
+
+def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
+    """Spring forces from force and torque on the outboard part (3×columns each) at p_out, s, the joint's frames and its arm."""
+    element = contact_of(j)
+    drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
+    if element is None:
+        rows = ca.vertcat(HALF_ROOT * (Ein.T @ f), HALF_ROOT / arm * (Ein.T @ (t + cross(s, f))))
+        return ca.sparsify(ca.vertcat(_by_stiffness(sym, j, rows), *drives))
+    unit = SX.sym("unit", 6)
+    both = lengths(sym, j)
+    span = {} if both is None else {SPAN: overlap(s, Ein, both)[1]}
+    w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)} | span, j.fit.sign)
+    pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(sym, j, element, arm)), *[w[n] for n in element.thrusts])
+    map_ = ca.sparsify(ca.jacobian(pressed, unit))
+    return ca.sparsify(ca.vertcat(_by_stiffness(sym, j, map_ @ ca.vertcat(*on_pin_part(j, f, t, s, Ein, Eout, both))), *drives))
+
+
+def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
+    """Contact forces as rows, over the root of the joint's stiffness relative to the usual one."""
+    return rows if j.stiffness is None else ca.sqrt(USUAL / sym.leaf(j.stiffness)) * rows
+
+
+def friction_change_rows(m: Model, e: Element, values: SX) -> SX:
+    """Change of a joint's first rows (rows×1) by sliding friction, from its needed components of f_c, m_c."""
+    return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
+
+
+def complete_wrench(e: Element, values: SX) -> Wrench:
+    """A wrench of all six components, zero where the element needs none."""
+    have = dict(zip(e.needs, [values[k] for k in range(values.numel())], strict=True))
+    return Wrench({n: have.get(n, SX(0)) for n in (*COMPONENTS, *e.needs)}, e.joint.fit.sign)
+
+
+def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:
+    """Change of the contact rows by sliding friction. Adams' friction has no contacts: no change."""
+    without = e.contact.pressed(w, rates, [], g)
+    if e.friction.adams:
+        return SX.zeros(len(without))
+    with_ = e.contact.pressed(w, rates, ls, g)
+    return _by_stiffness(sym, e.joint, ca.vertcat(*[a - b for a, b in zip(with_, without, strict=True)]))
+
+
+def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
+    """A joint's own sizes, or those of a joint without friction."""
+    own = {n: sym.leaf(x) for n, x in j.friction.numbers if not isinstance(x, Signal)} if j.friction else {}
+    if all(label in own for s in element.sizes if s.needed and s.bears and not s.ends for label in s.labels):
+        return own
+    return {label: arm for s in element.sizes for label in s.labels}
+
+
+def _arm(m: Model, j: Joint) -> SX:
+    """Half length of the contacts of a joint without friction, m."""
+    bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
+    square = sum((spin(m, b) / m.sym.leaf(b.mass) for b in bodies), SX(0)) / len(bodies)
+    return PART * ca.sqrt(square + NO_SIZE)
+
+
+def spin(m: Model, b: Body) -> SX:
+    """Half the trace of a body's inertia, kg m². For a point mass: m |c|², with c its distance from its joint, or from the other
+    joints if that is 0."""
+    j = [m.sym.leaf(x) for x in b.inertia[:3]]
+    mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
+    if all(x.is_zero() for x in j):
+        square = ca.dot(c, c)
+        return mass * ((square if not square.is_zero() else _spread(m, b)) + NO_SIZE)
+    total = 0.5 * (j[0] + j[1] + j[2])
+    return total * mass if b.per_mass else total
+
+
+def _spread(m: Model, b: Body) -> SX:
+    """Sum of the squared distances, m², of a body's joints from its reference origin."""
+    own = m.sym.system.bodies.index(b)
+    points = [p for j in m.sym.system.joints for p, body in ((j.inb_point, j.inb), (j.out_point, j.out)) if body == own]
+    return sum((ca.dot(p, p) for p in map(m.sym.leaves, points)), SX(0))
+
+
+def _along(j: Joint, k: int, f: SX, t: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
+    """Force times arm, or torque, along a driven freedom on the outboard part."""
+    axis = j.kind.axes[k][0]
+    direction = (Ein if axis.side == "in" else Eout)[:, axis.index]
+    return direction.T @ t if axis.rot else direction.T @ f * arm

@@ -1,0 +1,182 @@
+"""Masses (16), velocity-dependent forces (17), applied forces F^a, and forces of devices along freedoms.
+
+Gravity is an acceleration −g of the ground (Ż_0). This costs nothing per body and leaves reactions unchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trunnion.recursion import latch_forces
+from trunnion.recursion.body_kinematics import Motion, Step, motions_of, point_motion
+from trunnion.recursion.bushing_forces import bushing, wrenches_of
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross, rotate_inertia, skew, vector, zeros
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, Load, Motor
+
+TINY = 1e-300
+Motions = Sequence[Motion] | Mapping[int, Motion]
+"""Motions by body index."""
+
+
+@dataclass
+class Mass:
+    """Mass matrix M = [M11 M12; M12ᵀ M22] of a body about its reference origin, in the world (3×3 blocks). m: mass, kg. rho: from
+    the origin to the mass centre (3), m."""
+
+    m: SX
+    rho: SX
+    M11: SX
+    M12: SX
+    M22: SX
+
+
+def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
+    """Mass matrix of a body (16): M11 = m E, M12 = −m ρ̃, M22 = J about its reference origin; R: its orientation (3×3)."""
+    m, c = sym.leaf(b.mass), sym.leaves(b.center)
+    j = [sym.leaf(x) * m if b.per_mass else sym.leaf(x) for x in b.inertia]
+    cc = [c[k] * c[k] for k in range(3)]
+    steiner = [cc[1] + cc[2], cc[0] + cc[2], cc[0] + cc[1], -c[0] * c[1], -c[0] * c[2], -c[1] * c[2]]
+    origin = [j[k] + m * steiner[k] for k in range(6)]
+    rho = ca.sparsify(R @ c)
+    return Mass(m, rho, m * SX.eye(3), -skew(ca.sparsify(R @ (m * c))), rotate_inertia(R, origin))
+
+
+def velocity_force(mass: Mass, omega: SX) -> SX:
+    """F⁰ (17), 6×1: minus centrifugal force and gyroscopic torque. M12 = −m ρ̃ gives the first moment m ρ."""
+    first = -skew_to_vector(mass.M12)
+    return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.M22 @ omega)))
+
+
+def skew_to_vector(a: SX) -> SX:
+    """The vector a of a matrix ã."""
+    return ca.sparsify(ca.vertcat(a[2, 1], a[0, 2], a[1, 0]))
+
+
+def ground_acceleration(sym: Symbols) -> SX:
+    """Ż_0 = [−g; 0], 6×1: gravity as an upward acceleration of the ground."""
+    return ca.sparsify(ca.vertcat(-sym.leaves(sym.system.gravity), zeros(3)))
+
+
+def applied(sym: Symbols, motions: Motions) -> list[SX]:
+    """F^a of every body at its reference origin (6×1 each): forces, torques, spring-dampers, bushings."""
+    out = [zeros(6) for _ in sym.system.bodies]
+    for load in sym.system.loads:
+        for body, wrench in wrenches(sym, motions, load):
+            out[body] = out[body] + wrench
+    return out
+
+
+def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
+    """Bodies on which a load acts, without the ground, each with the wrench at its reference origin (6×1)."""
+    if load.kind == "spring_damper":
+        return _spring(sym, motions, load)
+    if load.kind == "bushing":
+        return wrenches_of(bushing(sym, motions, load), load)
+    body = load.bodies[0]
+    value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
+    if load.body_frame:
+        value = motions[body].R @ value
+    if load.kind == "torque":
+        return [(body, ca.sparsify(ca.vertcat(zeros(3), value)))]
+    lever = motions[body].R @ sym.leaves(load.points[0])
+    return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
+
+
+@dataclass
+class SpringLine:
+    """Line of a spring-damper between two points: length, m, and its rate; unit vector from the first to the second point; levers
+    of the points from their bodies' origins (3 each), world."""
+
+    length: SX
+    rate: SX
+    unit: SX
+    levers: list[SX]
+
+
+def spring_line(ends: Sequence[Motion], points: Sequence[SX]) -> SpringLine:
+    """The line between two points (body axes) of two bodies."""
+    levers = [m.R @ p for m, p in zip(ends, points, strict=True)]
+    (xa, va), (xb, vb) = (point_motion(m, lever) for m, lever in zip(ends, levers, strict=True))
+    line = ca.sparsify(xb - xa)
+    length = ca.sqrt(ca.dot(line, line) + TINY)
+    unit = line / length
+    return SpringLine(length, ca.dot(ca.sparsify(vb - va), unit), unit, levers)
+
+
+def line_of(sym: Symbols, motions: Motions, load: Load) -> SpringLine:
+    """The line of a spring-damper of the scene."""
+    return spring_line(motions_of(motions, load.bodies), [sym.leaves(p) for p in load.points])
+
+
+def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
+    """Wrenches of a spring-damper: force −(K (L − l0) + C L̇) along its line on the second body, opposite on the first."""
+    k, c, free = (sym.leaf(x) for x in load.numbers)
+    line = line_of(sym, motions, load)
+    force = line.unit * (k * (line.length - free) + c * line.rate)
+    return [
+        (body, ca.sparsify(ca.vertcat(sign * force, sign * cross(lever, force))))
+        for body, lever, sign in zip(load.bodies, line.levers, (1, -1), strict=True)
+        if body != GROUND
+    ]
+
+
+def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
+    """Force of spring, damper, stops, latch, effort and motor along a freedom, on the outboard part. Drives are reactions and
+    not included."""
+    out = SX(0)
+    if d.spring is not None and q is not None:
+        out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
+    if d.damping is not None:
+        out = out - sym.leaf(d.damping) * rate
+    if d.effort is not None:
+        out = out + sym.load(d.effort)
+    if d.motor is not None:
+        out = out + motor_force(sym, d.motor, sym.load(d.motor.signal), rate)
+    if d.stop is not None and q is not None:
+        out = out + stop_force(sym, d, q, rate)
+    if d.latch is not None and q is not None:
+        out = out + latch_forces.force(sym, d.latch, sym.latch_flags(d.latch), q, rate)
+    return out
+
+
+def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
+    """Effort of a motor: stall (signal − rate/no_load). The signal shifts the line through stall and no-load."""
+    return sym.leaf(m.stall) * (signal - rate / sym.leaf(m.no_load))
+
+
+def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
+    """Force of a freedom's stops by Hunt and Crossley: stiffness·depth·(1 + damping·rate of depth), never negative. Events set the
+    flag of an engaged stop."""
+    out = SX(0)
+    assert d.stop is not None
+    for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
+        if bound is None:
+            continue
+        depth = sign * (sym.leaf(bound) - q)
+        push = sym.leaf(d.stop.stiffness) * depth * ca.fmax(stop_push(sym.leaf(d.stop.damping), sign, rate), 0)
+        out = out + sign * sym.stop_flag(flag) * push
+    return out
+
+
+def stop_push(damping: SX, sign: int, rate: SX) -> SX:
+    """Part of a stop's elastic force that acts. At 0 the stop releases a part that leaves faster than it; steps end there."""
+    return 1 - damping * sign * rate
+
+
+def joint_forces(sym: Symbols, step: Step) -> list[SX]:
+    """``device_force`` of every freedom of a tree joint."""
+    j = step.joint
+    out = []
+    for k, d in enumerate(j.devices):
+        i = j.kind.coordinate_of(k)
+        out.append(device_force(sym, d, step.coordinates[i] if i >= 0 else None, step.rates[k]))
+    return out
+
+
+def rotors(sym: Symbols, j: Joint) -> SX:
+    """Rotor inertias of a tree joint's free freedoms as a diagonal matrix (n×n)."""
+    own = [j.devices[k].inertia for k in j.free]
+    return ca.diag(ca.sparsify(ca.vertcat(SX(0, 1), *[SX(0) if i is None else sym.leaf(i) for i in own])))

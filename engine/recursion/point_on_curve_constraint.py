@@ -1,0 +1,45 @@
+"""Constraint of a point on a curve in a plane of the inboard part (theory, "Points on curves")."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from trunnion.recursion.cam_follower_constraint import Touch
+from trunnion.recursion.constraint_equation import Cut, Row, force_row, point_velocity
+from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross
+
+REFINED = 2
+"""Newton steps after the given foot: the first makes the first derivative correct, the second the second derivative."""
+
+
+def spot(c: Cut) -> SX:
+    """The point in its curve's plane (2), m."""
+    return ca.vertcat(*(ca.dot(c.Ein[:, k], c.s) for k in (1, 2)))
+
+
+def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
+    """Row of a cut joint whose outboard point stays on a curve; its freedom (sliding along the curve) as a row with rate, wrenches
+    and ξ only; contact frame in the world: e1, the normal (to the right of the direction of travel, seen against e1), that
+    direction (3×3); position along the curve, m."""
+    at, along = _touch(sym, c)
+    return force_row(c, at.phi, at.n, at.arm_in, at.arm_out), force_row(c, SX(0), at.t, at.arm_in, at.arm_out), at.frame, along
+
+
+def _touch(sym: Symbols, c: Cut) -> tuple[Touch, SX]:
+    w, (e1, e2, e3) = c.inb.omega, (c.Ein[:, k] for k in range(3))
+    p, seen = spot(c), point_velocity(c) - cross(w, c.s)
+    rate = ca.vertcat(ca.dot(e2, seen), ca.dot(e3, seen))
+    foot = ca.vertsplit(ca.densify(sym.foot(c.joint, p)))
+    for _ in range(REFINED):
+        foot[-1] = refine_foot(foot, p)
+    at, way, bend = evaluate_curve(foot)
+    gap, square = p - at, ca.dot(way, way)
+    size = ca.sqrt(square)
+    moved = ca.dot(rate, way) / (square - ca.dot(gap, bend))
+    turning = w + (way[0] * bend[1] - way[1] * bend[0]) / square * moved * e1
+    n, t = (way[1] * e2 - way[0] * e3) / size, (way[0] * e2 + way[1] * e3) / size
+    own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
+    arm_in, phi = (c.c_in + c.s, carried + own[1]), (gap[0] * way[1] - gap[1] * way[0]) / size
+    return Touch(phi, (n, cross(turning, n)), (t, cross(turning, t)), arm_in, own, ca.horzcat(e1, n, t)), arc_length(foot)

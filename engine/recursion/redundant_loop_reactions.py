@@ -1,0 +1,71 @@
+"""Scaled reactions of joints on loops. The least sum of their squares selects the reactions of redundant loops (theory, "Redundant
+loops"). They are scaled by the inertia of parts on loops without friction, else by the compliance of contacts."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from trunnion.recursion.complement_equation_terms import reaction_rows
+from trunnion.recursion.inward_reduction import Model
+from trunnion.recursion.joint_reactions import on_outboard
+from trunnion.recursion.loop_contact_compliance import contact_rows, friction_change_rows, spin
+from trunnion.recursion.outward_accelerations import Accelerations
+from trunnion.recursion.vector_algebra import SX, cross
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint
+from trunnion.system.structure.loop_joints import loop_joints, rows_of, rubbing_on_loops, rubs
+
+
+def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
+    """Scaled reactions as affine maps (rows×columns), or numbers (rows×1) with ``pick`` = [1; λ; η]."""
+    system = m.sym.system
+    if not rubs(system):
+        return _by_inertia(m, acc, pick)
+    return ca.sparsify(ca.vertcat(*[contact_rows(m, acc, j, pick) for j in loop_joints(system)]))
+
+
+def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
+    """Reaction of every joint on a loop on each of its two parts: force over √m, torque about the mass centre over √j. m: the
+    part's mass; j: half the trace of its inertia. Arguments and result as in ``scaled_reactions``."""
+    blocks = [SX(0, m.columns if pick is None else 1)]
+    for j in loop_joints(m.sym.system):
+        f, t, _ = on_outboard(m, acc, j, pick)
+        for body, sign in ((j.out, 1), (j.inb, -1)):
+            if body == GROUND:
+                continue
+            b, motion = m.sym.system.bodies[body], m.motions[body]
+            arm = ca.sparsify(_outboard_point(m, j) - (motion.r + motion.R @ m.sym.leaves(b.center)))
+            torque = t + cross(arm, f)
+            blocks += [sign * f / ca.sqrt(m.sym.leaf(b.mass)), sign * torque / ca.sqrt(spin(m, b))]
+    return ca.sparsify(ca.vertcat(*blocks))
+
+
+def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
+    """Whether the norm of the scaled reactions couples multipliers that the motion leaves open to the others. In a planar
+    mechanism of symmetric bodies it does not, and they stay zero."""
+    if not inactive:
+        return False
+    maps = scaled_reactions(m, acc)
+    free = maps[:, [1 + k for k in inactive]]
+    if rubs(m.sym.system):
+        maps += _friction_turns(m, acc)
+    others = [c for c in range(m.columns) if c - 1 not in inactive]
+    return bool(ca.sparsify(free.T @ maps[:, others]).nnz())
+
+
+def _friction_turns(m: Model, acc: Accelerations) -> SX:
+    """Affine maps (rows×columns) of the linearised change of the scaled reactions by friction."""
+    system = m.sym.system
+    out = SX(sum(n for _, n in rows_of(system)), m.columns)
+    for e, at, count in rubbing_on_loops(system):
+        values = SX.sym("N", len(e.needs))
+        out[at : at + count, :] = ca.jacobian(friction_change_rows(m, e, values), values) @ reaction_rows(m, acc, e)
+    return ca.sparsify(out)
+
+
+def _outboard_point(m: Model, j: Joint) -> SX:
+    """Position of a joint's point on its outboard part, world (3)."""
+    if j.cut:
+        c = m.cut(j)
+        return c.out.r + c.c_out
+    step, motion = m.steps[j.child], m.motions[j.child]
+    return motion.r if j.forward else motion.r + step.s

@@ -1,0 +1,169 @@
+"""Inputs of the symbolic model: time, state, external values, parameters, multipliers; numbers and signals as expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from trunnion.basics.monotone_curves import KNOTS, monotone
+from trunnion.recursion.curve_foot_point import find_foot
+from trunnion.recursion.vector_algebra import SX, vector
+from trunnion.system.signals.motion_profiles import MOVES, PROFILES, derivative
+from trunnion.system.structure.bodies_and_joints import Joint, Latch, Signal, System, state_coordinates
+from trunnion.system.structure.external_value_layout import INSIDE, MODE, NOW
+from trunnion.system.structure.parameter_table import Leaf, Leaves, Param
+
+
+class Symbols:
+    """Symbols of one system.
+
+    t: time. ts: a time inside the current step, which selects the branch of a ramp. x: external values, t and ts first
+    (``system.structure.external_value_layout``). q (nq), v (nv): state coordinates and rates. b: bristle states. p: parameters.
+    lam: multipliers of cut joints' rows. eta: friction multipliers."""
+
+    def __init__(self, system: System, parameters: int):
+        self.system = system
+        self.at = system.external
+        self.x = SX.sym("x", self.at.size)
+        self.t, self.ts = self.x[NOW], self.x[INSIDE]
+        self.q, self.v = SX.sym("q", system.nq), SX.sym("v", system.nv)
+        self.b = SX.sym("b", len(system.bristles))
+        self.p = SX.sym("p", parameters)
+        self.lam, self.eta = SX.sym("lam", system.rows), SX.sym("eta", system.neta)
+
+    def leaf(self, leaf: Leaf) -> SX:
+        """A number of the scene: a constant, or a parameter of the run."""
+        return self.p[leaf.index] if isinstance(leaf, Param) else SX(leaf)
+
+    def leaves(self, leaves: Leaves) -> SX:
+        """Several numbers of the scene as a column."""
+        return vector([self.leaf(x) for x in leaves])
+
+    def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
+        """Distance of a cam follower from the axis at an angle of the profile; first and second derivative."""
+        assert j.profile is not None
+        begun = [SX(1), *[angle >= start for start in j.profile.starts[1:]], SX(0)]
+        piece = [SX(0)] * 5
+        for k, numbers in enumerate(zip(j.profile.starts, *zip(*j.profile.pieces, strict=True), strict=True)):
+            here = ca.logic_and(begun[k], ca.logic_not(begun[k + 1]))
+            piece = [of + ca.if_else(here, x, 0) for of, x in zip(piece, numbers, strict=True)]
+        return along_piece(piece, angle)
+
+    def foot(self, j: Joint, p: SX) -> SX:
+        """Numbers of the foot of a point on its curve (``joint_couplings.FOOT``)."""
+        assert j.curve is not None
+        return find_foot(j.curve, p)
+
+    def stop_flag(self, index: int) -> SX:
+        """Flag of a stop: 1 while it is engaged."""
+        return self.x[self.at.stop(index)]
+
+    def latch_flags(self, latch: Latch) -> tuple[SX, SX]:
+        """Flags of a latch: 1 while the hook is down, 1 while it is pressed."""
+        return self.stop_flag(self.system.hook(latch.hook)), self.stop_flag(latch.pressed)
+
+    def mode(self, slider: int) -> list[SX]:
+        """Mode of a friction pair: state flag, frozen direction (3), given tilt (``elements.friction.friction_law``)."""
+        k = self.at.mode(slider)
+        return [self.x[k + i] for i in range(MODE)]
+
+    def load(self, s: Signal) -> SX:
+        """Value of the signal of a load or effort at t."""
+        if s.kind == "value":
+            return self.leaf(s.leaves[0])
+        if s.kind == "table":
+            return self.x[self.at.table(s.index)]
+        if s.kind == "harmonic":
+            return self._harmonic(s)[0]
+        if s.kind == "through":
+            at, value = (self.leaves(x) for x in (s.leaves[:KNOTS], s.leaves[KNOTS:]))
+            return monotone(self.given(s.index), ca.vertsplit(at), ca.vertsplit(value))
+        start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
+        return start + (end - start) * self._progress(begin, duration)
+
+    def given(self, index: int) -> SX:
+        """Present value of a table or input."""
+        return self.x[self.at.table(index)]
+
+    def motion(self, s: Signal) -> tuple[SX, SX, SX]:
+        """Position, rate and acceleration that a drive prescribes at t."""
+        if s.kind == "rate":
+            start, rate = (self.leaf(x) for x in s.leaves)
+            return start + rate * self.t, rate, SX(0)
+        if s.kind == "table":
+            k = self.at.table(s.index)
+            return self.x[k], self.x[k + 1], self.x[k + 2]
+        if s.kind == "harmonic":
+            return self._harmonic(s)
+        return self._move(s) if s.kind in MOVES else self._ramp(s)
+
+    def _harmonic(self, s: Signal) -> tuple[SX, SX, SX]:
+        amplitude, frequency, phase, offset = (self.leaf(x) for x in s.leaves)
+        w = 2 * ca.pi * frequency
+        sin, cos = ca.sin(w * self.t + phase), ca.cos(w * self.t + phase)
+        return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
+
+    def _progress(self, begin: SX, duration: SX) -> SX:
+        """Progress of a ramp: 0 before, 1 after. ts selects the branch, so that no step sees both sides of a kink."""
+        inside = (self.t - begin) / duration
+        return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
+
+    def _move(self, s: Signal) -> tuple[SX, SX, SX]:
+        """Position, rate and acceleration of a rest-to-rest move; ts selects the piece."""
+        start, end, begin, duration = (self.leaf(x) for x in s.leaves)
+        profile = PROFILES[s.kind.removeprefix("move_")]
+        u, at = (self.t - begin) / duration, (self.ts - begin) / duration
+        out = []
+        pieces = profile.pieces
+        for order in range(3):
+            value = SX(1 if order == 0 else 0)
+            for first, last, piece in reversed(list(zip(profile.knots[:-1], profile.knots[1:], pieces, strict=True))):
+                value = ca.if_else(at < last, sum((c * (u - first) ** k for k, c in enumerate(piece)), SX(0)), value)
+            out.append((end - start) / duration**order * ca.if_else(at < 0, 0, value))
+            pieces = tuple(derivative(piece) for piece in pieces)
+        return start + out[0], out[1], out[2]
+
+    def _ramp(self, s: Signal) -> tuple[SX, SX, SX]:
+        """Position, rate and acceleration of a drive whose rate changes linearly; position ``origin`` at t = 0."""
+        start, end, begin, duration, origin = (self.leaf(x) for x in s.leaves)
+        slope = (end - start) / duration
+        x, before_, during = self.t - begin, self.ts < begin, self.ts < begin + duration
+
+        def added(x: SX, before: SX, during: SX) -> SX:
+            """Way made by the change of rate, x after its beginning."""
+            beyond = 0.5 * slope * duration**2 + slope * duration * (x - duration)
+            return ca.if_else(before, 0, ca.if_else(during, 0.5 * slope * x * x, beyond))
+
+        position = origin + start * self.t + added(x, before_, during)
+        if s.kind == "begun":
+            position -= added(-begin, SX(0), begin + duration >= 0)
+        rate = start + slope * ca.if_else(before_, 0, ca.if_else(during, x, duration))
+        return position, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
+
+    def coordinates(self, j: Joint) -> list[SX]:
+        """All coordinates of a tree joint: states of free freedoms, signals of driven ones."""
+        states = state_coordinates(j)
+        out = [self.q[j.q0 + states.index(i)] if i in states else SX(0) for i in range(j.kind.nq)]
+        for k in j.driven:
+            drive = j.devices[k].drive
+            assert drive is not None
+            out[j.kind.coordinate_of(k)] = self.motion(drive)[0]
+        return out
+
+    def rates(self, j: Joint) -> list[SX]:
+        """All rates of a tree joint: states of free freedoms, signals of driven ones."""
+        out: list[SX] = []
+        for k, device in enumerate(j.devices):
+            out.append(self.v[j.v0 + j.free.index(k)] if device.drive is None else self.motion(device.drive)[1])
+        return out
+
+    def driven_accelerations(self, j: Joint) -> dict[int, SX]:
+        """Acceleration of each driven freedom of a joint, by number."""
+        return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}
+
+
+def along_piece(piece: Sequence[SX], angle: SX) -> tuple[SX, SX, SX]:
+    """Value and two derivatives of a cubic: start of the piece, and its coefficients from there."""
+    x, (a, b, c, d) = angle - piece[0], piece[1:]
+    return a + x * (b + x * (c + x * d)), b + x * (2 * c + 3 * x * d), 2 * c + 6 * x * d

@@ -1,0 +1,104 @@
+"""Vector algebra on symbols. Every result keeps structural zeros, which makes the code small."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+SX = ca.SX
+
+
+def symbol(value) -> SX:
+    """A number as a symbol; a symbol itself, because a new one costs ten times as much."""
+    return value if isinstance(value, SX) else SX(value)
+
+
+def vector(values: Sequence) -> SX:
+    """Column of scalars with structural zeros where a value is exactly zero."""
+    return ca.sparsify(ca.vertcat(*map(symbol, values)))
+
+
+def matrix(rows: Sequence[Sequence]) -> SX:
+    """Matrix of scalars with structural zeros."""
+    return ca.sparsify(ca.vertcat(*[ca.horzcat(*map(symbol, row)) for row in rows]))
+
+
+def row_major(values: SX) -> SX:
+    """A matrix (3×3) from its rows behind each other (9)."""
+    return matrix([[values[3 * i + k] for k in range(3)] for i in range(3)])
+
+
+def zeros(rows: int, columns: int = 1) -> SX:
+    """A matrix of structural zeros, which cost nothing in the code."""
+    return SX(rows, columns)
+
+
+def skew(a: SX) -> SX:
+    """ã, so that ã b = a × b."""
+    return matrix([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def cross(a: SX, b: SX) -> SX:
+    """a × b for each column of b."""
+    return ca.sparsify(ca.horzcat(*[ca.cross(a, column) for column in ca.horzsplit(b)]))
+
+
+def Gamma(lever: SX, Z: SX) -> SX:
+    """Γ Z (7): motion Z (6×columns) of a body, moved to the point at ``lever`` from its origin."""
+    return ca.sparsify(ca.vertcat(ca.sparsify(Z[:3, :] - cross(lever, Z[3:, :])), Z[3:, :]))
+
+
+def GammaT(lever: SX, F: SX) -> SX:
+    """Γᵀ F: forces (6×columns) at the point at ``lever``, moved back to the origin."""
+    return ca.sparsify(ca.vertcat(F[:3, :], F[3:, :] + cross(lever, F[:3, :])))
+
+
+def symmetric(a: SX) -> SX:
+    """The matrix with its lower triangle copied from the upper one: each entry is computed once."""
+    out = SX(a)
+    for i in range(a.size1()):
+        for j in range(i):
+            out[i, j] = out[j, i]
+    return ca.sparsify(out)
+
+
+def rotate_inertia(r: SX, j: Sequence) -> SX:
+    """R J Rᵀ for J = (xx, yy, zz, xy, xz, yz); a diagonal J costs two dyads."""
+    xx, yy, zz, xy, xz, yz = (SX(v) for v in j)
+    if all(v.is_zero() for v in (xy, xz, yz)):
+        a, b = (xx - zz) * r[:, 0], (yy - zz) * r[:, 1]
+        return symmetric(a @ r[:, 0].T + b @ r[:, 1].T + zz * SX.eye(3))
+    return symmetric(r @ matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ r.T)
+
+
+def solve_spd(d: SX, b: SX) -> SX:
+    """D⁻¹ b for the small symmetric positive definite D of a joint, by an unrolled L D Lᵀ. D is near-singular only if a freedom
+    has no inertia, which `check` reports."""
+    n = d.size1()
+    low = SX.eye(n)
+    diag: list[SX] = []
+    for j in range(n):
+        dj = d[j, j] - sum((low[j, k] ** 2 * diag[k] for k in range(j)), SX(0))
+        diag.append(dj)
+        for i in range(j + 1, n):
+            low[i, j] = (d[i, j] - sum((low[i, k] * low[j, k] * diag[k] for k in range(j)), SX(0))) / dj
+    x = [b[i, :] for i in range(n)]
+    for i in range(n):
+        for k in range(i):
+            x[i] = x[i] - low[i, k] * x[k]
+    x = [x[i] / diag[i] for i in range(n)]
+    for i in reversed(range(n)):
+        for k in range(i + 1, n):
+            x[i] = x[i] - low[k, i] * x[k]
+    return ca.sparsify(ca.vertcat(*x)) if n else zeros(0, b.size2())
+
+
+EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
+"""Entry ±(k + 1) in row i, column j: e_i × e_j = ± e_k of a right-handed frame; 0: parallel."""
+
+
+def basis_cross(i: int, j: int) -> tuple[int, int]:
+    """e_i × e_j as its sign and the index of the axis; sign 0 when they are parallel."""
+    e = EPSILON[i][j]
+    return (0, 0) if e == 0 else (1 if e > 0 else -1, abs(e) - 1)

@@ -1,0 +1,155 @@
+"""Constraint of two wheels that roll on each other (theory, "Rolling"): no sliding at the contact.
+
+k: direction of the force between them; x: its arms from both parts' origins; t: pure torques. The rate is k·(v_out − v_in) +
+t_out·ω_out + t_in·ω_in; ξ is its derivative at Ż = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trunnion.elements.joints.wheel_pairs import Sizes, phase, side
+from trunnion.recursion.constraint_equation import NOTHING, Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.symbolic_inputs import Symbols
+from trunnion.recursion.vector_algebra import SX, cross, zeros
+
+
+@dataclass
+class Touch:
+    """Contact of a pair, each with its rate: push on the outboard part (1; less for belts), its arms, torques."""
+
+    push: Moving
+    arm_in: Moving
+    arm_out: Moving
+    torque_in: Moving
+    torque_out: Moving
+
+
+Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
+"""Axis about which the wheels turn against each other, direction in which they part, and its arms from both parts' origins."""
+
+
+def rolling_row(sym: Symbols, c: Cut) -> Row:
+    """Row of a cut joint whose type rolls."""
+    wheels, rolls = c.joint.wheels, c.joint.kind.rolls
+    assert wheels is not None
+    assert rolls is not None
+    of = Sizes(sym.leaf(wheels.module), (sym.leaf(wheels.teeth[0]), sym.leaf(wheels.teeth[1])))
+    touch = TOUCHES[rolls.touch](c, 0.5 * of.module * of.teeth[0], 0.5 * of.module * of.teeth[1])
+    inb, out = ([[E[i, k] for i in range(3)] for k in range(3)] for E in (c.Ein, c.Eout))
+    rolled = phase(rolls.touch, inb, out, [c.s[i] for i in range(3)], of, ca) - sym.leaf(wheels.phase)
+    return _row(c, touch, 0.5 * of.module * ca.sin(rolled))
+
+
+def _row(c: Cut, t: Touch, phi: SX) -> Row:
+    return force_row(c, phi, t.push, t.arm_in, t.arm_out, t.torque_in, t.torque_out)
+
+
+def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
+    """Freedoms of a toothed pair as rows with rate, wrenches and ξ only: rotation against each other as flanks slide, and
+    distance."""
+    wheels, rolls = c.joint.wheels, c.joint.kind.rolls
+    assert wheels is not None
+    assert rolls is not None
+    r1, r2 = (0.5 * sym.leaf(wheels.module) * sym.leaf(z) for z in wheels.teeth)
+    (turns, apart), (arm_in, arm_out) = APART[rolls.touch](c, r1, r2)
+    turn = Touch(NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
+    return [_row(c, turn, SX(0)), _row(c, Touch(apart, arm_in, arm_out, NOTHING, NOTHING), SX(0))]
+
+
+def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
+    """From the inboard wheel's axis to the outboard one: along the axis, across it, square of the distance and its rate."""
+    (a, adot), _ = _axes(c)
+    sdot = point_velocity(c)
+    h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
+    along = (h * a, hdot * a + h * adot)
+    p = (c.s - along[0], sdot - along[1])
+    return along, p, ca.dot(p[0], p[0]), 2 * ca.dot(p[0], p[1])
+
+
+def _axes(c: Cut) -> tuple[Moving, Moving]:
+    """e1 of both sides."""
+    a, b = c.Ein[:, 0], c.Eout[:, 0]
+    return (a, cross(c.inb.omega, a)), (b, cross(c.out.omega, b))
+
+
+def _arms(c: Cut) -> tuple[Moving, Moving]:
+    """From both parts' origins to the joint's points on them."""
+    return (c.c_in, cross(c.inb.omega, c.c_in)), (c.c_out, cross(c.out.omega, c.c_out))
+
+
+def _times(f: SX, v: Moving) -> Moving:
+    return f * v[0], f * v[1]
+
+
+def _plus(*all_of: Moving) -> Moving:
+    return sum((v for v, _ in all_of), zeros(3)), sum((r for _, r in all_of), zeros(3))
+
+
+def _crossed(a: Moving, b: Moving) -> Moving:
+    return cross(a[0], b[0]), cross(a[1], b[0]) + cross(a[0], b[1])
+
+
+def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
+    """Two wheels about parallel axes, in the plane of the inboard point. The force across the line of centres is (r1 +
+    r2)/distance: 1 for gears, less for belts."""
+    (a, adot), _ = _axes(c)
+    arm_in, arm_out = _arms(c)
+    along, p, square, rate = _between(c)
+    across = _crossed((a, adot), p)
+    part = (r1 + r2) / square
+    push = (part * across[0], part * (across[1] - rate / square * across[0]))
+    return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
+
+
+def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
+    """About their axes; along the line of centres."""
+    along, p, square, rate = _between(c)
+    length = ca.sqrt(square)
+    apart = (p[0] / length, p[1] / length - 0.5 * rate / (square * length) * p[0])
+    arm_in, arm_out = _arms(c)
+    return (_axes(c)[0], apart), (arm_in, _plus(arm_out, _times(SX(-1), along)))
+
+
+def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
+    """About the contact line, and across it in the plane of the axes, towards the outboard wheel."""
+    a, b = _axes(c)
+    n, touch = _crossed(a, b), _plus(_times(r2, a), _times(r1, b))
+    line = _times(1 / ca.norm_2(touch[0]), touch)
+    apart = _times(1 / ca.norm_2(n[0]), _crossed(n, line))
+    own = _cones(c, r1, r2)
+    return (line, apart), (own.arm_in, own.arm_out)
+
+
+def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
+    """About the wheel's axis; from the wheel to the rack."""
+    a, b = _axes(c)
+    one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
+    own = _rack(c, r, _)
+    return (a, _times(side(one, two, between, ca), _crossed(a, b))), (own.arm_in, own.arm_out)
+
+
+def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
+    """Two wheels whose axes meet at the joint's point; they touch where their pitch circles do."""
+    a, b = _axes(c)
+    n = _crossed(a, b)
+    sine = ca.norm_2(n[0])
+    touch = _times(1 / sine, _plus(_times(r2, a), _times(r1, b)))
+    arm_in, arm_out = (_plus(arm, touch) for arm in _arms(c))
+    return Touch(_times(1 / sine, n), arm_in, arm_out, NOTHING, NOTHING)
+
+
+def _rack(c: Cut, r: SX, _: SX) -> Touch:
+    """A wheel and a rack; they touch at the wheel's radius."""
+    a, b = _axes(c)
+    one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
+    reach = _times(r * side(one, two, between, ca), _crossed(a, b))
+    arm_in, arm_out = _arms(c)
+    back = (-c.s, -point_velocity(c))
+    return Touch(b, _plus(arm_in, reach), _plus(arm_out, back, reach), NOTHING, NOTHING)
+
+
+APART: dict[str, Callable[[Cut, SX, SX], Parting]] = {"wheels": _wheels_apart, "cones": _cones_apart, "straight": _rack_apart}
+TOUCHES: dict[str, Callable[[Cut, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack}

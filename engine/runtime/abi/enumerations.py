@@ -1,0 +1,213 @@
+"""Enumerations that C and Python share."""
+
+from __future__ import annotations
+
+from trunnion.runtime.abi.record_definition import Named
+
+
+class Status(Named):
+    """Result of a call into the runtime; from FAIL_NOT_FINITE on, the reason why a run cannot go on."""
+
+    OK = 0
+    MORE = 1, "step budget used up: call again"
+    ROWS_FULL = 2, "output buffer full: empty it and call again"
+    EVENTS_FULL = 3, "event buffer full: empty it and call again"
+    NEED_JACOBIAN = 4, "the method needs the Jacobian unit: attach it and call again"
+    DONE = 5
+    NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints do not fix: use the kernel's redundant variant"
+    CANCELLED = 7, "the host cancelled the work"
+    EVENT = 8, "an event was logged, and the host handles it"
+    FAIL_NOT_FINITE = 10
+    FAIL_STEP = 11, "step size underflow"
+    FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"
+    FAIL_CLOSURE = 13, "loops cannot be closed"
+    FAIL_MAX_STEPS = 14
+    FAIL_GIMBAL = 15, "the rotation axes of a loop lie in one plane, and it cannot move on"
+    FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
+    FAIL_METHOD = 17, "no method has this number"
+    FAIL_STALLED = 19, "many trial steps without progress in time"
+    FAIL_TIME = 21, "the time limit of the host is reached"
+    INACCURATE = 18, "the end was reached, but the audit found energy gained or lost far beyond the tolerance"
+    CASE_FAILED = 20, "a case of a batch ended early: the host may read its block and must call again"
+
+
+class EventKind(Named, prefix="TR_EV_"):
+    """What happened at an event. 8 is reserved."""
+
+    REVERSAL = 1, "sliding changed its direction, and the contact jumped"
+    STICK = 2, "a sliding pair came to rest and sticks"
+    SLIP = 3, "a sticking pair began to slide"
+    SEPARATION = 4, "a normal force passed through zero, and the contact crossed its clearance"
+    CONTACT_JUMP = 5, "a contact jumped because something else changed at this instant"
+    END_STOP_ENGAGED = 6, "an end stop, or the hook of a latch, began to press"
+    END_STOP_RELEASED = 7, "an end stop, or the hook of a latch, ceased to press"
+    IMPACT = 9, "a jammed pair stopped at once by a tangential impact"
+    FOLD = 10, "the present solution of the friction equations ceased to exist, and another solution replaced it"
+    LATCH = 11, "the hook of a latch engaged behind the tooth that had passed"
+    UNLATCH = 12, "the hook of a latch lifted"
+
+
+class PairState(Named):
+    """Flag of the mode of a sliding pair. Under a law with a kink the pair is in the proportional or in the saturated zone. Under
+    a set-valued law it sticks, slips, or (a ball only) spins inside its friction cone without sliding. For a law whose only kink
+    is at rest the flag stays 0, and only the direction of friction changes."""
+
+    STUCK = 0
+    SLIPS = 1
+    CONE = 2
+    PROPORTIONAL = 0
+    SATURATED = 1
+
+
+LINE = 1e134
+"""Length of a mode's direction above which the pair moves along a line (``modes/sliding_directions.c``)."""
+
+
+class PairKind(Named, prefix="TR_KIND_"):
+    """Behaviour of a pair's law at rest and at its kink."""
+
+    SMOOTH = 0, "smooth"
+    KINK = 1, "two branches, which meet at a sliding speed"
+    SET = 2, "set-valued at rest"
+    TURN = 3, "kink where a single rate changes sign"
+
+
+class StopState(Named, prefix="TR_STOP_"):
+    """Flag of a stop."""
+
+    OPEN = 0
+    PRESSED = 1
+
+
+class Coordinate(Named, prefix="TR_COORDINATE_"):
+    """Quantity of a coordinate or a rate."""
+
+    ANGLE = 0
+    LENGTH = 1
+    QUATERNION = 2
+
+
+class RowKind(Named, prefix="TR_CONSTRAINS_"):
+    """Quantity that a constraint row fixes."""
+
+    TRAVEL = 0, "its multiplier is a force"
+    TURNING = 1, "its multiplier is a torque"
+
+
+class TableKind(Named, prefix="TR_TABLE_"):
+    """Interpolation of a table of signals."""
+
+    LINEAR = 0, "straight lines between the knots"
+    SPLINE = 1, "a cubic spline through the knots"
+    INPUT = 2, "an external input (tr_input)"
+    HERMITE = 3, "cubic pieces with given slopes at the knots"
+
+
+class Post(Named, prefix="TR_POST_"):
+    """Post-processing of a column."""
+
+    HOLD = 1, "keep the column's last value while its partner column, a normal force, is zero"
+    WRAP = 2, "add whole turns to an angle so that it is continuous"
+
+
+class Wants(Named, prefix="TR_WANTS_"):
+    """Bits that say what a set of columns needs from the runtime in addition to the kernel."""
+
+    CONTRACTION = 1, "the contraction number in every row"
+    AUDIT = 2, "residuals of loops and friction equations, and the verdict, in every row"
+    SOLUTION = 4, "multipliers and accelerations in every row"
+
+
+class Array(Named, prefix="TR_ARRAY_"):
+    """Arrays of a block that hosts may access (``tr_array``)."""
+
+    PARAMETERS = 0, "np"
+    STATE = 1, "q, v, friction states, integrals"
+    SIGNALS = 2, "nx: signals, stop flags, modes"
+    BREAKS = 3, "times at which a step must end"
+    TABLES = 4, "tables of signals"
+    EVENTS = 5, "event records"
+    MULTIPLIERS = 6, "active λ, then η"
+    SLOPES = 7, "rows of K of the last step"
+    MAPS = 8, "affine maps of the multipliers, by stage 1"
+
+
+class Why(Named, prefix="TR_WHY_"):
+    """Reason why the equations of friction have no solution."""
+
+    UNKNOWN = 0
+    JAM = 1, "a solution exists after a sudden stop of the pair"
+    INCONSISTENT = 2, "no solution exists even at rest"
+    UNDECIDED = 3, "too many pairs at rest: not all combinations of modes were tried, and no solution was found"
+
+
+class Verdict(Named, prefix="TR_VERDICT_"):
+    """Verdict of the audit on a run."""
+
+    WITHIN = 0, "all figures are within the tolerance"
+    NOTE = 1, "some figure exceeds it"
+    INACCURATE = 2, "the energy error exceeds it by far: the run counts as failed"
+
+
+class Law(Named, prefix="TR_LAW_"):
+    """Figures of the audit besides energy, each relative to the unit in brackets."""
+
+    CLOSURE = 0, "gap of a loop (length scale; 1 rad)"
+    CONE = 1, "friction of a pair beyond its law (its capacity)"
+    DRIVES = 2, "power that friction adds to the motion of a pair (largest power of friction)"
+    CREEPS = 3, "speed of a stuck pair (speed unit)"
+    UNREST = 4, "acceleration of a stuck pair (accelerations that cancel in it)"
+    FRICTION = 5, "residual of the equations of friction (largest friction)"
+
+
+class Breaks(Named, prefix="TR_BREAKS_"):
+    """Bits: laws that a solution violates."""
+
+    LOOP = 1, "the equations of the loops"
+    REST = 2, "a held pair moves"
+    CONE = 4, "a held pair carries more than its capacity"
+    LAW = 8, "friction differs from its law"
+    BRANCH = 16, "a pair is not on the branch of its mode"
+    POWER = 32, "friction drives"
+    START = 64, "friction drives a pair that starts"
+    STOP = 128, "an end stop is engaged without contact, or open with contact"
+
+
+class Overrun(Named, prefix="TR_OVERRUN_"):
+    """Outcome of a bounded step; from BY_IMPULSES on, how the rest of the step was computed after a limit or a failure."""
+
+    NONE = 0, "completed within its limits"
+    BY_IMPULSES = 1, "completed by one impulse step"
+    RELAXED = 2, "completed by one impulse step, with friction approximated in a few sweeps"
+
+
+class Ask(Named, prefix="TR_ASK_"):
+    """Kind of a request to the SIMD lanes."""
+
+    STEP = 0, "trial step of an explicit method: stages, end and errors"
+    DENSE = 1, "extra stages of its dense output"
+    END = 2, "projection of a state, and its slope"
+    PROJECT = 3, "projection of a state"
+    LOOK = 4, "multipliers and sliding of pairs at a state"
+    ALL = 5, "as END, with all results of an evaluation"
+    ROWS = 6, "rows of one case, one in each lane"
+
+
+class Strand(Named, prefix="TR_STRAND_"):
+    """State of a strand (a stack on which cases run one after another) of an ensemble."""
+
+    GOES = 0, "ready to continue"
+    ASKS = 1, "waits for its request"
+    NEEDS = 2, "waits for the Jacobian unit"
+    OVER = 3, "no cases left"
+
+
+class Ended(Named, prefix="TR_ENDED_"):
+    """Outcome of a case of an ensemble."""
+
+    NOT = 0, "not ended"
+    WHOLE = 1, "complete"
+    EARLY = 2, "the case could not continue: the host runs it alone to find the reason"
+
+
+ENUMERATIONS: tuple[type[Named], ...] = tuple(Named.__subclasses__())

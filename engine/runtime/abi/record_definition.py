@@ -1,0 +1,151 @@
+"""Declarations that C and Python share: enumerations and records, with their C text and Python readers.
+
+A record's fields are written once, one on each line, as ``C declaration : meaning``. The C struct, the ``ctypes`` structure, the
+NumPy type and the checks of names follow.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    import numpy as np
+
+PLAIN: dict[str, Any] = {"int": ctypes.c_int, "long": ctypes.c_long, "size_t": ctypes.c_size_t, "double": ctypes.c_double}
+NUMPY = {"int": "intc", "double": "float64"}
+KNOWN: dict[str, Record] = {}
+"""Records by C name, as fields of other records."""
+
+
+class Named(IntEnum):
+    """An enumeration with meanings: ``MEMBER = number, "meaning"``. ``prefix`` starts its names in C."""
+
+    about: str
+    prefix: ClassVar[str]
+
+    def __init_subclass__(cls, prefix: str = "TR_", **more: Any) -> None:
+        super().__init_subclass__(**more)
+        cls.prefix = prefix
+
+    def __new__(cls, number: int, about: str = "") -> Named:
+        member = int.__new__(cls, number)
+        member._value_ = number
+        member.about = about
+        return member
+
+    @classmethod
+    def c_text(cls) -> str:
+        """The C definition of the enumeration."""
+        named = cls.__members__.items()  # with second names of one number
+        lines = [f"  {cls.prefix}{name} = {m.value}," + (f" /* {m.about} */" if m.about else "") for name, m in named]
+        return "\n".join([f"/* {one_line(cls.__doc__)} */", "enum {", *lines, "};\n"])
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a record: C declaration, name, base type ("*": pointer), number of entries, meaning."""
+
+    declaration: str
+    name: str
+    base: str
+    count: int
+    about: str
+
+
+class Record:
+    """A C struct, declared in C text and read in Python. tag: name; about: meaning; lines: fields, one on each line."""
+
+    def __init__(self, tag: str, about: str, lines: str):
+        self.tag, self.about = tag, one_line(about)
+        self.fields = tuple(_field(line) for line in lines.strip().splitlines())
+        self.names = tuple(f.name for f in self.fields)
+        KNOWN[tag] = self
+
+    @cached_property
+    def ctype(self) -> Any:
+        """The ``ctypes`` structure with these fields."""
+        places = [(f.name, _ctype(f)) for f in self.fields]
+        return type(self.tag, (ctypes.Structure,), {"_fields_": places})
+
+    @cached_property
+    def dtype(self) -> np.dtype:
+        """The NumPy type of a record without pointers."""
+        import numpy as np
+
+        places: list[Any] = []
+        for f in self.fields:
+            base: Any = KNOWN[f.base].dtype if f.base in KNOWN else NUMPY[f.base]
+            places.append((f.name, base, (f.count,)) if f.count > 1 else (f.name, base))
+        return np.dtype(places, align=True)
+
+    @property
+    def numbers(self) -> int:
+        """Number of doubles of a record that contains only doubles."""
+        return self.dtype.itemsize // 8
+
+    def at(self, name: str) -> int:
+        """Index of a field's first double, in a record that contains only doubles."""
+        found = self.dtype.fields
+        assert found is not None
+        return found[name][1] // 8
+
+    @property
+    def integers(self) -> tuple[str, ...]:
+        """Names of the fields that are single integers."""
+        return tuple(f.name for f in self.fields if f.base == "int" and "*" not in f.declaration)
+
+    def c_text(self) -> str:
+        """The C definition of the struct."""
+        lines = [f"  {f.declaration};" + (f" /* {f.about} */" if f.about else "") for f in self.fields]
+        return "\n".join([f"/* {self.about} */", f"typedef struct {self.tag} {{", *lines, f"}} {self.tag};\n"])
+
+    def row(self, **values: Any) -> tuple[Any, ...]:
+        """The values of all fields in the record's order. TypeError unless exactly its fields are given."""
+        if set(values) != set(self.names):
+            raise TypeError(f"{self.tag}: fields that do not match: {', '.join(sorted(set(values) ^ set(self.names)))}")
+        return tuple(values[n] for n in self.names)
+
+    def doubles(self, **values: Any) -> list[float]:
+        """The values of all fields in order as doubles, for a record that contains only doubles."""
+        row = self.row(**values)
+        return [float(x) for value in row for x in (value if isinstance(value, tuple) else (value,))]
+
+    def initialiser(self, name: str, **values: Any) -> str:
+        """C definition of a constant record ``name``, every field named."""
+        self.row(**values)
+        return f"const {self.tag} {name}={{{','.join(f'.{n}={values[n]}' for n in self.names)}}};\n"
+
+    def table(self, name: str, rows: Iterable[tuple[Any, ...]]) -> str:
+        """C definition of a constant array of records. Without rows it has one zero record, because C allows no empty array."""
+        body = ",".join("{" + ",".join(map(str, r)) + "}" for r in rows) or "{0}"
+        return f"static const {self.tag} {name}[]={{{body}}};\n"
+
+
+def _field(line: str) -> Field:
+    """The Field that a line such as ``const double *p : meaning`` declares."""
+    declaration, _, about = line.partition(" : ")
+    declaration = declaration.strip()
+    pointer = re.search(r"\(\*+(\w+)\)", declaration)
+    plain = re.fullmatch(r"(.*?)\b(\w+)(?:\[(\d+)\])?", declaration)
+    assert pointer or plain, line
+    if pointer:
+        return Field(declaration, pointer.group(1), "*", 1, about.strip())
+    assert plain
+    base, name, count = plain.groups()
+    return Field(declaration, name, "*" if "*" in base else base.strip(), int(count or 1), about.strip())
+
+
+def _ctype(f: Field) -> Any:
+    base = ctypes.c_void_p if f.base == "*" else KNOWN[f.base].ctype if f.base in KNOWN else PLAIN[f.base]
+    return base * f.count if f.count > 1 else base
+
+
+def one_line(text: str | None) -> str:
+    """A docstring's words on one line."""
+    return " ".join((text or "").split())

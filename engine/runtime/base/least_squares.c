@@ -1,0 +1,64 @@
+/* Least squares for reactions that redundant loops leave open: |κ + N x| is smallest, N (m×r) the scaled reactions of the open
+ * directions.
+ *
+ * The Gram matrix of unit columns is factorised, so that units do not matter. Two corrections on the residual restore the
+ * digits lost by squaring the condition. A direction concerns few joints, so rows outside the span of a column are skipped.
+ * Dependent directions get zero. */
+#include "base/base.h"
+
+#define DEPENDENT 1e-12 /* remainder of a unit direction, squared; sums of m ≈ 1e3 products are accurate to 1e-14 */
+#define CORRECTIONS 2 /* corrections on the residual */
+#define VANISHED 1e-20 /* × a direction's squared length: what orthogonalisation leaves of a dependent one */
+
+/* Doubles of work space: Gram matrix, scales, a right-hand side, order and spans (ints). */
+static int tr_least_squares_doubles(int r) { return r * (r + 4); }
+
+static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, double *work) {
+  tr_least_squares q = {m, r, 0, N, work, work + r * r, work + r * (r + 1), (int *)(work + r * (r + 2)), 0, 0};
+  q.lo = q.perm + r, q.hi = q.lo + r;
+  for (int j = 0; j < r; ++j) {
+    const double *n = N + (size_t)m * j;
+    int lo = 0, hi = m;
+    while (lo < hi && n[lo] == 0.0) ++lo;
+    while (hi > lo && n[hi - 1] == 0.0) --hi;
+    q.lo[j] = lo, q.hi[j] = hi;
+    double len = tr_dot(n + lo, n + lo, hi - lo);
+    q.d[j] = len > 0.0 ? 1.0 / sqrt(len) : 0.0;
+    for (int i = 0; i <= j; ++i) {
+      int a = lo > q.lo[i] ? lo : q.lo[i], b = hi < q.hi[i] ? hi : q.hi[i];
+      q.L[i + j * r] = q.L[j + i * r] = a < b ? tr_dot(n + a, N + (size_t)m * i + a, b - a) : 0.0;
+    }
+  }
+  q.rank = tr_cholesky(r, q.L, q.d, q.L, q.perm, 0, DEPENDENT, DEPENDENT);
+  return q;
+}
+
+static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x) {
+  int m = q->m, r = q->r;
+  double dx[r];
+  for (int j = 0; j < r; ++j) x[j] = 0.0;
+  for (int pass = 0; pass <= CORRECTIONS; ++pass) {
+    for (int j = 0; j < r; ++j) q->g[j] = -tr_dot(q->N + (size_t)m * j + q->lo[j], kappa + q->lo[j], q->hi[j] - q->lo[j]) - (more ? more[j] : 0.0);
+    tr_cholesky_solve(r, q->rank, q->L, q->perm, q->d, q->g, dx);
+    for (int j = 0; j < r; ++j) {
+      const double *n = q->N + (size_t)m * j;
+      x[j] += dx[j];
+      if (dx[j] != 0.0)
+        for (int i = q->lo[j]; i < q->hi[j]; ++i) kappa[i] += n[i] * dx[j];
+    }
+  }
+}
+
+static void tr_orthonormalise(int m, int r, double *N) {
+  for (int q = 0; q < r; ++q) {
+    double *n = N + (size_t)m * q, was = tr_dot(n, n, m);
+    for (int pass = 0; pass < 2; ++pass)
+      for (int p = 0; p < q; ++p) {
+        const double *np = N + (size_t)m * p;
+        double dot = tr_dot(n, np, m);
+        for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
+      }
+    double len = tr_dot(n, n, m), inv = len > VANISHED * was && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
+    for (int i = 0; i < m; ++i) n[i] *= inv;
+  }
+}

@@ -1,0 +1,49 @@
+/* Tables of the methods, generated from engine/runtime/integrators (``tr_tables.h``). No C file names a method; its number is
+ * its place in the table. */
+#ifndef TR_METHODS_H
+#define TR_METHODS_H
+#include "tr_abi.h"
+#include "base/compiler.h"
+
+/* out = h · (combination of the rows of K); a row has n vectors. */
+typedef void (*tr_combination)(int n, double h, const tr_vec *restrict K, tr_vec *restrict out);
+
+/* An explicit Runge–Kutta method. Rows of K: stages, derivative at the end of the step, extra stages of the dense output. */
+typedef struct tr_explicit {
+  int stages, extra;   /* stages of a step; extra stages of the dense output */
+  int errors;          /* error estimators: 1 or 2 */
+  int dense;           /* rows of the dense output in addition to the cubic */
+  int ends_in_error;   /* an estimator uses the derivative at the end of the step */
+  double stiff_at;     /* estimate of h|λ| above which stability limits the steps */
+  const double *c;     /* nodes of all rows */
+  const double *lead;  /* stages × stages, by rows: weights of earlier stages that extrapolate the start of Newton's method */
+  void (*argument)(int stage, int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
+  void (*solution)(int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
+  const tr_combination *error, *dense_row;
+} tr_explicit;
+
+/* A Rosenbrock method (form and names: engine/runtime/integrators/rosenbrock_coefficients.py). Rows of K: f at the start,
+ * stages, f at the end. */
+typedef struct tr_rosenbrock {
+  int stages;
+  double gamma;
+  const double *A, *C; /* stages × stages, by rows */
+  const double *c, *d, *b;
+  const double *H;     /* 3 × stages */
+} tr_rosenbrock;
+
+/* Impulse steps: weights by which a whole step and its two halves are extrapolated. */
+typedef struct tr_impulses {
+  double whole, halves;
+} tr_impulses;
+
+/* TR_CHOSEN is method auto, which uses the others. */
+enum { TR_CHOSEN, TR_EXPLICIT, TR_IMPLICIT, TR_IMPULSES };
+typedef struct tr_method {
+  int kind, order;
+  int end; /* row of K with the derivative at the end of the step */
+  const tr_explicit *explicit;
+  const tr_rosenbrock *rosenbrock;
+  const tr_impulses *impulses;
+} tr_method;
+#endif

@@ -1,0 +1,170 @@
+/* The audit: whether the run obeys its laws (theory, "Audit"). It observes the accepted solution at the end of each step and
+ * changes nothing. Energies are balanced between observations; each other law has a figure, whose worst value is kept. */
+#include "checks/checks.h"
+
+#define EVERY_STEPS 4    /* steps between balances of energy; a loss shows at the next balance */
+#define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulses where events accumulate */
+#define LEAST_RTOL 1e-12 /* tighter tolerances are round-off */
+#define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: inaccurate */
+#define AT_MOST 0.1      /* × the energy turned over: inaccurate at any tolerance */
+#define SINGULAR_LOSS 1e-6   /* × the energy turned over: loss that loops may have in a singular position */
+#define NOTED 0.1        /* × the limit of inaccuracy: worth a note */
+#define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: their round-off along a run */
+#define LAW_LEAST 1e-6   /* × a law's unit: smaller figures are not noted */
+#define FAINT_LOAD 1e-9  /* × the largest friction: a less loaded pair has no meaningful ratio */
+#define LEAST_LOAD 1e-15 /* × energy over length: smaller loads of any pair are round-off, as with μ = 0 */
+
+static double tr_audit_tolerance(const tr_sim *s) {
+  const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0;
+  return fmax(fmax(s->set.rtol, LEAST_RTOL), stepped ? FIRST_ORDER : 0.0);
+}
+
+/* Note a figure of the last step. */
+static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) {
+  if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
+}
+
+/* Relative acceleration of freedom i: from raw maps and all multipliers, over the sum of its terms. */
+static double tr_audit_relative_acceleration(tr_sim *s, int i) {
+  double size, sum = tr_acceleration_and_terms(s, i, &size);
+  return size > 0.0 ? fabs(sum) / size : 0.0;
+}
+
+/* Note the speed and the relative accelerations of a held pair. Prescribed freedoms have no cancelling accelerations; their
+ * speed suffices. Requires a solution. */
+static void tr_audit_rest(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  tr_audit_record(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
+  for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
+    if (tr_row_kinds(s)[j] != TR_ROW_FREE) tr_audit_record(&s->audit, TR_LAW_UNREST, tr_audit_relative_acceleration(s, j), i);
+}
+
+/* Power of a pair's friction, W; positive if it drives. */
+static double tr_audit_power(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *rate = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
+  double power = 0.0;
+  for (int j = 0; j < pair->neta; ++j) power -= eta[j] * rate[j];
+  return power;
+}
+
+/* Note the figures of friction laws at the end of the last step. Requires its solution. */
+static void tr_audit_friction(tr_sim *s) {
+  TR_NEED(s, TR_HAS_SOLUTION);
+  const tr_kernel *k = s->k;
+  tr_audit *a = &s->audit;
+  double load = LEAST_LOAD * s->set.energy / s->set.length;
+  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* otherwise tr_update_extremes has just evaluated them */
+  for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
+  for (int i = 0; i < k->nsliders; ++i) {
+    double power = tr_audit_power(s, i);
+    a->power = fmax(a->power, fabs(power));
+    if (power > 0.0 && !tr_pair_of(s, i)->stores)
+      tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
+    if (!tr_is_set_valued(s, i) || !tr_is_stuck(s, i)) continue; /* a law may rise with speed: sliding pairs are judged by TR_LAW_FRICTION */
+    if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_record(a, TR_LAW_CONE, tr_friction_ratio(s, i) - 1.0, i);
+    tr_audit_rest(s, i);
+  }
+}
+
+static void tr_audit_laws(tr_sim *s) {
+  tr_audit *a = &s->audit;
+  if (s->k->active + s->k->neta == 0) return; /* only the balance of energy applies */
+  for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
+  if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
+  if (s->k->neta) tr_audit_friction(s);
+}
+
+/* Energies and works at the state y. Requires its signals. */
+static void tr_audit_energies(tr_sim *s, const double *y, double *kinetic, double *potential, double *taken, double *given) {
+  const tr_kernel *k = s->k;
+  double out[2];
+  k->energy(TR_A(s, x), y, TR_A(s, c) + k->c_energy, out);
+  *kinetic = out[0], *potential = out[1];
+  const double *sums = y + s->ny + s->nworks;
+  *taken = sums[0], *given = sums[1];
+}
+
+/* Balance the energy at (t, y). */
+static void tr_audit_balance(tr_sim *s, double t, const double *y) {
+  tr_audit *a = &s->audit;
+  double kinetic, potential, taken, given;
+  tr_set_time(s, t);
+  tr_audit_energies(s, y, &kinetic, &potential, &taken, &given);
+  a->known = taken - given < INFINITY; /* not finite if the stiff method lacked the power in the middle of a step */
+  if (!a->known) return;
+  const double lost = kinetic + potential - taken - given - a->begin;
+  a->all.turned += 0.5 * (fabs(kinetic - a->kinetic) + fabs(potential - a->potential) + fabs(taken - a->taken) + fabs(given - a->given));
+  if (fabs(lost - a->lost) > a->jump) {
+    a->jump = fabs(lost - a->lost), a->all.jump_time = t;
+    a->all.jump_joint = s->events.last.time >= a->seen ? s->events.last.element : 0.0;
+  }
+  if (fabs(lost) > fabs(a->all.lost)) a->all.lost = lost, a->all.lost_time = t;
+  a->most = fmax(a->most, kinetic), a->terms = fmax(a->terms, kinetic + fabs(potential) + fabs(taken) + fabs(given));
+  a->kinetic = kinetic, a->potential = potential, a->taken = taken, a->given = given, a->lost = lost, a->seen = t;
+}
+
+static void tr_audit_step(tr_sim *s, double t, const double *y) {
+  tr_audit *a = &s->audit;
+  for (int i = 0; i < TR_LAWS && s->k->active + s->k->neta; ++i) {
+    tr_worst *worst = a->all.law + i;
+    if (a->size[i] > worst->size)
+      *worst = (tr_worst){a->size[i], t, a->pair[i] < 0.0 ? 0.0 : 1.0 + tr_pair_of(s, (int)a->pair[i])->element};
+  }
+  if (a->known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
+}
+
+static void tr_audit_impulses(tr_sim *s, double t, const double *y) {
+  if (s->audit.known && s->stats.steps % EVERY_STEPS == 0) tr_audit_balance(s, t, y);
+}
+
+static void tr_audit_begin(tr_sim *s) {
+  tr_audit *a = &s->audit;
+  double *y = TR_A(s, y);
+  a->all = (tr_judgement){.lost_time = -1.0, .jump_time = -1.0};
+  for (int i = 0; i < TR_LAWS; ++i) a->all.law[i] = (tr_worst){.time = -1.0};
+  for (int i = 0; i < s->naudit; ++i) y[s->ny + s->nworks + i] = 0.0;
+  a->known = s->k->energy && s->naudit;
+  if (!a->known) return;
+  tr_set_time(s, s->clock.t);
+  tr_audit_energies(s, y, &a->kinetic, &a->potential, &a->taken, &a->given);
+  a->begin = a->kinetic + a->potential - a->taken - a->given, a->most = a->kinetic, a->lost = a->jump = 0.0, a->seen = s->clock.t;
+}
+
+static double tr_audit_energy(tr_sim *s) {
+  double kinetic, potential, taken, given;
+  if (!s->audit.known) return 0.0;
+  tr_set_time(s, s->clock.t);
+  tr_audit_energies(s, TR_A(s, y), &kinetic, &potential, &taken, &given);
+  return kinetic + potential - taken - given;
+}
+
+void tr_audit_end(tr_sim *s) {
+  const int watch = s->step.watch;
+  if (s->clock.t == s->clock.t_start && s->stats.steps == 0) return;
+  s->step.watch = 0;
+  double y[tr_state_width(s)];
+  memcpy(y, TR_A(s, y), sizeof y);
+  if (tr_project(s, s->clock.t, y) && tr_rhs(s, s->clock.t, y, TR_A(s, dy))) {
+    tr_audit_laws(s);
+    if (s->k->neta) tr_certify(s), tr_audit_record(&s->audit, TR_LAW_FRICTION, s->audit.complement, -1);
+    tr_audit_step(s, s->clock.t, y);
+    if (s->audit.known) tr_audit_balance(s, s->clock.t, y);
+  }
+  s->step.watch = watch;
+}
+
+void tr_judge(const tr_sim *s, tr_judgement *out) {
+  const tr_audit *a = &s->audit;
+  *out = a->all;
+  const double own = a->most + a->all.turned, tolerance = tr_audit_tolerance(s);
+  const double far = fmin(FAR_OFF * tolerance, AT_MOST), limit = fmax(far, s->k->active ? SINGULAR_LOSS : 0.0);
+  out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
+  out->noted = fmax(LAW_LEAST, RUN_ERROR * tolerance), out->noted_energy = NOTED * far;
+  const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
+  out->turned = own + sqrt(own * s->set.energy); /* the tolerance is absolute in the scene's unit, so slow motion is less accurate */
+  out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
+  for (int i = 0; i < TR_LAWS; ++i)
+    if (a->all.law[i].size > out->noted) out->verdict = TR_VERDICT_NOTE;
+  if (out->judged && beyond > out->noted_energy * out->turned) out->verdict = beyond > limit * out->turned ? TR_VERDICT_INACCURATE : TR_VERDICT_NOTE;
+}

@@ -1,0 +1,322 @@
+/* Verification of solutions (theory, "Answers are checked"): modes and multipliers against the kernel's maps alone. It uses no
+ * residual, rank or eliminated map of the solver, so that errors there are seen. It runs at every decision and at the end of
+ * every accepted step. */
+#include "checks/checks.h"
+
+/* × the sum of absolute terms: allowed violation of an equation. Round-off of a solution is 1e-14. Near a singular position of
+ * loops a dropped pivot p leaves √p, at most 3e-5 (``constraints/loop_solve.c``). */
+#define LOOP_OPENS 1e-4
+#define FAINT_OPENING 1e-7 /* × length · rate² (rate²): absolute allowance for a row */
+#define REST_MOVES 1e-4
+#define LAW_MISSED 1e-6    /* × the terms of a law; near a ball's cone half of the digits are lost */
+#define CONE_BROKEN 1e-7   /* × the friction ratio; pairs are released at 1e-10 */
+#define BRANCH_MISSED 1e-6 /* × the kink speed; × squared sine of a ball's tilt */
+#define CREEPS 1e-7        /* × the speed unit: speed of a held pair left by closing loops, or gathered on a cut joint */
+#define CREEPS_PART 10.0   /* × the tolerance, likewise */
+#define START_BACKWARDS 1e-6 /* × the accelerations that cancel: acceleration against the direction of a starting pair */
+#define FRICTION_NOTHING 1e-12 /* × the load: friction that counts as none */
+#define STOP_MISSED 1e-9   /* × the length, or rad: depth of an open stop, or distance of an engaged one */
+
+/* Solution recomputed from the maps alone. */
+typedef struct tr_recomputed {
+  double *acc, *acc_size; /* neta: accelerations and sums of absolute terms; without maps, residuals of loop rows (active) follow each */
+  double *N, *N_size;     /* nn: reaction components and sums of their absolute terms */
+  double *law, *dn;       /* η by the laws, and its derivative */
+  tr_sliding *sliding;
+  int sized;              /* N_size and dn are computed; needed only if a law misses its usual accuracy */
+} tr_recomputed;
+
+static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
+
+/* Whether loop row i was dropped at a singular position, the only information taken from the solver. No λ satisfies such a row
+ * there, and its violation has no bound. */
+static int tr_is_row_dropped(const tr_sim *s, int i) {
+  const int *perm = (const int *)TR_A(s, perm);
+  if (s->loops.rank_now >= s->loops.rank) return 0;
+  for (int q = s->loops.rank_now; q < s->k->active; ++q)
+    if (perm[q] == i) return 1;
+  return 0;
+}
+
+/* Absolute allowance for the residual of loop row i. */
+static inline double tr_row_tolerance(const tr_sim *s, int i) {
+  return FAINT_OPENING * tr_row_unit(s, s->k->active_rows[i]) * s->set.rate * s->set.rate;
+}
+
+/* Whether the loop equations have their usual accuracy, relative to their first term. */
+static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double *z) {
+  const tr_kernel *k = s->k;
+  const double *g0 = map_g0(k, maps);
+  int a = k->active, closed = 1;
+  double r[a + 1];
+  memcpy(r, g0, sizeof(double) * a);
+  tr_add_columns(a, a, maps, z, 1.0, r);
+  tr_add_columns(a, k->neta, map_Se(k, maps), z + a, 1.0, r);
+  for (int i = 0; i < a; ++i) closed &= fabs(r[i]) <= LOOP_OPENS * fabs(g0[i]) + tr_row_tolerance(s, i);
+  return closed;
+}
+
+/* tr_are_loops_closed for a recursive solution, which requires every row. */
+static int tr_are_rows_closed(const tr_sim *s, const tr_recomputed *it) {
+  const double *gap = it->acc + s->k->neta, *first = it->acc_size + s->k->neta;
+  int closed = 1;
+  for (int i = 0; i < s->k->active; ++i) closed &= fabs(gap[i]) <= LOOP_OPENS * fabs(first[i]) + tr_row_tolerance(s, i);
+  return closed;
+}
+
+/* out = first, with absolute terms in size. */
+static inline void tr_start_terms(int m, const double *first, double *out, double *size) {
+  for (int i = 0; i < m; ++i) out[i] = first[i], size[i] = fabs(first[i]);
+}
+
+/* out (m) += A x, and size += the sum of absolute terms; A m×n. */
+static inline void tr_add_terms(int m, int n, const double *A, const double *x, double *out, double *size) {
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < m; ++i) {
+      double part = A[i + (size_t)j * m] * x[j];
+      out[i] += part, size[i] += fabs(part);
+    }
+}
+
+/* Check the loop equations S λ + Se η + g0 = 0. */
+static int tr_check_loops(const tr_sim *s, const double *maps, const double *z) {
+  const tr_kernel *k = s->k;
+  int a = k->active;
+  double r[a + 1], size[a + 1];
+  if (tr_are_loops_closed(s, maps, z)) return 0;
+  tr_start_terms(a, map_g0(k, maps), r, size);
+  tr_add_terms(a, a, maps, z, r, size);
+  tr_add_terms(a, k->neta, map_Se(k, maps), z + a, r, size);
+  for (int i = 0; i < a; ++i)
+    if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + tr_row_tolerance(s, i)) && !tr_is_row_dropped(s, i)) return TR_BREAKS_LOOP;
+  return 0;
+}
+
+/* Compute N_size and dn, once. */
+static void tr_add_law_sizes(tr_sim *s, tr_recomputed *it) {
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps), *z = TR_A(s, z);
+  if (it->sized) return;
+  tr_form_maps(s);
+  tr_start_terms(k->nn, map_N0(k, maps), it->N, it->N_size);
+  tr_add_terms(k->nn, k->active, map_Nl(k, maps), z, it->N, it->N_size);
+  tr_add_terms(k->nn, k->neta, map_Ne(k, maps), z + k->active, it->N, it->N_size);
+  k->laws(it->N, map_rates(k, maps), TR_A(s, x), TR_A(s, c) + k->c_laws, it->law, it->dn, (double *)it->sliding);
+  it->sized = 1;
+}
+
+/* Check the friction of pair i, a part of its element, against its law. */
+static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const tr_element *el = s->k->element + pair->element;
+  const double *eta = TR_A(s, z) + s->k->active;
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* without a coefficient, friction is round-off of its load */
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
+    const double off = fabs(eta[e] - it->law[e]);
+    gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);
+  }
+  for (int q = 0; q < el->needs; ++q) load = fmax(load, fabs(it->N[el->n0 + q]));
+  if (gap <= LAW_MISSED * size || force <= FRICTION_NOTHING * load) return 0;
+  tr_add_law_sizes(s, it);
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
+    for (int q = 0; q < el->needs; ++q) size += fabs(it->dn[el->dn0 + e - el->eta0 + q * el->neta]) * it->N_size[el->n0 + q];
+  return gap <= LAW_MISSED * size ? 0 : TR_BREAKS_LAW;
+}
+
+/* Check that the pair is on the branch of its mode. */
+static int tr_check_branch(const tr_sim *s, int i, const tr_sliding *v) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  int flag = tr_mode_flag(tr_mode_of(s, i));
+  double over = pair->kind == TR_KIND_KINK ? fabs(v->speed) / v->border - 1.0 : pair->kind == TR_KIND_SET && pair->cone ? v->cone : 0.0;
+  if (over == 0.0) return 0;
+  int beyond = pair->kind == TR_KIND_KINK ? flag == TR_SATURATED : flag != TR_CONE;
+  return (beyond ? -over : over) <= BRANCH_MISSED ? 0 : TR_BREAKS_BRANCH;
+}
+
+/* Check that sliding friction of pair i takes energy, with its rates, or (starts) with the accelerations of its onset. */
+static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it, int starts) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
+  const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
+  const tr_element *el = s->k->element + pair->element;
+  double friction = 0.0, load = 0.0; /* without a coefficient, friction is round-off of its load */
+  double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
+  for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
+  if (power >= 0.0) return 0; /* levers cancel in the power */
+  power = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) {
+    double v = v0[j] * lever[j], f = eta[j] / lever[j];
+    power += f * v, size += fabs(f * v), fast += v * v, friction = fmax(friction, fabs(f));
+    if (starts) cancel += it->acc_size[pair->eta0 + j] * lever[j], size += fabs(f) * it->acc_size[pair->eta0 + j] * lever[j];
+  }
+  for (int q = 0; q < el->needs; ++q) load = fmax(load, fabs(it->N[el->n0 + q]));
+  if (friction <= FRICTION_NOTHING * load) return 0;
+  if (sqrt(fast) <= (starts ? FAINT_RATIO * cancel : slow)) return 0;
+  return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
+}
+
+/* Check that a held pair does not move and stays within its capacity. In an impulse step, accelerations include end rates. */
+static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const tr_hold *hold) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  int broken = 0;
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
+    if (tr_row_kinds(s)[e] == TR_ROW_FREE && tr_is_coming_to_rest(s, e, it->acc[e])) continue;
+    if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e] + TOL_RESOLVE * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[e])) broken = TR_BREAKS_REST;
+  }
+  const double crawl = pair->v0 >= 0 && !s->k->rows ? tr_rest_speed(tr_speed_unit(s)) : tr_closure_speed(s);
+  if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl)) broken = TR_BREAKS_REST;
+  double over = fmax(hold->size - hold->capacity, hold->beyond - CONE_BROKEN * hold->capacity);
+  return over <= CONE_BROKEN * hold->capacity + s->friction.faint ? broken : broken | TR_BREAKS_CONE;
+}
+
+/* Check that exactly the engaged end stops are in contact at y. */
+static int tr_check_stops(const tr_sim *s, const double *y) {
+  const tr_kernel *k = s->k;
+  double depth[k->nstops + 1];
+  tr_stop_depths(s, y, depth);
+  for (int i = 0; i < k->nstops; ++i)
+    if (!((tr_is_pressed(s, i) ? -depth[i] : depth[i]) <= STOP_MISSED * fmax(1.0, s->set.length))) return TR_BREAKS_STOP;
+  return 0;
+}
+
+/* Whether any pair is held. */
+static int tr_has_stuck_pair(const tr_sim *s) {
+  int any = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) any |= tr_is_stuck(s, i);
+  return any;
+}
+
+/* Check the friction of every pair. rest (n): pairs just decided, which start from rest; 0: none, and branches are checked. */
+static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) {
+  const tr_kernel *k = s->k;
+  tr_hold hold[k->nsliders + 1];
+  int broken = 0;
+  if (tr_has_stuck_pair(s)) k->held_alone(it->N, TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold);
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (i == s->friction.freed) continue;
+    if (tr_is_stuck(s, i)) {
+      broken |= tr_check_held(s, i, it, hold + i);
+      continue;
+    }
+    int starts = s->moreau.h > 0.0 || tr_contains(rest, n, i);
+    broken |= tr_check_law(s, i, it);
+    if (!rest) broken |= tr_check_branch(s, i, it->sliding + i);
+    if (tr_is_set_valued(s, i)) broken |= tr_check_dissipation(s, i, it, starts);
+  }
+  return broken;
+}
+
+/* tr_recompute for a recursive solution: the recursion with these frictions as forces. Terms of accelerations follow from those
+ * without friction. */
+static void tr_recompute_recursive(const tr_sim *s, tr_recomputed *it, int accelerates) {
+  const tr_kernel *k = s->k;
+  const double *eta = TR_A(s, z) + k->active;
+  double less[k->neta + k->active];
+  it->sized = 0;
+  if (accelerates || k->active) {
+    memset(less, 0, sizeof less);
+    k->answer(TR_A(s, c), TR_A(s, w), less, it->N, it->acc_size);
+  }
+  for (int i = 0; i < k->neta; ++i) less[i] = -eta[i];
+  memcpy(less + k->neta, TR_A(s, z), sizeof(double) * k->active);
+  k->answer(TR_A(s, c), TR_A(s, w), less, it->N, it->acc);
+  k->laws_alone(it->N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, it->law, (double *)it->sliding);
+  for (int i = 0; i < k->neta && accelerates; ++i) it->acc_size[i] = fabs(it->acc_size[i]) + fabs(it->acc[i] - it->acc_size[i]);
+}
+
+/* Add the rates at the end of an impulse step, over its length, to the accelerations. */
+static void tr_add_end_rates(const tr_sim *s, const tr_recomputed *it) {
+  const double *rates = map_rates(s->k, TR_A(s, maps));
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    for (int j = 0; j < pair->nrates; ++j) {
+      double now = rates[pair->rate0 + j] / s->moreau.h;
+      it->acc[pair->eta0 + j] += now, it->acc_size[pair->eta0 + j] += fabs(now);
+    }
+  }
+}
+
+/* Recompute the solution from maps. accelerates: with accelerations, for pairs that rest or start. */
+static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps), *z = TR_A(s, z), *eta = z + k->active;
+  int a = k->active, e = k->neta, m = k->nn;
+  memcpy(it->N, map_N0(k, maps), sizeof(double) * m);
+  tr_add_columns(m, a, map_Nl(k, maps), z, 1.0, it->N);
+  tr_add_columns(m, e, map_Ne(k, maps), eta, 1.0, it->N);
+  k->laws_alone(it->N, map_rates(k, maps), TR_A(s, x), TR_A(s, c) + k->c_laws, it->law, (double *)it->sliding);
+  if (!k->sets || !accelerates) return;
+  tr_start_terms(e, map_Q0(k, maps), it->acc, it->acc_size);
+  tr_add_terms(e, a, map_Ql(k, maps), z, it->acc, it->acc_size);
+  tr_add_terms(e, e, map_Qe(k, maps), eta, it->acc, it->acc_size);
+  if (s->moreau.h > 0.0) tr_add_end_rates(s, it);
+}
+
+static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n) {
+  TR_NEED(s, TR_HAS_MAPS);
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps), *z = TR_A(s, z);
+  int a = k->active, e = k->neta, m = k->nn, broken = k->nstops && !rest ? tr_check_stops(s, y) : 0;
+  double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
+  tr_sliding sliding[k->nsliders + 1];
+  tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0};
+  if (e && !s->step.mapped && !(s->moreau.h > 0.0)) { /* apparent violations are checked again with maps */
+    tr_recompute_recursive(s, &it, rest || tr_has_stuck_pair(s));
+    if (tr_are_rows_closed(s, &it) && !tr_check_pairs(s, &it, rest, n)) return broken;
+    tr_form_maps(s);
+  }
+  tr_form_maps(s);
+  if (a && tr_check_loops(s, maps, z)) broken |= TR_BREAKS_LOOP;
+  if (!e) return broken;
+  tr_recompute(s, &it, rest || s->moreau.h > 0.0 || tr_has_stuck_pair(s));
+  return broken | tr_check_pairs(s, &it, rest, n);
+}
+
+static int tr_find_other_end(tr_sim *s, int broken, double t, const double *y, double *slope) {
+  const tr_kernel *k = s->k;
+  const int asked = s->set.locate ? ~0 : TR_BREAKS_LOOP | TR_BREAKS_REST | TR_BREAKS_LAW;
+  double *eta = TR_A(s, z) + k->active;
+  if (!(broken & asked)) return 1;
+  s->stats.refused++;
+  for (int start = 0; start < 2; ++start) {
+    if (start == 0) memcpy(eta, TR_A(s, zstart) + k->active, sizeof(double) * k->neta);
+    else memset(eta, 0, sizeof(double) * k->neta);
+    if (!tr_rhs(s, t, y, slope) || (tr_check_solution(s, y, 0, 0) & asked)) continue;
+    tr_store_end_multipliers(s);
+    return 1;
+  }
+  s->step.failure = TR_FAIL_MODES;
+  return 0;
+}
+
+static int tr_is_valid_decision(tr_sim *s, const int *rest, int n) {
+  int ok = !tr_check_solution(s, 0, rest, n);
+  s->stats.refused += !ok;
+  return ok;
+}
+
+/* η by the laws at the loads of a recursive solution, by another pass. */
+static void tr_evaluate_laws_recursive(const tr_sim *s, double *law) {
+  const tr_kernel *k = s->k;
+  const double *z = TR_A(s, z);
+  double less[k->neta + k->active], acc[k->neta + k->active], N[k->nn];
+  tr_sliding sliding[k->nsliders + 1];
+  for (int i = 0; i < k->neta; ++i) less[i] = -z[k->active + i];
+  memcpy(less + k->neta, z, sizeof(double) * k->active);
+  k->answer(TR_A(s, c), TR_A(s, w), less, N, acc);
+  k->laws_alone(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, law, (double *)sliding);
+}
+
+static double tr_complement_residual(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double size = 0.0, err = 0.0, *r = TR_A(s, r);
+  const double *eta = TR_A(s, z) + k->active;
+  if (!k->neta) return 0.0;
+  TR_NEED(s, TR_HAS_SOLUTION);
+  if (k->shift && s->step.recursive && !s->step.mapped && !s->friction.held) tr_evaluate_laws_recursive(s, TR_A(s, law));
+  else tr_evaluate_laws(s, eta);
+  for (int i = 0; i < k->neta; ++i) r[i] = TR_A(s, law)[i] - eta[i];
+  if (s->friction.held) tr_form_rest_rows(s, eta, r, TR_A(s, lu));
+  for (int i = 0; i < k->neta; ++i) size = fmax(size, fabs(eta[i])), err = fmax(err, fabs(r[i]));
+  return size > 0.0 ? err / size : err;
+}

@@ -1,0 +1,232 @@
+/* The loop equations S λ + Se η + g0 = 0 (90)–(92) in the current state: λ, and all that depends on it, as functions of η.
+ *
+ * S is factorised with pivoting and row scales from its own diagonal, so that rank does not depend on units. Inside a step the
+ * loops are open by the step's error, which makes redundant rows look independent. Rank is therefore remembered from accurate
+ * states, and a pivot beyond it must be large to count. Near a singular position a pivot p amplifies that error by 1/√p. Below
+ * KEEP_PIVOT it is dropped, which costs an acceleration error of √p for a moment.
+ *
+ * S of many loops that share few bodies has a sparse factor (theory, "Loops by structure"). Its pivots follow the order of
+ * structure, not of size. It counts only if every pivot is far above that of a dependent row; otherwise the dense factor
+ * decides the rank. */
+#include "constraints/constraints.h"
+
+#define NOTHING_OF_KIND 1e-12 /* × the other kind's rows: a smaller kind is round-off */
+#define NOTHING_OF_ROW 1e-9 /* × the largest row of its kind: a smaller row takes that row's scale */
+#define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because pivots in another order are smaller */
+
+/* Sparse factor of S, in the lower triangle of S in its order. Returns 0 when a pivot is not clear. Requires raw maps. */
+TR_APART int tr_factor_sparse(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
+  const double *S = TR_A(s, maps), *d = TR_A(s, d);
+  double *L = TR_A(s, S);
+  for (int j = 0; j < n; ++j) {
+    const double *from = S + (size_t)order[j] * n, dj = d[order[j]];
+    double *column = L + (size_t)j * n;
+    column[j] = dj * dj * from[order[j]];
+    for (int p = start[j]; p < start[j + 1]; ++p) column[below[p]] = d[order[below[p]]] * dj * from[order[below[p]]];
+  }
+  for (int j = 0; j < n; ++j) {
+    double *column = L + (size_t)j * n;
+    if (!(column[j] > CLEAR_PIVOT)) return 0;
+    const double root = sqrt(column[j]), inv = 1.0 / root;
+    const int *first = below + start[j], *end = below + start[j + 1];
+    column[j] = inv; /* inverse, by which solutions are multiplied */
+    for (const int *i = first; i < end; ++i) column[*i] *= inv;
+    for (const int *c = first; c < end; ++c) {
+      const double a = column[*c];
+      double *other = L + (size_t)*c * n;
+      for (const int *i = c; i < end; ++i) other[*i] -= column[*i] * a;
+    }
+  }
+  memcpy(TR_A(s, perm), order, sizeof(int) * n);
+  return 1;
+}
+
+static int tr_factor_loops(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  tr_form_maps(s);
+  TR_MADE(s, TR_HAS_FACTOR);
+  s->loops.recursive_pivot = 0.0;
+  s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active && tr_factor_sparse(s);
+  if (s->loops.sparse) return s->loops.rank_now = k->active;
+  s->loops.rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
+  return s->loops.rank_now;
+}
+
+/* x ← S⁻¹ b with the sparse factor. */
+TR_APART void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
+  const tr_kernel *k = s->k;
+  const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
+  const double *L = TR_A(s, S), *d = TR_A(s, d);
+  double y[n];
+  for (int j = 0; j < n; ++j) y[j] = d[order[j]] * b[order[j]];
+  for (int j = 0; j < n; ++j) {
+    const double *column = L + (size_t)j * n, a = y[j] *= column[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= column[below[p]] * a;
+  }
+  for (int j = n - 1; j >= 0; --j) {
+    const double *column = L + (size_t)j * n;
+    double a = y[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) a -= column[below[p]] * y[below[p]];
+    y[j] = a * column[j];
+    x[order[j]] = d[order[j]] * y[j];
+  }
+}
+
+static void tr_solve_loops(tr_sim *s, const double *b, double *x) {
+  TR_NEED(s, TR_HAS_FACTOR);
+  if (s->loops.sparse) tr_solve_sparse(s, b, x);
+  else tr_cholesky_solve(s->k->active, s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
+}
+
+static void tr_scale_loop_rows(tr_sim *s, int nothing) {
+  const tr_kernel *k = s->k;
+  tr_form_maps(s);
+  const double *S = TR_A(s, maps);
+  double *d = TR_A(s, d), big[2] = {0.0, 0.0};
+  int n = k->active;
+  for (int i = 0; i < n; ++i) {
+    int kind = k->row_kind[k->active_rows[i]];
+    if (S[i + i * n] > big[kind]) big[kind] = S[i + i * n];
+  }
+  double turn = big[0] / (s->set.length * s->set.length), travel = big[1] * s->set.length * s->set.length;
+  if (big[1] < NOTHING_OF_KIND * turn) big[1] = turn;
+  else if (big[0] < NOTHING_OF_KIND * travel) big[0] = travel;
+  for (int i = 0; i < n; ++i) {
+    double m = S[i + i * n], b = big[k->row_kind[k->active_rows[i]]];
+    if (!(m > NOTHING_OF_ROW * b)) m = b;
+    d[i] = m > 0.0 && !nothing ? 1.0 / sqrt(m) : 1.0;
+  }
+}
+
+static void tr_update_rank(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  if (k->active == 0) return;
+  tr_form_maps(s);
+  TR_SPOILT(s, TR_HAS_FACTOR);
+  s->loops.sparse = 0;
+  int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, RANK_PIVOT, RANK_PIVOT);
+  if (r > s->loops.rank) {
+    double last = TR_A(s, S)[(r - 1) * (k->active + 1)];
+    s->loops.rank = r, s->loops.least_pivot = last * last;
+  }
+}
+
+static int tr_null_space(tr_sim *s, double *V) {
+  TR_NEED(s, TR_HAS_FACTOR);
+  const tr_kernel *k = s->k;
+  int a = k->active, r = a - s->loops.rank_now;
+  const int *perm = (const int *)TR_A(s, perm);
+  const double *S = TR_A(s, maps);
+  double b[a + 1];
+  for (int q = 0; q < r; ++q) {
+    int out = perm[s->loops.rank_now + q], empty = 1;
+    for (int i = 0; i < a; ++i) b[i] = -S[i + out * a], empty &= b[i] == 0.0;
+    if (empty) memset(V + q * a, 0, sizeof(double) * a);
+    else tr_solve_loops(s, b, V + q * a);
+    V[out + q * a] = 1.0;
+  }
+  return r;
+}
+
+/* Redundant variant: choose among open λ the smallest scaled reactions, affine in η. Corrects lam0 and the columns of T. With
+ * friction in joints on loops, ``internal_forces.c`` starts from this choice. */
+static void tr_choose_reactions(tr_sim *s, double *lam0) {
+  TR_NEED(s, TR_HAS_FACTOR);
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now;
+  s->loops.open = m && r > 0 ? s->loops.open : 0;
+  if (m == 0 || r <= 0) return;
+  double *V = TR_A(s, open_lambda), *Q = V + a * a, *T = TR_A(s, T), kap[m], x[r];
+  const double *k0 = map_kappa(k, TR_A(s, maps)), *kl = k0 + m, *ke = kl + m * a;
+  tr_null_space(s, V);
+  memset(Q, 0, sizeof(double) * m * r);
+  for (int q = 0; q < r; ++q) tr_add_columns(m, a, kl, V + q * a, 1.0, Q + q * m);
+  tr_least_squares least = tr_least_squares_factor(m, r, Q, TR_A(s, gram));
+  for (int col = 0; col <= e; ++col) { /* column 0 is lam0 with κ0; column j is −T_j with κe_j */
+    double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
+    memcpy(kap, col == 0 ? k0 : ke + (col - 1) * m, sizeof kap);
+    tr_add_columns(m, a, kl, lam, sign, kap);
+    tr_least_squares_solve(&least, kap, 0, x);
+    tr_add_columns(a, r, V, x, sign, lam);
+  }
+  if (k->nmore) tr_store_open_directions(s, V, Q, &least);
+}
+
+static void tr_form_held_maps(tr_sim *s, const double *lam0) {
+  const tr_kernel *k = s->k;
+  const double *maps = TR_A(s, maps), *Ql = map_Ql(k, maps), *T = TR_A(s, T);
+  int a = k->active, e = k->neta;
+  s->step.mapped = TR_MAPS_HELD;
+  TR_NEED(s, TR_HAS_LOADS), TR_MADE(s, TR_HAS_HELD);
+  double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
+  memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
+  memcpy(Qe, map_Qe(k, maps), sizeof(double) * e * e);
+  for (int j = 0; j < a; ++j) {
+    const double *col = Ql + j * e;
+    for (int i = 0; i < e; ++i) Q0[i] += col[i] * lam0[j];
+    for (int q = 0; q < e; ++q) {
+      double t = T[j + q * a];
+      if (t != 0.0)
+        for (int i = 0; i < e; ++i) Qe[i + q * e] -= col[i] * t;
+    }
+  }
+  if (s->moreau.h > 0.0) /* an impulse step uses rates at its end (``time_stepping/moreau.c``) */
+    for (int m = 0; m < k->nsliders; ++m)
+      for (int j = 0; j < tr_pair_of(s, m)->nrates; ++j)
+        Q0[tr_pair_of(s, m)->eta0 + j] += map_rates(k, maps)[tr_pair_of(s, m)->rate0 + j] / s->moreau.h;
+}
+
+static void tr_eliminate_loops(tr_sim *s, double *lam0) {
+  const tr_kernel *k = s->k;
+  tr_form_maps(s);
+  s->step.mapped = TR_MAPS_OF_LOADS, s->step.recursive = 0;
+  TR_SPOILT(s, TR_HAS_HELD | TR_HAS_LAW), TR_MADE(s, TR_HAS_LOADS);
+  const double *maps = TR_A(s, maps);
+  int a = k->active, e = k->neta, n = k->nn;
+  double *T = TR_A(s, T), *N0 = TR_A(s, Np), *Ne = N0 + n;
+  memcpy(N0, map_N0(k, maps), sizeof(double) * n);
+  memcpy(Ne, map_Ne(k, maps), sizeof(double) * n * e);
+  if (a == 0) return;
+  const double *Nl = map_Nl(k, maps);
+  tr_solve_loops(s, map_g0(k, maps), lam0);
+  for (int i = 0; i < a; ++i) lam0[i] = -lam0[i];
+  for (int j = 0; j < e; ++j) tr_solve_loops(s, map_Se(k, maps) + j * a, T + j * a);
+  tr_choose_reactions(s, lam0);
+  for (int j = 0; j < a; ++j) {
+    const double *col = Nl + j * n;
+    for (int i = 0; i < n; ++i) N0[i] += col[i] * lam0[j];
+    for (int q = 0; q < e; ++q) {
+      double t = T[j + q * a];
+      if (t != 0.0)
+        for (int i = 0; i < n; ++i) Ne[i + q * n] -= col[i] * t;
+    }
+  }
+}
+
+static void tr_form_maps_without_loops(tr_sim *s, int held) {
+  double lam0[s->k->active + 1];
+  if (s->k->active) tr_factor_loops(s);
+  tr_eliminate_loops(s, lam0);
+  if (held) tr_form_held_maps(s, lam0);
+}
+
+static void tr_form_all_maps(tr_sim *s) {
+  if (s->step.mapped >= (s->k->sets ? TR_MAPS_HELD : TR_MAPS_OF_LOADS) || !s->k->begin) return;
+  if (s->k->active) {
+    tr_form_maps_without_loops(s, s->k->sets);
+    return;
+  }
+  double lam0[1];
+  if (s->step.mapped < TR_MAPS_OF_LOADS) tr_eliminate_loops(s, lam0);
+  if (s->k->sets) tr_form_held_maps(s, lam0);
+}
+
+static double tr_loop_independence(const tr_sim *s) {
+  const int r = s->loops.rank;
+  if (s->loops.recursive_pivot > 0.0) return s->loops.recursive_pivot;
+  if (r) TR_NEED(s, TR_HAS_FACTOR);
+  return r && s->loops.rank_now >= r ? TR_A(s, S)[(r - 1) * (s->k->active + 1)] : 0.0;
+}
+

@@ -1,0 +1,183 @@
+/* Why friction has no answer (theory, "Jams"). A pair jams if it has an answer after a sudden stop; it is inconsistent if it
+ * has none even then. */
+#include "diagnosis/diagnosis.h"
+
+#define BLAME_MORE 1.01    /* × the share of an earlier pair; pairs that move together share the blame equally, and the first is taken */
+
+/* The sliding pair whose equation is closest to losing its root: the largest component of the direction that the Jacobian
+ * nearly annihilates. -1: singular. Requires a solution. */
+static int tr_find_weakest_pair(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, *perm = (int *)TR_A(s, perm) + k->active, best = -1;
+  double *J = TR_A(s, lu), x[e + 1], most = 0.0;
+  tr_evaluate_laws(s, TR_A(s, z) + k->active);
+  tr_form_law_jacobian(s);
+  if (s->friction.held) tr_form_rest_rows(s, TR_A(s, z) + k->active, TR_A(s, r), J);
+  if (!tr_lu(e, J, perm)) return -1;
+  for (int i = 0; i < e; ++i) x[i] = 1.0 / TR_A(s, lever)[i];
+  for (int it = 0; it < 4; ++it) {
+    double size = 0.0;
+    tr_lu_solve(e, J, perm, x);
+    for (int i = 0; i < e; ++i) size = fmax(size, fabs(x[i]));
+    for (int i = 0; i < e; ++i) x[i] /= size;
+  }
+  for (int i = 0; i < k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    double size = 0.0;
+    for (int j = 0; j < pair->neta; ++j) size += x[pair->eta0 + j] * x[pair->eta0 + j] / (TR_A(s, lever)[pair->eta0 + j] * TR_A(s, lever)[pair->eta0 + j]);
+    if (!tr_is_stuck(s, i) && size > BLAME_MORE * most) most = size, best = i;
+  }
+  return best;
+}
+
+/* A moving pair without whose friction the equations at the current state have an answer; -1: none. */
+static int tr_find_obstructing_pair(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], n = tr_collect_pairs_at_rest(s, -1, rest), found = -1;
+  for (int i = 0; i < k->nsliders && found < 0; ++i) {
+    if (!tr_is_set_valued(s, i) || tr_is_at_rest(s, i)) continue;
+    s->friction.freed = i;
+    memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
+    if (n ? tr_decide_modes(s, rest, n, -1) : tr_solve_in_modes(s)) found = i;
+  }
+  s->friction.freed = -1;
+  return found;
+}
+
+/* The pair to blame at the current state. Among pairs that loops move as one freedom it is the weakest one, at the last
+ * friction found; otherwise the split of loads would decide. */
+static int tr_find_jamming_pair(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  tr_mode modes[k->nsliders + 1];
+  tr_save_modes(s, modes);
+  if (tr_solve_in_modes(s)) return tr_find_weakest_pair(s);
+  const int stumbles = tr_find_obstructing_pair(s);
+  if (stumbles < 0 || !k->active) return stumbles;
+  tr_restore_modes(s, modes);
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
+  tr_set_row_kinds(s);
+  tr_form_maps_without_loops(s, 1);
+  const int weakest = tr_find_weakest_pair(s), line = tr_line_multiplier(s, stumbles), other = weakest < 0 ? -1 : tr_line_multiplier(s, weakest);
+  return line >= 0 && other >= 0 && tr_are_one_freedom(s, line, other) ? weakest : stumbles;
+}
+
+/* Stop the pair by an impulse of its own friction and of joint reactions, and decide again. y: the current state, replaced.
+ * Returns 1 if there is an answer: the pair sticks, or slips from rest. */
+static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], n = tr_bring_all_to_rest(s, y, pair, rest, tr_collect_pairs_at_rest(s, pair, rest));
+  for (int i = 0; i < k->nsliders; ++i) /* remaining sliding may be reversed */
+    if (tr_is_set_valued(s, i) && !tr_contains(rest, n, i)) tr_freeze_direction(s, i);
+  memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
+  return tr_decide_modes(s, rest, n, -1);
+}
+
+/* Whether loops and drives prescribe all motion of a pair, so that friction cannot stop it. Requires maps of the current state. */
+static int tr_is_fully_driven(tr_sim *s, int pair) {
+  const tr_pair *p = tr_pair_of(s, pair);
+  int driven = s->k->active > 0;
+  if (driven) tr_form_maps_without_loops(s, 1);
+  for (int i = p->eta0; i < p->eta0 + p->neta && driven; ++i) driven = tr_is_prescribed(s, i);
+  return driven;
+}
+
+/* The pair to blame at y, and the reason TR_WHY_…. Requires maps of y. Modes are restored. */
+static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
+  const tr_kernel *k = s->k;
+  tr_mode modes[k->nsliders + 1];
+  double copy[tr_state_width(s)];
+  tr_save_modes(s, modes);
+  memcpy(copy, y, sizeof copy);
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* the last root followed, not later attempts */
+  *pair = tr_find_jamming_pair(s);
+  int why = TR_WHY_UNKNOWN;
+  if (*pair >= 0) why = tr_is_fully_driven(s, *pair) || tr_stop_by_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
+  tr_restore_modes(s, modes);
+  return why;
+}
+
+int tr_diagnose_friction(tr_sim *s, int *pair) {
+  *pair = -1;
+  if (!s->k->sets) return TR_WHY_UNKNOWN;
+  if (s->friction.undecided) return TR_WHY_UNDECIDED;
+  s->step.watch = 0;
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  return tr_find_jam(s, TR_A(s, y), pair);
+}
+
+static int tr_let_ball_spin(tr_sim *s) {
+  double *y = TR_A(s, y);
+  if (!s->k->sets) return 0;
+  s->step.watch = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_is_sliding_ball(s, i) || tr_is_crawling(s, i)) continue;
+    const tr_branch was = tr_evaluate_branch(s, i, s->clock.t, y);
+    tr_mode_of(s, i)->flag = TR_CONE;
+    if (tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_sliding_of(s, i)->cone < 0.0) {
+      tr_log_fold(s, i, s->clock.t, y, &was);
+      s->step.have_k1 = s->step.have_jac = 0;
+      s->step.h = s->set.hfixed;
+      s->stats.events++;
+      return 1;
+    }
+    tr_mode_of(s, i)->flag = TR_SLIPS;
+  }
+  return 0;
+}
+
+/* Negligible speed, m/s: the tolerance of velocities, or the speed that may stop at once. It is zero before the first step,
+ * because initial speeds are exact. */
+static double tr_negligible_speed(const tr_sim *s) { return s->stats.steps ? fmax(s->set.rtol, CAPTURE_SPEED) * tr_speed_unit(s) : 0.0; }
+
+/* The slowest sliding pair of negligible speed; -1: none. Requires maps of the current state. */
+static int tr_find_slowest(const tr_sim *s) {
+  double least = tr_negligible_speed(s);
+  int slow = -1;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_is_set_valued(s, i) || tr_is_stuck(s, i)) continue;
+    double v = tr_pair_speed(s, i);
+    if (v <= least) least = v, slow = i;
+  }
+  return slow;
+}
+
+static int tr_stop_slow_pair(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  tr_mode modes[k->nsliders + 1];
+  if (!k->sets) return 0;
+  s->step.watch = 0;
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  int slow = tr_find_slowest(s);
+  if (slow < 0) return 0;
+  tr_save_modes(s, modes);
+  memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
+  if (!tr_decide_again(s, slow, modes, 0)) return 0;
+  s->stats.events++;
+  return 1;
+}
+
+static int tr_continue_through_jam(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  int pair, nc = s->o ? s->o->ncontacts : 0;
+  double *y = TR_A(s, y);
+  tr_contact before[nc + 1], after[nc + 1];
+  if (!k->sets) return 0;
+  s->step.watch = 0;
+  tr_evaluate_maps_at(s, s->clock.t, y);
+  if (tr_find_jam(s, y, &pair) != TR_WHY_JAM) return 0;
+  tr_evaluate_maps_at(s, s->clock.t, y);
+  int slow = tr_pair_speed(s, pair) <= tr_negligible_speed(s);
+  if (!slow && !s->set.through_jams) return 0;
+  int contacts = tr_rhs(s, s->clock.t, y, TR_A(s, dy)) && tr_current_contacts(s, y, before);
+  const double energy = tr_audit_energy(s);
+  tr_evaluate_maps_at(s, s->clock.t, y);
+  if (!tr_stop_by_impact(s, y, pair) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
+  tr_audit_allow_change(s, energy);
+  if (contacts) tr_current_contacts(s, y, after);
+  tr_log_event(s, s->clock.t, slow ? TR_EV_STICK : TR_EV_IMPACT, pair, before + tr_pair_of(s, pair)->contact0, after + tr_pair_of(s, pair)->contact0,
+         contacts ? tr_pair_of(s, pair)->ncontacts : 0);
+  s->stats.events++;
+  s->step.have_k1 = s->step.have_jac = 0;
+  s->step.h = s->set.hfixed;
+  return 1;
+}

@@ -1,0 +1,256 @@
+/* Initial assembly: Newton's method for positions that close the loops with the smallest change, then rates. */
+#include "evaluate/evaluate.h"
+
+#define RATES_CLOSED 1e-15  /* × length · rate (rate): round-off of consistent rates, which solve linear equations */
+#define RATES_AGREE 1e-11   /* × length · rate (rate): rates that agree; their condition costs four digits */
+#define ROUNDED 1e-6        /* rad; × the length: such a gap comes from rounded input, so other positions are not searched */
+#define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; larger ones are contradictory */
+#define MOVED_BY 10.0       /* × such a gap: largest change of given values */
+#define NEARER 0.1          /* × the residual of the first search: another position must leave less */
+#define NUDGE 0.02 /* rad; × the length scale */
+#define AFAR (0.5 * TURN) /* rad; × the length scale: spread of random starts of open coordinates */
+#define HELD 0.01     /* × the change of open coordinates: change of given ones */
+#define TRIES_AFAR 24 /* random starts; a tenth of a second with forty loops */
+#define TIGHT 1e-13         /* × the length (rad): closed. TIGHT_ENDS of it ends the search; the rest allows for larger round-off */
+#define TIGHT_ENDS 1e-2
+#define NO_ROW 1e-30        /* squared unit changes: smaller means that no freedom changes the row */
+#define NO_LEVER 1e-12      /* × the length (rad): smaller effects of a unit change on a row are round-off */
+#define ROW_DEPENDS 1e-10   /* × a row's scale: pivot of a dependent row */
+#define TIGHT_LAST 4e-15    /* × the largest coordinate (rad; × the length): its own round-off, if it is far out */
+#define TIGHT_MOST 5e-9     /* upper bound, below the gap that later counts as open */
+#define CLOSE_STEPS 200     /* Newton steps, shortened from far away */
+#define CLOSE_CUT 0.3       /* rad; × the length: longest shortened step */
+#define CLOSE_STALLED 40    /* steps without halving the best residual: the search has failed */
+#define LONGER 4.0          /* ratio of successive step fractions in the search with long steps, for closure far beyond the shortened steps */
+#define PAYS 0.5            /* × the reduction that a fraction of a step promises: least reduction accepted */
+#define BODY_COSTS 100.0    /* multiplications per body and freedom */
+#define FARTHEST 1e7        /* rad; × the length: longest step, a million turns of a screw */
+
+/* A search for closed positions. given: values from the user (nv); weight: allowed change of each rate (nv); start: state
+ * given. nearest, least: best state of all searches and its residual. moved: largest change of given values in the last one. */
+typedef struct tr_position_search {
+  tr_sim *s;
+  const double *given, *start;
+  double *weight, *G, *nearest, least, moved;
+} tr_position_search;
+
+/* Set the allowed changes in units of each rate, reduced by `held` for given ones. */
+static void tr_set_weights(tr_position_search *c, double held) {
+  for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i);
+}
+
+/* Largest residual of all rows, positions or rates, in units of length or length · rate (rotations: 1, rate). */
+static double tr_largest_residual(const tr_sim *s, const double *h, int rates) {
+  const tr_kernel *k = s->k;
+  double worst = 0.0;
+  for (int i = 0; i < k->rows; ++i) {
+    double unit = tr_row_unit(s, i);
+    worst = fmax(worst, fabs(h[i + (rates ? k->rows : 0)]) / (unit * (rates ? s->set.rate : 1.0)));
+  }
+  return worst;
+}
+
+/* Largest position residual at y; h receives all rows. */
+static double tr_position_residual(tr_sim *s, const double *y, double *h) {
+  s->k->closure(TR_A(s, x), y, TR_A(s, c) + s->k->c_closure, h);
+  return tr_largest_residual(s, h, 0);
+}
+
+/* Residual that counts as closed at y: round-off, larger for coordinates far out (a screw thousands of turns from zero). */
+static double tr_closed_tolerance(const tr_sim *s, const double *y) {
+  double far = 0.0;
+  for (int i = 0; i < s->k->nq; ++i) far = fmax(far, fabs(y[i]) / (s->k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0));
+  return fmin(fmax(TIGHT, TIGHT_LAST * far), TIGHT_MOST);
+}
+
+/* G (rows × nv) of all rows at y, from differences of the linear velocity residual. */
+static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
+  TR_SPOILT(s, TR_HAS_JACOBIAN);
+  const tr_kernel *k = s->k;
+  int rows = k->rows;
+  double v[k->nv + 1], h0[2 * rows], h1[2 * rows];
+  const double *c = TR_A(s, c) + k->c_closure;
+  memcpy(v, y + k->nq, sizeof(double) * k->nv);
+  memset(y + k->nq, 0, sizeof(double) * k->nv);
+  k->closure(TR_A(s, x), y, c, h0);
+  for (int j = 0; j < k->nv; ++j) {
+    y[k->nq + j] = 1.0;
+    k->closure(TR_A(s, x), y, c, h1);
+    y[k->nq + j] = 0.0;
+    for (int i = 0; i < rows; ++i) G[i + rows * j] = h1[rows + i] - h0[rows + i];
+  }
+  memcpy(y + k->nq, v, sizeof(double) * k->nv);
+}
+
+/* δ = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest weighted change. weight: nv. */
+static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, double *delta) {
+  const tr_kernel *k = s->k;
+  int n = k->rows;
+  double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
+  int perm[n];
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      double a = 0.0;
+      for (int q = 0; q < k->nv; ++q) a += G[i + n * q] * weight[q] * weight[q] * G[j + n * q];
+      A[i + n * j] = a;
+    }
+  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
+  int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
+  tr_cholesky_solve(n, rank, L, perm, d, b, x);
+  for (int q = 0; q < k->nv; ++q) {
+    double a = 0.0;
+    for (int i = 0; i < n; ++i) a += G[i + n * q] * x[i];
+    delta[q] = weight[q] * weight[q] * a;
+  }
+}
+
+/* y ← from, moved along part · dv for one second. */
+static void tr_move_positions(const tr_sim *s, const double *from, const double *dv, double part, double *y) {
+  const tr_kernel *k = s->k;
+  double v[k->nv + 1], dq[k->nq + 4];
+  for (int i = 0; i < k->nv; ++i) v[i] = part * dv[i];
+  k->qdot(from, v, TR_A(s, c), dq);
+  for (int i = 0; i < k->nq; ++i) y[i] = from[i] + dq[i];
+  tr_normalise_quaternions(s, y);
+}
+
+/* Fraction of the step dv to make: CLOSE_CUT, or (longer) the largest one that reduces the residual `now` as promised. The
+ * farthest coordinate alone is tried too (a screw with an unknown number of turns); dv is then replaced. */
+static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
+  tr_sim *s = c->s;
+  const int nv = s->k->nv;
+  double big = 0.0, h[2 * s->k->rows], at[s->ny + 1], alone[nv + 1];
+  int farthest = 0;
+  for (int i = 0; i < nv; ++i)
+    if (fabs(dv[i]) / tr_rate_unit(s, i) > big) big = fabs(dv[i]) / tr_rate_unit(s, i), farthest = i;
+  double cut = big > CLOSE_CUT ? CLOSE_CUT / big : 1.0;
+  memcpy(at, y, sizeof(double) * s->ny);
+  for (double part = 1.0; longer && part > cut; part /= LONGER) {
+    if (part * big > FARTHEST) continue;
+    tr_move_positions(s, y, dv, part, at);
+    if (tr_position_residual(s, at, h) <= (1.0 - PAYS * part) * now) return part;
+    for (int i = 0; i < nv; ++i) alone[i] = i == farthest ? dv[i] : 0.0;
+    tr_move_positions(s, y, alone, part, at);
+    if (tr_position_residual(s, at, h) > (1.0 - PAYS * part) * now) continue;
+    memcpy(dv, alone, sizeof(double) * nv);
+    return part;
+  }
+  return cut;
+}
+
+/* Newton's method on the positions of y. Returns 1 when closed, 0 on failure or cancellation. */
+static int tr_close_positions(tr_position_search *c, double *y, int longer) {
+  tr_sim *s = c->s;
+  const tr_kernel *k = s->k;
+  double h[2 * k->rows], b[k->rows], dv[k->nv + 1], from[s->ny + 1], total[k->nv + 1], best = INFINITY;
+  int stalled = 0;
+  memset(total, 0, sizeof total);
+  for (int it = 0; it < CLOSE_STEPS; ++it) {
+    if (tr_is_cancelled(s, k->nv * ((double)k->rows * k->rows + BODY_COSTS * k->nbodies))) return 0;
+    double now = tr_position_residual(s, y, h), tight = tr_closed_tolerance(s, y);
+    if (!(now < INFINITY)) return 0;
+    if (now < c->least) c->least = now, memcpy(c->nearest, y, sizeof(double) * s->ny);
+    c->moved = 0.0;
+    for (int i = 0; i < k->nv; ++i) c->moved = c->given[i] != 0.0 ? fmax(c->moved, fabs(total[i]) / tr_rate_unit(s, i)) : c->moved;
+    if (now <= tight * TIGHT_ENDS) return 1;
+    if (now > 0.5 * best) {
+      if (now <= tight) return 1;
+      if (++stalled > CLOSE_STALLED) return 0;
+    } else stalled = 0;
+    best = fmin(best, now);
+    tr_constraint_jacobian(s, y, c->G);
+    for (int i = 0; i < k->rows; ++i) b[i] = -h[i];
+    tr_least_change(s, c->G, c->weight, b, dv);
+    const double part = tr_step_part(c, y, dv, now, longer);
+    memcpy(from, y, sizeof(double) * s->ny);
+    tr_move_positions(s, from, dv, part, y);
+    for (int i = 0; i < k->nv; ++i) total[i] += part * dv[i];
+  }
+  return 0;
+}
+
+/* Close from the state `near` with given values free to move a little, as they were rounded. Returns 1 when closed with changes
+ * in proportion to `gap`. */
+static int tr_close_rounded(tr_position_search *c, const double *near, double gap, double *y) {
+  memcpy(y, near, sizeof(double) * c->s->ny);
+  tr_set_weights(c, HELD);
+  return tr_close_positions(c, y, 1) && c->moved <= MOVED_BY * gap;
+}
+
+/* Move all coordinates from the start, given ones by `held` of it: by different fixed amounts, or at random with `seed`. */
+static void tr_displace_start(const tr_position_search *c, double far, double held, unsigned *seed, double *y) {
+  const int nv = c->s->k->nv;
+  double dv[nv + 1];
+  for (int i = 0; i < nv; ++i)
+    dv[i] = far * (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i) * (seed ? tr_next_random(seed) : 1.0 / (1.0 + 0.618 * i));
+  memcpy(y, c->start, sizeof(double) * c->s->ny);
+  tr_move_positions(c->s, c->start, dv, 1.0, y);
+}
+
+/* Close the positions by open coordinates alone: from the start, from random starts, then with long steps. Values given with
+ * few digits move in the end. Returns 1 when closed. */
+static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
+  const int ny = c->s->ny;
+  int kept = 0, open = 0;
+  double near[ny + 1], gap = INFINITY;
+  for (int i = 0; i < c->s->k->nv; ++i) kept += c->given[i] != 0.0, open += c->given[i] == 0.0;
+  for (int longer = 0; longer < 2; ++longer) {
+    unsigned seed = 1u;
+    tr_displace_start(c, 0.0, 0.0, 0, y);
+    for (int attempt = 0; attempt <= TRIES_AFAR; ++attempt) {
+      tr_set_weights(c, 0.0);
+      if (tr_close_positions(c, y, longer)) return 1;
+      if (!kept || !open) break;
+      if (c->least < NEARER * gap) gap = c->least, memcpy(near, c->nearest, sizeof(double) * ny);
+      if (attempt == 0 && gap <= ROUNDED && tr_close_rounded(c, near, gap, y)) return 1;
+      tr_displace_start(c, AFAR, 0.0, &seed, y);
+    }
+  }
+  return gap <= FEW_DIGITS && tr_close_rounded(c, near, gap, y);
+}
+
+static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y);
+  tr_normalise_quaternions(s, y);
+  if (k->rows == 0) return 1;
+  tr_set_time(s, s->clock.t);
+  double weight[k->nv + 1], start[s->ny + 1], *G = TR_A(s, jac), h[2 * k->rows], b[k->rows], dv[k->nv + 1];
+  memcpy(start, y, sizeof(double) * s->ny);
+  const double held[3] = {0.0, HELD, 1.0};
+  tr_position_search c = {s, qgiven, start, weight, G, TR_A(s, ynew), INFINITY, 0.0};
+  int closed = tr_close_with_open_coordinates(&c, y);
+  for (int phase = 1; phase < 6 && !closed; ++phase) {
+    tr_displace_start(&c, phase < 3 ? 0.0 : NUDGE, held[phase % 3], 0, y);
+    tr_set_weights(&c, held[phase % 3]);
+    closed = tr_close_positions(&c, y, 0) || tr_close_positions(&c, y, 1);
+  }
+  if (!closed && c.least < INFINITY) memcpy(y, c.nearest, sizeof(double) * s->ny);
+  if (!closed) return 0;
+  tr_constraint_jacobian(s, y, G);
+  c.given = vgiven;
+  for (int phase = 0; phase < 3; ++phase) {
+    memcpy(y + k->nq, start + k->nq, sizeof(double) * k->nv);
+    tr_set_weights(&c, held[phase]);
+    for (int it = 0; it < 4; ++it) {
+      k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+      if (tr_largest_residual(s, h, 1) <= RATES_CLOSED) return 1;
+      for (int i = 0; i < k->rows; ++i) b[i] = -h[k->rows + i];
+      tr_least_change(s, G, weight, b, dv);
+      for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+    }
+    k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+    if (tr_largest_residual(s, h, 1) <= RATES_AGREE) return 1;
+  }
+  return -1;
+}
+
+static int tr_has_idle_rows(tr_sim *s, double *y) {
+  const tr_kernel *k = s->k;
+  double *G = TR_A(s, jac);
+  tr_constraint_jacobian(s, y, G);
+  for (int i = 0; i < k->active; ++i)
+    for (int j = 0, r = k->active_rows[i]; j < k->nv; ++j)
+      if (fabs(G[r + k->rows * j]) * tr_rate_unit(s, j) > NO_LEVER * tr_row_unit(s, r)) return 0;
+  return 1;
+}

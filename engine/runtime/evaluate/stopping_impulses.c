@@ -1,0 +1,104 @@
+/* Stopping impulses: bringing pairs to rest by impulses of their own friction. */
+#include "evaluate/evaluate.h"
+
+#define PASSING_WORK 1e-6 /* × the kinetic energy: more work of stopping a rate that is almost zero */
+#define PASSING_LEAST 1e-16 /* × the energy unit: less work is that of a mechanism at rest */
+
+/* Fastest rate of the pairs `rest` in the current state. */
+static double tr_largest_pair_rate(const tr_sim *s, const int *rest, int n) {
+  const double *rates = map_rates(s->k, TR_A(s, maps));
+  double biggest = 0.0;
+  for (int q = 0; q < n; ++q) {
+    const tr_pair *pair = tr_pair_of(s, rest[q]);
+    for (int j = 0; j < pair->nrates; ++j) biggest = fmax(biggest, fabs(rates[pair->rate0 + j]));
+  }
+  return biggest;
+}
+
+/* Whether rates of the pairs `rest` follow from others, through loops or drives; zeros in the state would not stop them. */
+static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
+  int follow = s->k->rows > 0;
+  for (int q = 0; q < n; ++q) follow |= tr_pair_of(s, rest[q])->v0 < 0;
+  return follow;
+}
+
+/* Whether the rate v that multiplier i stops is an error of location in a position where other bodies move fast without it. Near
+ * such a position (the dead centre of a crank) stopping it would take their speed: friction cannot, and the rate passes zero. A:
+ * the rate that a unit of the impulse takes. */
+static int tr_passes_zero(tr_sim *s, const double *y, double v, double A) {
+  double energy[2] = {s->set.energy, 0.0};
+  if (fabs(v) > tr_rest_speed(s->set.rate)) return 0;
+  if (s->k->energy) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, energy);
+  return v * v > 2.0 * A * fmax(PASSING_WORK * energy[0], PASSING_LEAST * s->set.energy);
+}
+
+/* Impulses of friction (deta, all multipliers) that stop the pairs `rest`: of least norm where they depend on each other, zero
+ * for prescribed motion. Returns 0 if there are none. Requires tr_form_held_maps. */
+static int tr_find_stopping_impulses(tr_sim *s, const double *y, const int *rest, int n, int own, double *deta) {
+  tr_form_all_maps(s);
+  const tr_kernel *k = s->k;
+  int e = k->neta, c[e + 1], count = 0;
+  const double *Qe = TR_A(s, Q) + e, *rates = map_rates(k, TR_A(s, maps));
+  double v[e + 1];
+  for (int q = 0; q < n; ++q) {
+    const tr_pair *pair = tr_pair_of(s, rest[q]);
+    for (int j = 0; j < pair->nrates; ++j) {
+      int i = pair->eta0 + j;
+      const int follows = own && s->friction.held && tr_row_kinds(s)[i] != TR_ROW_REST;
+      if (!follows && !tr_is_prescribed(s, i) && !tr_passes_zero(s, y, rates[pair->rate0 + j], -Qe[i + i * e])) v[count] = rates[pair->rate0 + j], c[count++] = i;
+    }
+  }
+  if (!count) return 0;
+  double A[count * count], L[count * count], d[count], x[count];
+  int perm[count];
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) A[i + j * count] = -0.5 * (Qe[c[i] + c[j] * e] + Qe[c[j] + c[i] * e]);
+    d[i] = tr_response_scale(s, c[i], A[i + i * count]);
+  }
+  int rank = tr_cholesky(count, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT);
+  tr_cholesky_solve(count, rank, L, perm, d, v, x);
+  memset(deta, 0, sizeof(double) * e);
+  for (int i = 0; i < count; ++i) deta[c[i]] = x[i];
+  return 1;
+}
+
+static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own) {
+  TR_NEED(s, TR_HAS_MAPS);
+  const tr_kernel *k = s->k;
+  int a = k->active, e = k->neta;
+  const double *rates = map_rates(k, TR_A(s, maps));
+  if (tr_largest_pair_rate(s, rest, n) > (tr_has_dependent_rates(s, rest, n) ? 0.0 : tr_rest_speed(s->set.rate))) {
+    double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
+    tr_form_maps_without_loops(s, 1);
+    const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
+    if (tr_find_stopping_impulses(s, y, rest, n, own, deta)) {
+      for (int i = 0; i < a; ++i) {
+        dlam[i] = 0.0;
+        for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
+      }
+      for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
+      tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
+      for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
+      for (int q = 0; q < n; ++q) { /* work of the impulses; the friction of element m is the m-th power */
+        const tr_pair *pair = tr_pair_of(s, rest[q]);
+        double work = 0.0;
+        for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
+        if (s->nworks) y[s->ny + pair->element] += work;
+        if (s->naudit) y[s->ny + s->nworks] += work;
+      }
+    }
+  }
+  for (int q = 0; q < n && !own; ++q) {
+    const tr_pair *pair = tr_pair_of(s, rest[q]);
+    for (int j = 0; j < pair->nrates && pair->v0 >= 0; ++j) y[k->nq + pair->v0 + j] = 0.0;
+  }
+}
+
+/* Stop held pairs that closing the loops has moved at the state y. Their friction impulses keep the loops closed. */
+static void tr_hold_at_rest(tr_sim *s, double *y) {
+  int rest[s->k->nsliders + 1], n = 0, moves = 0;
+  tr_evaluate_maps(s, y);
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_stuck(s, i)) rest[n++] = i, moves |= tr_pair_speed(s, i) > HELD_SPEED * tr_speed_unit(s);
+  if (moves) tr_bring_to_rest(s, y, rest, n, 1), tr_zero_held_rates(s, y);
+}

@@ -1,0 +1,90 @@
+/* Corners inside a step, at which it must end: where a damped end stop lets go, and where the signal of a hook passes its release.
+ * Each is a smooth function of its own; whether the hook also falls is decided at the end of the step. */
+#include "events/events.h"
+
+#define CORNER_NEAR 1e-9  /* × the elastic force: distance from a corner that counts as zero */
+#define CORNER_PART 0.1   /* × the tolerance: distance from a corner at which a step may begin or end */
+#define CORNER_ROOT 40    /* halvings, with secants between */
+#define HOOK_BEYOND 1e-11 /* distance of a hook's signal beyond its release at which the step ends; above TOL_STOP */
+#define HOOK_POINTS 32    /* points of a step at which a hook's signal is examined */
+#define HOOK_EDGE 1e-3    /* × the distance of two points: there the slope at an end of the step is found */
+#define HOOK_SECTIONS 40  /* golden sections between them */
+
+/* Distance of stop i from its corner at θ of the last step, in force; of a hook, how far its signal is beyond its release. side:
+ * sign of the signal beyond it. */
+static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
+  double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
+  tr_evaluate_dense(s, theta, y);
+  if (tr_is_hook(s, i)) tr_set_time(s, s->step.t0 + theta * s->step.size);
+  tr_stop_depths_and_pushes(s, y, depth, pushes);
+  return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
+}
+
+/* Place in a…b where stop i passes its corner, given its distances f and g at a and b, of opposite signs. It is beyond there. */
+static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, double f, double g) {
+  for (int it = 0; it < CORNER_ROOT && fabs(g) > 0.0; ++it) {
+    double m = it & 1 ? 0.5 * (a + b) : (a * g - b * f) / (g - f);
+    if (!(m > a && m < b)) m = 0.5 * (a + b);
+    const double at = tr_corner_distance(s, i, side, m);
+    if (at * f > 0.0) a = m, f = at; else b = m, g = at;
+    if (fabs(g) < CORNER_NEAR) break;
+  }
+  return b;
+}
+
+/* Place of the largest distance in a…b, by golden sections, or of a positive one; *most: the distance there. */
+static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, double b, double *most) {
+  const double part = 0.61803398874989485;
+  double x = b - part * (b - a), y = a + part * (b - a);
+  double fx = tr_corner_distance(s, hook, side, x), fy = tr_corner_distance(s, hook, side, y);
+  for (int it = 0; it < HOOK_SECTIONS && fmax(fx, fy) <= 0.0; ++it) {
+    if (fx > fy) b = y, y = x, fy = fx, x = b - part * (b - a), fx = tr_corner_distance(s, hook, side, x);
+    else a = x, x = y, fx = fy, y = a + part * (b - a), fy = tr_corner_distance(s, hook, side, y);
+  }
+  *most = fmax(fx, fy);
+  return fx > fy ? x : y;
+}
+
+/* First place in the last step where the signal of a hook passes its release; 1: none. begin: how far it lifts the hook at the
+ * start; where it is at its release, it may let the hook fall or lift it. Signals may pass it twice in a step, and their tops lie
+ * between points. */
+static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
+  const double side = begin > HOOK_BEYOND || (begin >= -HOOK_BEYOND && !tr_is_pressed(s, hook)) ? -1.0 : 1.0;
+  const double near = HOOK_EDGE / HOOK_POINTS;
+  double f[HOOK_POINTS + 1] = {side * begin - HOOK_BEYOND};
+  for (int q = 1; q <= HOOK_POINTS; ++q) {
+    const double x = q / (double)HOOK_POINTS, before = (q - 1) / (double)HOOK_POINTS;
+    f[q] = tr_corner_distance(s, hook, side, x);
+    if (f[q] > 0.0) return tr_find_corner(s, hook, side, before, x, f[q - 1], f[q]);
+    if (q == 2 && f[0] == f[1] && f[1] == f[2]) return 1.0; /* a signal that stays */
+    double from = -1.0, to = x, top; /* a maximum lies between them */
+    if (q > 1 && f[q - 1] > f[q - 2] && f[q - 1] >= f[q]) from = before - 1.0 / HOOK_POINTS;
+    else if (q == 1 && f[1] <= f[0] && tr_corner_distance(s, hook, side, near) > f[0]) from = 0.0;
+    else if (q == HOOK_POINTS && f[q] >= f[q - 1] && tr_corner_distance(s, hook, side, 1.0 - near) > f[q]) from = before;
+    if (from < 0.0) continue;
+    const double at = tr_find_signal_top(s, hook, side, from, to, &top);
+    if (top > 0.0) return tr_find_corner(s, hook, side, from, at, -1.0, top);
+  }
+  return 1.0;
+}
+
+static double tr_find_first_corner(tr_sim *s, double most) {
+  const int n = s->k->nstops;
+  double depth[n + 1], begin[n + 1], end[n + 1], first = most, kept[tr_solution_size(s)];
+  const double near = fmax(CORNER_NEAR, CORNER_PART * s->set.rtol);
+  int any = s->k->nlatches;
+  for (int i = 0; i < n; ++i) any |= tr_is_pressed(s, i) && !tr_is_hook(s, i);
+  if (!any || !s->set.locate || s->set.hfixed > 0.0) return 1.0;
+  tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
+  if (s->k->nlatches) tr_set_time(s, s->step.t0);
+  tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
+  tr_save_solution(s, kept); /* evaluations for the dense output change it */
+  for (int i = 0; i < n; ++i) {
+    if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
+    else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))
+      first = fmin(first, tr_find_corner(s, i, 0.0, 0.0, 1.0, begin[i], end[i]));
+  }
+  if (s->k->nlatches) tr_set_time(s, s->step.t0 + s->step.size);
+  if (first < most) tr_restore_solution(s, kept);
+  return first < most * STEP_END ? first : 1.0;
+}

@@ -1,0 +1,92 @@
+/* Pairs of several components whose direction turns inside a step. Their friction turns too, and seems to carry other pairs
+ * beyond their modes; that is no event of those pairs. */
+#include "events/events.h"
+
+#define ALL_BUT_STOPPED 0.01 /* × its speed at the start of the step: below, a pair has nearly stopped, and its direction is the step's error */
+#define RIGHT_ANGLE 1e-12 /* × the sum of absolute products: round-off of a product of perpendicular directions */
+#define LINE_TURNS 0.98 /* cosine of 11 degrees: largest turn, within a step, of a line that the loops leave */
+#define LINE_TURNED 1e-8 /* × the speed, at least rtol: largest speed across the line along which a pair moves */
+
+static int tr_has_reversed(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
+  double along = 0.0, size = 0.0;
+  if (!tr_is_set_valued(s, i) || pair->nrates == 1 || !tr_is_sliding(s, i)) return 0;
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * lever[j] * lever[j], size += fabs(r[j] * dir[j]) * lever[j] * lever[j];
+  return along < RIGHT_ANGLE * size && tr_pair_speed(s, i) > tr_stick_tolerance(tr_speed_unit(s));
+}
+
+/* Speeds of sliding pairs of several components at the start of the last step, m/s; 0 for all others. */
+static void tr_save_start_speeds(tr_sim *s, double *was) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    was[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
+}
+
+/* A pair of several components, other than `which`, that nearly stopped in the step; -1: none. Its friction turns as it stops
+ * and carries others beyond their modes, unless it stops along a line. was: speeds at the start of the step. Requires maps of
+ * (t, y). */
+static int tr_find_pair_stopping_beside(tr_sim *s, int which, const double *was, double t, const double *y) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !(was[i] > tr_crawl_speed(tr_speed_unit(s))) || tr_frozen_length(s, i) > TR_LINE) continue;
+    if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_is_stopping_on_line(s, i, t, y)) return i;
+  }
+  return -1;
+}
+
+static double tr_speed_along(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *dir = tr_mode_of(s, i)->direction, *r = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
+  double along = 0.0, size = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) along += r[j] * dir[j] * lever[j] * lever[j], size += dir[j] * dir[j] * lever[j] * lever[j];
+  return along / sqrt(size);
+}
+
+static int tr_release_left_lines(tr_sim *s) {
+  int any = 0;
+  for (int i = 0; i < s->k->nsliders && s->set.hfixed <= 0.0; ++i) {
+    const double *r = tr_pair_rates(s, i);
+    double *d = tr_mode_of(s, i)->direction, along = 0.0;
+    if (tr_pair_of(s, i)->nrates == 1 || !(tr_frozen_length(s, i) > TR_LINE) || !(tr_pair_speed(s, i) > tr_onset_speed(s))) continue;
+    for (int j = 0; j < tr_pair_of(s, i)->nrates; ++j) along += r[j] * d[j];
+    if (!(along > 0.0) || tr_is_on_line(s, i, r, fmax(LINE_TURNED, s->set.rtol))) continue;
+    for (int j = 0; j < 3; ++j) d[j] *= TR_FROZEN / ON_LINE;
+    any = 1;
+  }
+  return any;
+}
+
+/* The pair whose sliding ends where pair `which` seems to leave its mode; its friction jumps there and carries `which` along.
+ * Returns `which` if there is none. On a line, the speed across is the opening of loops by the step. Requires maps of (t,
+ * y). */
+static int tr_find_pair_stopping_first(tr_sim *s, int which, double t, const double *y) {
+  if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
+    const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = tr_crawl_speed(tr_speed_unit(s));
+    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_is_stopping_on_line(s, i, t, y))) return i;
+  }
+  return which;
+}
+
+/* Whether a pair of several components turned by more than a right angle until the planned end of the step. The pair `which`,
+ * stuck or spinning, is excluded. Stages of an explicit step too long for the stiff direction oscillate, and events of other
+ * pairs are then spurious. */
+static int tr_has_other_pair_turned(tr_sim *s, int which) {
+  if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_is_moving_ball(s, which))) return 0;
+  const double end = s->step.t0 + s->step.size, *y = TR_A(s, ynew);
+  tr_evaluate_maps_at(s, end, y);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (i == which || !tr_has_reversed(s, i) || tr_is_crawling(s, i) || tr_is_stopping_on_line(s, i, end, y)) continue;
+    s->friction.cutting_pair = i;
+    return 1;
+  }
+  return 0;
+}
+
+/* Whether a reversal of pair i at θ is an artefact of the dense output: the pair gains speed in the state y there. Concerns
+ * pairs of one component that started from rest with this step. */
+static int tr_is_spurious_turn(tr_sim *s, int i, double theta, const double *y) {
+  if (i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS || tr_pair_of(s, i)->nrates > 1) return 0;
+  if (tr_speed_of_state(s, i) > tr_rest_speed(tr_speed_unit(s)) || !tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return 0;
+  return tr_acceleration_by_maps(s, tr_pair_of(s, i)->eta0) * tr_mode_of(s, i)->direction[0] > 0.0;
+}

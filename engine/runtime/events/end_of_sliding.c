@@ -1,0 +1,162 @@
+/* End of sliding of pairs of several components (theory, "End of sliding"). Their speed goes to zero without changing sign, so
+ * the last stretch is a step of its own. At its end the pair rests, with all pairs that stop there. */
+#include "events/events.h"
+
+#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of others' rates when it stops */
+#define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed of a pair that stops alone */
+#define CAPTURE_ACROSS 0.2  /* × deceleration: acceleration across the sliding, above which a pair passes its least speed without stopping */
+#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the time of the stop, */
+                            /* unless the speed is below NEAR_MISS: then the pair stops at once */
+#define STOPS_AS_ONE 0.01      /* × tolerance / rate: stops closer than this count as simultaneous; far below the error of times */
+#define STOPS_WITH 0.5      /* × the last stretch: pairs whose own stops are this close to its end stop there; well above the error of their times */
+
+/* Surface speeds of all pairs `back` steps ago, m/s. */
+static double *tr_past_speeds(const tr_sim *s, int back) { return TR_A(s, past_speeds) + back * s->k->nsliders; }
+
+/* Store the speeds at the end of an accepted step; speeds before an event are discarded. Requires maps of that end. */
+static void tr_save_speeds(tr_sim *s) {
+  double *t = s->friction.past_t;
+  if (t[0] != s->step.t0)
+    for (int q = 0; q < TR_PAST_ENDS; ++q) t[q] = NAN;
+  memmove(tr_past_speeds(s, 1), tr_past_speeds(s, 0), sizeof(double) * (TR_PAST_ENDS - 1) * s->k->nsliders);
+  memmove(t + 1, t, sizeof(double) * (TR_PAST_ENDS - 1));
+  t[0] = s->pending.t;
+  for (int i = 0; i < s->k->nsliders; ++i) tr_past_speeds(s, 0)[i] = tr_pair_speed(s, i);
+}
+
+/* Time until pair i rests, s, extrapolated from `back` steps ago over two steps. Over one step, or by its acceleration, it
+ * oscillates for explicit steps at their stability limit. NaN: unknown; negative: it does not stop. */
+static double tr_time_to_rest(const tr_sim *s, int i, int back) {
+  const double *t = s->friction.past_t + back, v = tr_past_speeds(s, back)[i], was = tr_past_speeds(s, back + 2)[i];
+  return v * (t[0] - t[2]) / (was - v);
+}
+
+/* Whether pair m slides and comes to rest about as soon as another pair, which needs `left` s. */
+static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
+  return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
+}
+
+static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *rates = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0, v = tr_pair_speed(s, i);
+  double along = 0.0, size = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) {
+    const double acc = tr_acceleration_by_maps(s, pair->eta0 + j) * lever[j];
+    along += acc * rates[j] * lever[j] / v, size += acc * acc;
+  }
+  const int turns = size - along * along > CAPTURE_ACROSS * CAPTURE_ACROSS * along * along;
+  return along < 0.0 && !turns ? v / -along : INFINITY;
+}
+
+/* Largest speed, m/s, at which pair i, at rest in `left` s, may stop. It is smaller where other pairs are about to stop as
+ * well. */
+static double tr_capture_speed(tr_sim *s, int i, double left) {
+  int alone = tr_time_to_rest_by_braking(s, i) < INFINITY;
+  for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, left);
+  return tr_speed_unit(s) * (alone ? fmax(CAPTURE_ALONE * s->set.rtol, CAPTURE_SPEED) : CAPTURE_SPEED);
+}
+
+static int tr_find_pair_to_capture(tr_sim *s) {
+  const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0; /* fixed steps are cut into parts of any size, so past speeds are not comparable */
+  tr_save_speeds(s);
+  if (i < 0 || i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
+  const double v = tr_pair_speed(s, i), unit = tr_speed_unit(s), *t = s->friction.past_t;
+  double *least = TR_A(s, capture_tried) + i;
+  if (v > 2.0 * *least) *least = 0.0; /* the pair has been faster since the last attempt */
+  if (!(v > tr_rest_speed(unit)) || (*least > 0.0 && v > 0.5 * *least)) return -1;
+  const double left = fixed ? tr_time_to_rest_by_braking(s, i) : tr_time_to_rest(s, i, 0), before = tr_time_to_rest(s, i, 1);
+  if (!(left > 0.0 && left <= cbrt(s->set.rtol) / s->set.rate) || v > tr_capture_speed(s, i, left)) return -1;
+  const double moved = fabs(t[0] + left - (t[1] + before)), gone = before - left;
+  const int known = fixed || (gone > 0.0 && moved * left <= CAPTURE_TIME * s->set.rtol / s->set.rate * gone);
+  if (!known && v > tr_crawl_speed(unit)) return -1;
+  s->friction.capture_h = left;
+  return i;
+}
+
+/* The largest of n rates in their units. */
+static double tr_fastest_rate(int n, const double *v, const double *unit) {
+  double most = 0.0;
+  for (int q = 0; q < n; ++q) most = fmax(most, fabs(v[q]) / unit[q]);
+  return most;
+}
+
+static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
+  const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
+  const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0}; /* a shaft's first rate is its travel */
+  tr_mode modes[s->k->nsliders + 1];
+  double change[nv + 1], unit[nv + 1];
+  const double margin = s->events.margin;
+  const int unsure = s->events.unsure;
+  int events = s->events.count;
+  long refused = s->stats.refused;
+  tr_save_modes(s, modes);
+  int has = tr_rhs(s, t, y, TR_A(s, dy));
+  if (has) {
+    const double own = tr_fastest_rate(pair_rates, tr_pair_rates(s, i), own_unit);
+    memcpy(change, y + nq, sizeof(double) * nv);
+    has = tr_handle_event(s, t, y, i, 0) == TR_OK && tr_is_crawling(s, i);
+    for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
+    has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
+  }
+  tr_restore_modes(s, modes);
+  s->events.count = events, s->events.margin = margin, s->events.unsure = unsure, s->stats.refused = refused;
+  tr_set_row_kinds(s);
+  return has;
+}
+
+/* Freeze the direction of pair i over its last stretch, and of pairs of several components that are as slow. They keep their
+ * direction until they stop. Faster pairs stay free, because directions respond fast to friction. */
+static void tr_freeze_last_directions(tr_sim *s, int i) {
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    if (!tr_is_set_valued(s, m) || !tr_is_sliding(s, m) || tr_pair_of(s, m)->nrates == 1) continue;
+    double r[3], v = tr_speed_of_state(s, m);
+    tr_rates_of_state(s, m, r);
+    if (m == i || (v > tr_rest_speed(tr_speed_unit(s)) && v <= tr_last_speed(tr_speed_unit(s)))) tr_freeze_line_direction(s, m, r, v);
+  }
+}
+
+/* Mark the pairs that stop with pair i at the end of its last stretch. Requires maps of that end. */
+static void tr_mark_pairs_stopping_with(tr_sim *s, int i) {
+  const double h = s->friction.capture_h;
+  for (int m = 0; m < s->k->nsliders; ++m)
+    tr_stopping_marks(s)[m] = m != i && tr_pair_speed(s, m) <= tr_last_speed(tr_speed_unit(s)) && tr_is_resting_as_soon(s, m, h);
+}
+
+static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i) {
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    if (m == i || !tr_is_set_valued(s, m) || !tr_is_sliding(s, m) || tr_pair_of(s, m)->nrates > 1) continue;
+    double change, v = tr_speed_on_line(s, m, &change);
+    tr_stopping_marks(s)[m] = change < 0.0 && v <= tr_last_speed(tr_speed_unit(s)) && v <= -change * STOPS_AS_ONE * s->set.rtol / s->set.rate;
+  }
+}
+
+static int tr_make_capture_step(tr_sim *s) {
+  int n = tr_state_width(s), i = s->friction.capture;
+  double h = s->friction.capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
+  tr_mode modes[s->k->nsliders];
+  memcpy(TR_A(s, yold), y, sizeof(double) * n);
+  s->friction.capture = -1;
+  tr_save_modes(s, modes);
+  tr_freeze_last_directions(s, i);
+  for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
+  int ok = tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
+  tr_store_end_multipliers(s);
+  for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
+  ok = ok && tr_project(s, s->clock.t + h, ynew);
+  memcpy(TR_A(s, event_y), ynew, sizeof(double) * n);
+  if (ok) tr_evaluate_maps_at(s, s->clock.t + h, ynew), tr_mark_pairs_stopping_with(s, i);
+  ok = ok && tr_has_answer_at_rest(s, s->clock.t + h, TR_A(s, event_y), i);
+  if (!ok) {
+    TR_A(s, capture_tried)[i] = tr_past_speeds(s, 0)[i];
+    tr_clear_stopping_marks(s);
+    tr_restore_modes(s, modes);
+    return 0;
+  }
+  s->step.t0 = s->clock.t, s->step.size = h;
+  for (int q = 0; q < n; ++q) R[q] = ynew[q] - y[q];
+  s->step.dense_rows = 1, s->step.have_dense = 1;
+  TR_MADE(s, TR_HAS_DENSE);
+  s->pending.theta = 1.0, s->pending.which = i, s->pending.h = s->step.h, s->pending.t = s->clock.t + h, s->pending.grow = 1.0, s->pending.cut = 0;
+  s->pending.captured = 1;
+  return 1;
+}

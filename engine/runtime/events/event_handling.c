@@ -1,0 +1,155 @@
+/* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
+#include "events/events.h"
+
+#define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts elsewhere that turn by more are logged too */
+#define BALL_TURNS 4                    /* decisions that balls may invalidate by changing branch */
+#define BRANCH_CHANGES 4                /* most branch changes of balls at one time; one suffices if a branch can be continued */
+#define CONE_NEAR 1e-6                  /* × s²/|ω|²: distance from the cone that counts as zero once the loops are closed */
+#define ANSWERS_LATER 2    /* pairs whose combinations are searched for other answers, at decisions after the start */
+
+static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
+  const tr_mode *m = tr_mode_of(s, i);
+  const double *lever = TR_A(s, lever) + tr_pair_of(s, i)->eta0;
+  int was = tr_mode_flag(old) != TR_STUCK, is = tr_mode_flag(m) != TR_STUCK;
+  if (!was || !is) return was == is ? 0 : is ? TR_EV_SLIP : TR_EV_STICK;
+  double along = 0.0;
+  for (int j = 0; j < tr_pair_of(s, i)->neta; ++j) along += m->direction[j] * lever[j] * (old->direction[j] * lever[j]);
+  return along < 0.0 ? TR_EV_REVERSAL : 0;
+}
+
+/* Log the pairs whose mode changed since `modes`, and contacts elsewhere that turned. contacts: `before` and `after` are valid. */
+static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_contact *before, const tr_contact *after,
+                           int contacts) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    int kind = tr_is_set_valued(s, i) ? tr_mode_change(s, i, modes + i) : 0;
+    const tr_contact *p = before + pair->contact0, *q = after + pair->contact0;
+    double most = 0.0, margin = s->events.margin;
+    const int unsure = s->events.unsure;
+    for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j) most = fmax(most, tr_contact_turn(p + j, q + j));
+    if (most > TURN_NOTED) kind = TR_EV_CONTACT_JUMP, tr_record_margin(s, most - TURN_NOTED);
+    if (kind) tr_log_event(s, t, kind, i, p, q, contacts ? pair->ncontacts : 0);
+    s->events.margin = margin, s->events.unsure = unsure;
+  }
+}
+
+/* Whether the event of pair i, just evaluated, is a moving ball that reaches its cone. A ball whose sliding ends has no more
+ * speed than closing the loops leaves. */
+static int tr_is_at_cone(const tr_sim *s, int i) {
+  if (!tr_is_moving_ball(s, i)) return 0;
+  if (tr_pair_speed(s, i) > tr_closure_speed(s)) return 1;
+  return tr_mode_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
+}
+
+/* Change ball i between sliding and spinning. */
+static void tr_change_branch(tr_sim *s, int i) {
+  tr_mode *m = tr_mode_of(s, i);
+  m->flag = tr_mode_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
+  tr_freeze_direction(s, i);
+  if (tr_mode_flag(m) == TR_SLIPS) tr_find_tilt(s, TR_A(s, z) + s->k->active, i), tr_clear_tilts(s);
+}
+
+static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i) {
+  const int turns_back = tr_mode_flag(tr_mode_of(s, i)) != TR_CONE && tr_sliding_of(s, i)->cone > CONE_NEAR;
+  s->step.margin_end = NAN;
+  if (s->events.chatter > BRANCH_CHANGES) return TR_FAIL_MULTIPLIERS;
+  tr_change_branch(s, i);
+  if (tr_rhs(s, t, y, TR_A(s, dy)) && !(turns_back && tr_sliding_of(s, i)->cone > 0.0)) return TR_OK;
+  if (!turns_back) return TR_FAIL_MULTIPLIERS;
+  tr_change_branch(s, i);
+  return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+}
+
+/* Change the branch of balls that a jump of forces carried across their cones, at the state just evaluated. Returns 1 if any
+ * changed. */
+static int tr_switch_crossed_balls(tr_sim *s) {
+  int crossed = 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const double cone = tr_sliding_of(s, i)->cone;
+    if (!tr_is_set_valued(s, i) || !tr_is_moving_ball(s, i)) continue;
+    if ((tr_mode_flag(tr_mode_of(s, i)) == TR_CONE ? cone : -cone) <= TOL_CONE) continue;
+    tr_change_branch(s, i);
+    crossed = 1;
+  }
+  return crossed;
+}
+
+/* Decide the modes of the pairs `rest` (n) at (t, y), and evaluate. Repeats while balls change branch, because forces and
+ * branches depend on each other. *decided: result of tr_decide_modes. Returns a status. */
+static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
+  for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
+    if (n) {
+      tr_evaluate_maps(s, y);
+      if (!(*decided = tr_decide_modes(s, rest, n, released))) return TR_FAIL_MODES;
+      tr_record_other_answers(s, t, rest, n, ANSWERS_LATER);
+    }
+    if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+    if (!tr_switch_crossed_balls(s)) return TR_OK;
+  }
+  return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+}
+
+/* Pairs that moved along a line and left it take their present direction, unless they are slow. Pairs in `rest` are excluded.
+ * Requires maps of the current state. */
+static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (tr_pair_of(s, i)->nrates == 1 || !(tr_frozen_length(s, i) > TR_LINE) || tr_contains(rest, n, i)) continue;
+    if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_on_line(s, i, tr_pair_rates(s, i), LINE_LEFT)) tr_freeze_direction(s, i);
+  }
+}
+
+/* Let pair i slide on where drives move it, after it was found to stop at (t, y) without an answer at rest. Returns 0 if drives
+ * do not move it. */
+static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
+  tr_restore_modes(s, modes);
+  tr_evaluate_maps_at(s, t, y);
+  const double speed = tr_pair_speed(s, i);
+  if (tr_pair_of(s, i)->nrates == 1 || tr_mode_flag(modes + i) == TR_STUCK || !(speed > 2.0 * tr_stick_tolerance(tr_speed_unit(s)))) return 0;
+  if (!tr_is_moved_by_drives(s, i, t, y)) return 0;
+  tr_freeze_line_direction(s, i, tr_pair_rates(s, i), speed);
+  return tr_rhs(s, t, y, TR_A(s, dy));
+}
+
+static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_contact *known) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], nc = s->o ? s->o->ncontacts : 0, own = which >= 0 && which < k->nsliders && tr_is_set_valued(s, which);
+  tr_mode modes[k->nsliders + 1];
+  tr_contact before[nc + 1], after[nc + 1];
+  tr_save_modes(s, modes);
+  double shares[k->nsliders + 1];
+  tr_save_held_shares(s, shares);
+  const int contacts = known || tr_current_contacts(s, y, before);
+  if (known) memcpy(before, known, sizeof(tr_contact) * nc);
+  s->step.margin_end = NAN;
+  if (own && tr_is_at_cone(s, which)) {
+    tr_change_branch(s, which); /* the law of a ball is continuous between sliding and spinning */
+    return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
+  }
+  int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_collect_pairs_at_rest(s, own ? which : -1, rest), decided = 1;
+  if (released >= 0) tr_let_slip(s, released);
+  if (n) n = tr_bring_all_to_rest(s, y, own ? which : -1, rest, n);
+  tr_freeze_left_lines(s, rest, n);
+  int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
+  if (code != TR_OK && own && tr_continue_driven(s, t, y, which, modes)) return TR_OK;
+  if (code != TR_OK) return code;
+  tr_record_margin(s, tr_decision_margin(s, rest, n, released, shares));
+  s->step.margin_end = tr_worst_violation(s, y, &n);
+  tr_certify(s);
+  if (contacts) tr_current_contacts(s, y, after), memcpy(TR_A(s, contacts), after, sizeof(tr_contact) * nc);
+  if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts); /* otherwise only the shares of load changed, which are not unique */
+  return TR_OK;
+}
+
+static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int others) {
+  double *y = TR_A(s, y), old[tr_state_width(s)];
+  memcpy(old, y, sizeof old);
+  int ok = tr_handle_event(s, s->clock.t, y, which, 0) == TR_OK;
+  if (!ok || (others && memcmp(modes, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders) == 0)) {
+    tr_restore_modes(s, modes), memcpy(y, old, sizeof old);
+    return 0;
+  }
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a second evaluation might not find the same solution */
+  s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
+  s->step.h = s->set.hfixed;
+  return 1;
+}

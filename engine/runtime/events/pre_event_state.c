@@ -1,0 +1,111 @@
+/* State just before an event that cuts a step short: branches of balls, directions of pairs that stop, shared loads, contacts. */
+#include "events/events.h"
+
+#define NO_MOTION 1e-9        /* × the speed unit: directions of slower pairs are round-off */
+#define JUST_BEFORE 1e-3      /* × the step: first distance before the event at which a direction is sought */
+#define BEFORE_GROWS 10.0     /* factor to the next distance */
+#define BRANCH_BACK 1e-12     /* × the step: first distance before the event at which an ended branch is sought */
+#define BRANCH_GROWS 10.0     /* factor to the next distance */
+#define BRANCH_FAR 1e-2       /* × the step: largest such distance */
+
+static void tr_event_state(tr_sim *s, double t, double *out) {
+  tr_dense_state(s, s->pending.theta, out);
+  if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
+}
+
+/* Whether ball i's branch of friction exists at the fraction `part` of the step before the event; y becomes that state,
+ * evaluated. found: θ of the event. */
+static int tr_has_branch_before(tr_sim *s, int i, double found, double part, double *y) {
+  s->pending.theta = found * (1.0 - part);
+  const double t = s->step.t0 + s->pending.theta * s->step.size;
+  tr_event_state(s, t, y);
+  return tr_rhs(s, t, y, TR_A(s, dy)) && tr_mode_violation(s, i, 0) <= EVENT_CLOSE;
+}
+
+static int tr_step_back_to_branch(tr_sim *s, double *y) {
+  const double found = s->pending.theta;
+  const int i = s->pending.which;
+  if (i >= s->k->nsliders || !tr_is_set_valued(s, i) || !tr_is_moving_ball(s, i)) return 0;
+  int there = tr_has_branch_before(s, i, found, 0.0, y);
+  for (double part = BRANCH_BACK; !there && part < BRANCH_FAR; part *= BRANCH_GROWS) there = tr_has_branch_before(s, i, found, part, y);
+  s->pending.theta = found;
+  return there;
+}
+
+/* Whether all pairs at rest hold at (t, y) with the loads followed so far; these are then in force. */
+static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) {
+  int rest[s->k->nsliders + 1];
+  tr_evaluate_maps_at(s, t, y);
+  const int n = tr_collect_pairs_at_rest(s, which, rest);
+  memcpy(TR_A(s, z) + s->k->active, TR_A(s, zold) + s->k->active, sizeof(double) * s->k->neta);
+  return tr_hold_by_resharing(s, rest, n);
+}
+
+static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
+  const tr_kernel *k = s->k;
+  const int which = s->pending.which, a = k->active, e = k->neta;
+  int rows = TR_A(s, share) + e - TR_A(s, row_kind), width = tr_state_width(s); /* row_kind, leaders and share are adjacent in the block */
+  double eta[e + 1], found[rows + 1], impend[k->nrates + 1], there[width];
+  const double theta = s->pending.theta;
+  if (!s->friction.shared || s->friction.stored || which >= k->nsliders || !tr_is_set_valued(s, which) || !tr_is_stuck(s, which)) return;
+  tr_mode modes[k->nsliders + 1];
+  tr_save_modes(s, modes), memcpy(eta, TR_A(s, z) + a, sizeof(double) * e), tr_copy(width, y, there);
+  memcpy(found, TR_A(s, row_kind), sizeof(double) * rows), memcpy(impend, TR_A(s, impending), sizeof(double) * k->nrates);
+  const int still = s->friction.held, by_law = s->friction.impending_laws;
+  int holds = tr_hold_until_event(s, t, y, which);
+  for (double part = BRANCH_BACK; part < BRANCH_FAR && !holds; part *= BRANCH_GROWS) {
+    s->pending.theta = theta * (1.0 - part);
+    tr_event_state(s, s->step.t0 + s->pending.theta * s->step.size, y);
+    holds = tr_hold_until_event(s, t, y, which);
+  }
+  s->pending.theta = theta;
+  if (holds) return;
+  tr_copy(width, there, y), tr_evaluate_maps_at(s, t, y);
+  tr_restore_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
+  memcpy(TR_A(s, row_kind), found, sizeof(double) * rows), memcpy(TR_A(s, impending), impend, sizeof(double) * k->nrates);
+  s->friction.held = still, s->friction.shared = 1, s->friction.impending_laws = by_law; /* tr_set_row_kinds would change the shares */
+}
+
+static int tr_restore_directions_before(tr_sim *s, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  double before[tr_state_width(s)];
+  int stops[k->nsliders + 1], any = 0, kept;
+  tr_evaluate_maps_at(s, t, y);
+  for (int i = 0; i < k->nsliders; ++i) {
+    stops[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
+               tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
+    any |= stops[i];
+  }
+  kept = any;
+  for (double part = JUST_BEFORE; any && part <= 1.0; part *= BEFORE_GROWS) {
+    const double theta = s->pending.theta * (1.0 - part);
+    tr_evaluate_dense(s, theta, before);
+    tr_evaluate_maps_at(s, s->step.t0 + theta * s->step.size, before);
+    any = 0;
+    for (int i = 0; i < k->nsliders; ++i) {
+      if (!stops[i]) continue;
+      stops[i] = tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);
+      if (!stops[i]) tr_freeze_line_direction(s, i, tr_pair_rates(s, i), tr_pair_speed(s, i));
+      any |= stops[i];
+    }
+  }
+  return kept;
+}
+
+static int tr_evaluate_before_event(tr_sim *s, double t, double *y) {
+  if (!tr_project(s, t, y)) return 0;
+  if (tr_rhs(s, t, y, TR_A(s, dy))) return 1;
+  return !s->pending.captured && tr_restore_directions_before(s, t, y) && tr_rhs(s, t, y, TR_A(s, dy));
+}
+
+static int tr_contacts_before_event(tr_sim *s, double t, const double *y, tr_contact *out) {
+  tr_mode modes[s->k->nsliders + 1];
+  if (!s->o || !s->o->contacts) return 0;
+  tr_save_modes(s, modes);
+  const int kept = !s->pending.captured && tr_restore_directions_before(s, t, y);
+  if (kept) tr_rhs(s, t, y, TR_A(s, dy));
+  const int any = tr_current_contacts(s, y, out);
+  tr_restore_modes(s, modes);
+  if (kept) tr_rhs(s, t, y, TR_A(s, dy));
+  return any;
+}

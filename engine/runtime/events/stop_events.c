@@ -1,0 +1,41 @@
+/* Stops and latches: event kinds, and whether a step may contain an event of one. */
+#include "events/events.h"
+
+#define SHORTLY 1e-3      /* × the step: difference that gives the rate of a depth */
+#define TOP_POINTS 16     /* points of a cubic over the step, among which its maximum is sought */
+#define TOP_DIP 0.1       /* × variation of a depth over the step: possible excess over the cubic */
+
+static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {
+  if (tr_is_hook(s, stop)) return pressed ? TR_EV_LATCH : TR_EV_UNLATCH;
+  return pressed ? TR_EV_END_STOP_ENGAGED : TR_EV_END_STOP_RELEASED;
+}
+
+static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
+  return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
+}
+
+/* The cubic through depths and rates at both ends must have a maximum near the threshold. The rates are those of K and K[end], or
+ * of the dense output of impulses. */
+static int tr_has_stop_event_inside(tr_sim *s) {
+  const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;
+  const double h = s->step.size, *ends[2] = {TR_A(s, y), TR_A(s, ynew)}, *rates[2] = {TR_A(s, K), TR_A(s, K) + tr_method_of(s)->end * n};
+  double depth[2][ns + 1], near[2][ns + 1], *y = TR_A(s, yout);
+  for (int e = 0; e < 2; ++e) {
+    if (by_dense) tr_evaluate_dense(s, e ? 1.0 - SHORTLY : SHORTLY, y);
+    else
+      for (int i = 0; i < n; ++i) y[i] = ends[e][i] + (e ? -SHORTLY : SHORTLY) * h * rates[e][i];
+    tr_stop_depths(s, ends[e], depth[e]), tr_stop_depths(s, y, near[e]);
+  }
+  for (int i = 0; i < ns; ++i) {
+    const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
+    const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
+    if (!(m0 > 0.0 && m1 < 0.0)) continue;
+    double top = fmax(g0, g1);
+    for (int q = 1; q < TOP_POINTS; ++q) {
+      const double x = q / (double)TOP_POINTS;
+      top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
+    }
+    if (top > -TOP_DIP * (top - fmin(g0, g1))) return 1;
+  }
+  return 0;
+}

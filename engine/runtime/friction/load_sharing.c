@@ -1,0 +1,310 @@
+/* Load sharing (theory, "Shared loads"): pairs at rest that one freedom of the loops would move together hold a load whose
+ * split is not unique.
+ *
+ * The members that carry the largest part of their capacity carry equal parts. Where one freedom moves a group, all members do.
+ * Where several freedoms move the same pairs, loads with the smallest largest share are sought. Large groups store the loads of
+ * a creep (theory, "Many pairs"), within the capacities if possible. They keep them while the group rests; as many pairs as
+ * there are freedoms take the changes. */
+#include "friction/friction.h"
+
+#define SHARE_MAX 30 /* iterations on loads and capacities */
+#define SHARE_SAME 1e-3 /* × the largest share: the loads only start Newton's method, which is exact */
+#define SHARE_WEIGHT 1e-6 /* smallest weight of a member without load, which may return */
+#define SHARE_PASSES 300 /* iterations of Lawson's algorithm, which converges linearly */
+#define SHARE_PIVOT 1e-10 /* × a member's own response: below it the reweighted conditions depend on each other */
+#define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: squared coupling of round-off */
+#define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve tried */
+#define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with less carries no load */
+#define KEPT_MORE_THAN 8 /* pairs: smaller groups minimise the largest share */
+
+/* Let `member` carry the same part of its capacity as `leader`. */
+static void tr_follow_leader(tr_sim *s, int member, int leader) {
+  int *row = tr_row_kinds(s);
+  tr_leader *lead = tr_leaders(s) + member;
+  row[member] = TR_ROW_SHARE;
+  lead->multiplier = leader, lead->pair = tr_pair_of_multiplier(s, leader, &lead->dhold);
+  s->friction.shared = 1;
+}
+
+/* Share of pair m under the loads x (n), over its components together: those with owner[i] = m. */
+static double tr_pair_share(int n, const int *owner, const double *cap, const double *x, int m) {
+  double sum = 0.0;
+  for (int i = 0; i < n; ++i)
+    if (owner[i] == m) sum += x[i] * x[i] / (cap[i] * cap[i]);
+  return sqrt(sum);
+}
+
+/* Find loads x (n) with A x = b (A: n×n response) and the smallest largest share of capacity. Lawson's reweighting: the weight
+ * of a share in the sum of squares grows with its size. */
+static void tr_minimise_largest_share(int n, const double *A, const int *owner, const double *cap, const double *b, double *x) {
+  double w[n], W[n * n], L[n * n], d[n], v[n];
+  int perm[n];
+  for (int i = 0; i < n; ++i) w[i] = 1.0;
+  for (int it = 0; it < SHARE_PASSES; ++it) { /* least Σ w x²/cap²: x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w */
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) {
+        double sum = 0.0;
+        for (int q = 0; q < n; ++q) sum += A[i + q * n] * cap[q] * cap[q] / w[q] * A[j + q * n];
+        W[i + j * n] = sum;
+      }
+    for (int i = 0; i < n; ++i) d[i] = W[i + i * n] > 0.0 ? 1.0 / sqrt(W[i + i * n]) : 1.0;
+    int rank = tr_cholesky(n, W, d, L, perm, 0, SHARE_PIVOT, SHARE_PIVOT);
+    tr_cholesky_solve(n, rank, L, perm, d, b, v);
+    double total = 0.0;
+    for (int q = 0; q < n; ++q) {
+      double sum = 0.0;
+      for (int i = 0; i < n; ++i) sum += A[i + q * n] * v[i];
+      x[q] = cap[q] * cap[q] / w[q] * sum;
+    }
+    for (int q = 0; q < n; ++q) total += w[q] *= tr_pair_share(n, owner, cap, x, owner[q]);
+    if (!(total > 0.0)) return;
+    for (int q = 0; q < n; ++q) w[q] = fmax(w[q] * n / total, SHARE_WEIGHT);
+  }
+}
+
+/* Find loads x of the multipliers c (n) that prevent motion with the smallest largest share; capacities follow from loads by
+ * iteration. Newton's method starts from these loads, because without friction the pairs would carry other forces. */
+static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  const double *Qe = TR_A(s, Q) + e;
+  double unit[e + 1], mine[e + 1], b[n], *eta = TR_A(s, z) + k->active, moved = INFINITY;
+  memset(mine, 0, sizeof mine);
+  for (int i = 0; i < n; ++i) mine[c[i]] = 1.0, b[i] = TR_A(s, Q)[c[i]];
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < e; ++j) b[i] += (1.0 - mine[j]) * Qe[c[i] + j * e] * eta[j];
+  for (int it = 0; it < SHARE_MAX && moved > SHARE_SAME && !tr_is_cancelled(s, 2.0 * SHARE_PASSES * n * n * n); ++it) {
+    double size = 0.0;
+    moved = 0.0;
+    tr_evaluate_laws(s, eta);
+    for (int i = 0; i < n; ++i) {
+      memset(unit, 0, sizeof unit);
+      unit[c[i]] = 1.0;
+      const int m = owner[i];
+      k->held_alone(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold));
+      cap[i] = fmax(tr_hold_of(s, m)->capacity / tr_hold_of(s, m)->size, NO_CAPACITY);
+    }
+    tr_minimise_largest_share(n, A, owner, cap, b, x);
+    for (int i = 0; i < n; ++i) {
+      moved = fmax(moved, fabs(x[i] - eta[c[i]]) / cap[i]), size = fmax(size, fabs(x[i]) / cap[i]);
+      eta[c[i]] = x[i];
+    }
+    moved /= size;
+  }
+}
+
+/* Acceleration of the freedom of multiplier c[0] without friction of the n multipliers c. */
+static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
+  tr_form_all_maps(s);
+  int e = s->k->neta;
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + s->k->active;
+  double acc = Q0[c[0]];
+  for (int j = 0; j < e; ++j) acc += Qe[c[0] + j * e] * eta[j];
+  for (int j = 0; j < n; ++j) acc -= Qe[c[0] + c[j] * e] * eta[c[j]];
+  return acc;
+}
+
+/* Set the axes of balls among the n multipliers c, which one freedom would move with rates v. Returns the index of the leader:
+ * the first, unless it is a ball, which may hold nothing along its axis. Then another pair leads, or the ball with the largest
+ * part. */
+static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
+  int owner[n], at, first = -1, leader = 0;
+  double t[3], dt[9], most = 0.0;
+  for (int i = 0; i < n; ++i) {
+    const tr_pair *pair = tr_pair_of(s, owner[i] = tr_pair_of_multiplier(s, c[i], &at));
+    if (pair->cone) TR_A(s, impending)[pair->rate0 + c[i] - pair->eta0] = v[i];
+    else if (first < 0) first = i;
+  }
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0, size = 0.0;
+    if (!tr_has_impending_axis(s, m)) continue;
+    for (int j = 0; j < 3; ++j) size += w[j] * w[j];
+    for (int j = 0; j < 3; ++j) w[j] /= sqrt(size);
+    s->friction.impending_laws = 1;
+  }
+  if (!tr_pair_of(s, owner[0])->cone) return 0;
+  if (first >= 0) return first;
+  for (int i = 0; i < n; ++i) {
+    tr_axis_across_force(s, owner[i], t, dt);
+    double mine = fabs(t[c[i] - tr_pair_of(s, owner[i])->eta0]);
+    if (mine > most) most = mine, leader = i;
+  }
+  return leader;
+}
+
+/* The leader, or the member with the largest capacity if the leader carries no load at the last solution: nothing can be in
+ * proportion to its share. */
+static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leader) {
+  int at, loaded = leader;
+  const double leads = tr_hold_of(s, tr_pair_of_multiplier(s, c[leader], &at))->capacity;
+  double most = leads;
+  for (int i = 0; i < n; ++i) {
+    const int owner = tr_pair_of_multiplier(s, c[i], &at);
+    if (tr_pair_of(s, owner)->cone) return leader;
+    if (tr_hold_of(s, owner)->capacity > most) most = tr_hold_of(s, owner)->capacity, loaded = i;
+  }
+  return leads < LEADS_NOTHING * most ? loaded : leader;
+}
+
+/* Share the load of pairs that one freedom moves together, by multipliers c (n); the first moves most. All oppose the motion. */
+static void tr_share_along_line(tr_sim *s, int n, const int *c) {
+  const double *lever = TR_A(s, lever), way = tr_unheld_acceleration(s, n, c) < 0.0 ? -1.0 : 1.0;
+  double v[n];
+  for (int i = 0; i < n; ++i) v[i] = way * tr_freedom_response(s, c[i], c[0]);
+  const int leader = tr_find_loaded_leader(s, n, c, tr_set_impending_axes(s, n, c, v));
+  if (!(fabs(v[leader]) > 0.0)) return;
+  for (int i = 0; i < n; ++i) TR_A(s, share)[c[i]] = v[i] * lever[c[i]] * lever[c[i]];
+  for (int i = 0; i < n; ++i)
+    if (i != leader) tr_follow_leader(s, c[i], c[leader]);
+}
+
+/* Share among the members of each freedom, if every freedom moves its multipliers alone, in a fixed ratio, with all of their
+ * pairs. first: a member of each of the `rank` freedoms. Returns 0 otherwise. */
+static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
+  int line[n], at;
+  for (int i = 0; i < n; ++i) {
+    line[i] = rank == 1 ? 0 : -1;
+    for (int q = 0; q < rank && line[i] < 0; ++q)
+      if (i == first[q] || tr_are_one_freedom(s, c[first[q]], c[i])) line[i] = q;
+    if (line[i] < 0) return 0;
+    for (int j = 0; j < i; ++j)
+      if (line[j] != line[i] && tr_pair_of_multiplier(s, c[j], &at) == tr_pair_of_multiplier(s, c[i], &at)) return 0;
+  }
+  for (int q = 0; q < rank; ++q) {
+    int own[n], count = 1;
+    own[0] = c[first[q]];
+    for (int i = 0; i < n; ++i)
+      if (line[i] == q && i != first[q]) own[count++] = c[i];
+    if (count > 1) tr_share_along_line(s, count, own);
+  }
+  return 1;
+}
+
+/* Creep with a reserve: the smallest fraction 1 − 2⁻ᵏ of the capacities that holds all pairs. A growing load then does not
+ * overload one pair at once. */
+static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
+  double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
+  memcpy(start, eta, sizeof(double) * s->k->neta);
+  for (int rests = 0; !rests && spare > SPARE_LEAST;) {
+    rests = 1, spare *= 0.5, c->share = 1.0 - spare;
+    memcpy(eta, start, sizeof(double) * s->k->neta);
+    tr_creep_minimise(s, c, law);
+    for (int q = 0; q < c->n; ++q) rests &= tr_creep_smoothed_size(c, q) <= CREEP_MOVES * c->eps[q];
+  }
+}
+
+/* Store the loads of the multipliers c (n; rank of their responses A). As many multipliers as there are freedoms take changes
+ * of load, those with the largest reserve and a fixed direction. All others keep theirs. Returns 0 if there are none. */
+static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int rank) {
+  const int e = s->k->neta;
+  int law[e], pairs[n], index[n], first[n + 1], lead[n], perm[n], count = 0, at;
+  double B[n * n], w0[n], w[n], x[n], u[n], cap[n], eps[n], d[n], L[n * n];
+  tr_creep_problem creep = {.pairs = pairs, .index = index, .first = first, .lead = lead, .B = B, .w0 = w0, .w = w, .x = x, .u = u, .cap = cap, .eps = eps, .share = 1.0};
+  for (int i = 0; i < e; ++i) law[i] = tr_row_kinds(s)[i] == TR_ROW_LAW;
+  for (int i = 0; i < n; ++i) {
+    const int owner = tr_pair_of_multiplier(s, c[i], &at);
+    if (!tr_contains(pairs, count, owner)) pairs[count++] = owner;
+  }
+  creep.n = count;
+  if (count <= KEPT_MORE_THAN && !s->friction.stored) return 0;
+  tr_creep_collect_multipliers(s, &creep);
+  if (creep.m > n) return 0;
+  tr_creep_factor_responses(s, &creep);
+  if (s->friction.stored != TR_STORES_PLACED) {
+    if (count <= KEPT_MORE_THAN || s->friction.reserve) tr_creep_with_reserve(s, &creep, law);
+    else tr_creep_minimise(s, &creep, law);
+  }
+  for (int i = 0; i < n; ++i) { /* a ball holds across a force that turns, so it takes no changes */
+    const int owner = tr_pair_of_multiplier(s, c[i], &at);
+    const double spare = fmax(1.0 - tr_friction_ratio(s, owner), 0.0) + SHARE_WEIGHT;
+    d[i] = tr_pair_of(s, owner)->cone ? 0.0 : tr_hold_of(s, owner)->capacity * TR_A(s, lever)[c[i]] * spare;
+  }
+  if (tr_cholesky(n, A, d, L, perm, 0, 0.0, 0.0) < rank) return 0;
+  for (int i = rank; i < n; ++i) tr_row_kinds(s)[c[perm[i]]] = TR_ROW_STORED;
+  for (int i = 0; i < n; ++i) TR_A(s, share)[c[i]] = TR_A(s, z)[s->k->active + c[i]];
+  s->friction.shared = 1;
+  return 1;
+}
+
+/* Share the load of one connected set c (n multipliers) of dependent rest conditions. Rank 0 stems from a trial state that is
+ * not finite, which its step refuses. */
+static void tr_share_group(tr_sim *s, int n, const int *c) {
+  int perm[n], owner[n], at;
+  double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
+  for (int i = 0; i < n; ++i) {
+    owner[i] = tr_pair_of_multiplier(s, c[i], &at);
+    for (int j = 0; j < n; ++j) A[i + j * n] = tr_freedom_response(s, c[i], c[j]);
+    d[i] = tr_response_scale(s, c[i], A[i + i * n]);
+  }
+  int rank = tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT), active = n - rank + 1;
+  if (rank == 0 || rank == n || (s->friction.stored && tr_store_loads(s, n, c, A, rank))) return;
+  if (tr_share_by_lines(s, n, c, perm, rank) || tr_store_loads(s, n, c, A, rank)) return;
+  tr_share_loads(s, n, c, owner, A, cap, x);
+  for (int i = 0; i < n; ++i) perm[i] = i, share[i] = tr_pair_share(n, owner, cap, x, owner[i]);
+  for (int i = 0; i < n; ++i) /* sorted by share, largest first */
+    for (int j = i + 1; j < n; ++j)
+      if (share[perm[j]] > share[perm[i]]) {
+        int t = perm[i];
+        perm[i] = perm[j], perm[j] = t;
+      }
+  if (!(fabs(x[perm[0]]) > 0.0)) return;
+  for (int i = 0; i < n; ++i) TR_A(s, share)[c[i]] = x[i];
+  for (int i = 1; i < active; ++i) tr_follow_leader(s, c[perm[i]], c[perm[0]]);
+}
+
+/* Let the next member of each group lead it, if none is a ball. Returns 0 if there is none. */
+static int tr_lead_by_next(tr_sim *s) {
+  const int e = s->k->neta;
+  int *row = tr_row_kinds(s), any = 0, at;
+  tr_leader *lead = tr_leaders(s);
+  for (int i = 0; i < e; ++i) {
+    if (row[i] != TR_ROW_REST) continue;
+    int next = -1, balls = tr_pair_of(s, tr_pair_of_multiplier(s, i, &at))->cone;
+    for (int j = 0; j < e; ++j) {
+      if (row[j] != TR_ROW_SHARE || lead[j].multiplier != i) continue;
+      balls |= tr_pair_of(s, tr_pair_of_multiplier(s, j, &at))->cone;
+      if (next < 0 || (j > i && next < i)) next = j; /* in a cycle */
+    }
+    if (next < 0 || balls) continue;
+    any = 1;
+    for (int j = 0; j < e; ++j)
+      if (row[j] == TR_ROW_SHARE && lead[j].multiplier == i && j != next) tr_follow_leader(s, j, next);
+    row[next] = TR_ROW_LAW; /* below it becomes a condition of rest, once all old leaders were seen */
+    tr_follow_leader(s, i, next);
+  }
+  for (int i = 0; i < e; ++i)
+    if (row[i] == TR_ROW_LAW && tr_is_stuck(s, tr_pair_of_multiplier(s, i, &at))) row[i] = TR_ROW_REST;
+  return any;
+}
+
+static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
+  double *eta = TR_A(s, z) + s->k->active;
+  for (int tried = 1; s->friction.shared && tried < s->k->nsliders; ++tried) {
+    if (!tr_lead_by_next(s)) return 0;
+    memcpy(eta, warm, sizeof(double) * s->k->neta);
+    if (tr_newton(s, eta)) return 1;
+    memset(eta, 0, sizeof(double) * s->k->neta);
+    if (tr_newton(s, eta)) return 1;
+  }
+  return 0;
+}
+
+/* Find the groups of stuck pairs that one freedom would move together, and share their loads. Requires held maps. */
+static void tr_share_groups(tr_sim *s) {
+  tr_form_all_maps(s);
+  const tr_kernel *k = s->k;
+  int e = k->neta, *row = tr_row_kinds(s), left[e + 1], c[e + 1];
+  const double *Qe = TR_A(s, Q) + e;
+  for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_REST;
+  memset(TR_A(s, share), 0, sizeof(double) * e);
+  memset(TR_A(s, impending), 0, sizeof(double) * k->nrates);
+  for (int i = 0; i < e; ++i) {
+    if (!left[i]) continue;
+    int n = 0;
+    c[n++] = i, left[i] = 0;
+    for (int p = 0; p < n; ++p)
+      for (int j = 0; j < e; ++j)
+        if (left[j] && Qe[c[p] + j * e] * Qe[c[p] + j * e] > GROUP_COUPLED * Qe[c[p] + c[p] * e] * Qe[j + j * e]) c[n++] = j, left[j] = 0;
+    if (n > 1) tr_share_group(s, n, c);
+  }
+}

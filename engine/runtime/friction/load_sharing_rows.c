@@ -1,0 +1,121 @@
+/* Equations of shared loads: the friction η_i of a member is proportional to a value of its own (theory, "Shared loads").
+ *
+ * The value of a member with one component is its capacity. For a ball in a group that one freedom would move, it is its
+ * friction in that motion. The group then releases where all can slide. A ball holds no torque about its force, which turns
+ * while it holds. Near a ball's cone friction is no smooth function of the force. Its value there is its capacity, times the
+ * part of the motion's axis across its force. */
+#include "friction/friction.h"
+
+
+/* Whether pair m is a ball with the axis of an impending motion. */
+static inline int tr_has_impending_axis(const tr_sim *s, int m) {
+  const double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0;
+  return tr_pair_of(s, m)->cone && (w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0);
+}
+
+/* Part t of ball m's axis across its force f, and dt = its derivative by f (3×3, by columns). */
+static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) {
+  const double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0, *f = TR_A(s, NN) + s->k->element[tr_pair_of(s, m)->element].n0;
+  double F = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) + NO_FORCE, along = (f[0] * w[0] + f[1] * w[1] + f[2] * w[2]) / F;
+  for (int i = 0; i < 3; ++i) {
+    t[i] = w[i] - f[i] / F * along;
+    for (int q = 0; q < 3; ++q) dt[i + 3 * q] = -((i == q) * along + f[i] / F * (w[q] - 2.0 * f[q] / F * along)) / F;
+  }
+}
+
+/* The laws of all pairs at the loads NN, balls with an impending axis sliding that way, or turning in their cone. */
+static void tr_evaluate_impending_laws(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double x[k->nx], rates[k->nrates + 1];
+  tr_sliding speed[k->nsliders + 1];
+  tr_mode *modes = (tr_mode *)(x + ((const double *)tr_mode_of(s, 0) - TR_A(s, x)));
+  memcpy(x, TR_A(s, x), sizeof x);
+  memcpy(rates, map_rates(k, TR_A(s, maps)), sizeof(double) * k->nrates);
+  for (int m = 0; m < k->nsliders; ++m) {
+    if (!tr_has_impending_axis(s, m)) continue;
+    int r0 = tr_pair_of(s, m)->rate0;
+    modes[m].flag = TR_SLIPS, modes[m].tilt = 0.0;
+    for (int j = 0; j < 3; ++j) modes[m].direction[j] = rates[r0 + j] = TR_A(s, impending)[r0 + j];
+  }
+  for (int pass = 0, inside = 1; pass < 2 && inside; ++pass) {
+    k->laws(TR_A(s, NN), rates, x, TR_A(s, c) + k->c_laws, TR_A(s, impending_law), TR_A(s, impending_dlaw), (double *)speed);
+    inside = 0;
+    for (int m = 0; m < k->nsliders && pass == 0; ++m)
+      if (tr_has_impending_axis(s, m) && speed[m].cone < 0.0) modes[m].flag = TR_CONE, inside = 1;
+  }
+}
+
+/* Value of multiplier i of pair m, whose derivative of the capacity begins at `at`; d (neta): its derivative by η. */
+static double tr_share_value(tr_sim *s, int m, int at, int i, double *d) {
+  const tr_kernel *k = s->k;
+  int e = k->neta, n = k->nn, impends = tr_has_impending_axis(s, m), ball = impends && !s->friction.impending_laws, part = i - tr_pair_of(s, m)->eta0;
+  const tr_element *el = k->element + tr_pair_of(s, m)->element;
+  const tr_hold *hold = tr_hold_of(s, m);
+  const double *Ne = tr_loads_by_friction(s);
+  double t[3], dt[9], unit = ball ? TR_A(s, lever)[i] : TR_A(s, share)[i] / hold->size;
+  if (impends && !ball) {
+    for (int j = 0; j < e; ++j) {
+      d[j] = 0.0;
+      for (int q = 0; q < el->needs; ++q) d[j] += TR_A(s, impending_dlaw)[el->dn0 + i - el->eta0 + q * el->neta] * Ne[el->n0 + q + j * n];
+    }
+    return TR_A(s, impending_law)[i];
+  }
+  if (ball) tr_axis_across_force(s, m, t, dt);
+  for (int j = 0; j < e; ++j) {
+    d[j] = 0.0;
+    for (int q = 0; q < el->needs; ++q) {
+      double slope = TR_A(s, dhold)[at + q];
+      if (ball) slope = slope * t[part] + (q < 3 ? hold->capacity * dt[part + 3 * q] : 0.0);
+      d[j] += unit * slope * Ne[el->n0 + q + j * n];
+    }
+  }
+  return unit * hold->capacity * (ball ? t[part] : 1.0);
+}
+
+/* Residual and row i of J of a multiplier that shares a load: its ratio to its leader is that of their values. */
+static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
+  int e = s->k->neta;
+  const tr_leader *lead = tr_leaders(s) + i;
+  double d[e], dl[e], mine = tr_share_value(s, m, at, i, d), leads = tr_share_value(s, lead->pair, lead->dhold, lead->multiplier, dl);
+  double part = mine / leads, load = eta[lead->multiplier];
+  for (int j = 0; j < e; ++j) J[i + j * e] = (i == j) - load / leads * (d[j] - part * dl[j]) - (j == lead->multiplier ? part : 0.0);
+  return load * part - eta[i];
+}
+
+/* Residual and row i of J of a multiplier of pair m that stores its load; for a ball, the part across its force. */
+static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *eta, double *J) {
+  const int e = s->k->neta, nn = s->k->nn, first = tr_pair_of(s, m)->eta0, n0 = s->k->element[tr_pair_of(s, m)->element].n0;
+  const double *kept = TR_A(s, share) + first, *f = TR_A(s, NN) + n0, *Ne = tr_loads_by_friction(s) + n0;
+  for (int j = 0; j < e; ++j) J[i + j * e] = i == j;
+  if (!tr_pair_of(s, m)->cone) return kept[i - first] - eta[i];
+  double F = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + NO_FORCE, along = (f[0] * kept[0] + f[1] * kept[1] + f[2] * kept[2]) / F;
+  for (int j = 0; j < e; ++j, Ne += nn) {
+    double turn = (kept[0] * Ne[0] + kept[1] * Ne[1] + kept[2] * Ne[2] - 2.0 * along * (f[0] * Ne[0] + f[1] * Ne[1] + f[2] * Ne[2])) / F;
+    J[i + j * e] += turn * f[i - first] + along * Ne[i - first];
+  }
+  return kept[i - first] - along * f[i - first] - eta[i];
+}
+
+/* Reverse groups whose load pulls against the assumed impending motion. Returns 1 if balls were among them, whose friction then
+ * changes. Requires tr_newton. */
+static int tr_reverse_impending(tr_sim *s, const double *eta) {
+  const tr_kernel *k = s->k;
+  int turns[k->neta], turned = 0;
+  double d[k->neta];
+  memset(turns, 0, sizeof turns);
+  for (int i = 0; i < k->neta; ++i) {
+    const tr_leader *lead = tr_leaders(s) + i;
+    if (tr_row_kinds(s)[i] != TR_ROW_SHARE) continue;
+    turns[i] = turns[lead->multiplier] = eta[lead->multiplier] * tr_share_value(s, lead->pair, lead->dhold, lead->multiplier, d) < 0.0;
+  }
+  for (int m = 0; m < k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    const int ball = tr_has_impending_axis(s, m);
+    for (int j = 0; j < pair->neta; ++j) {
+      if (!turns[pair->eta0 + j]) continue;
+      TR_A(s, share)[pair->eta0 + j] *= -1.0;
+      if (ball) TR_A(s, impending)[pair->rate0 + j] *= -1.0, turned = 1;
+    }
+  }
+  return turned;
+}

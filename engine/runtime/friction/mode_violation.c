@@ -1,0 +1,36 @@
+/* Violations: distance of a pair or a stop beyond its mode, in tolerances. */
+#include "friction/friction.h"
+
+#define MOVES_ALONG 2.0 /* × REST_BROKEN: the decision must not find the released pair at rest with the others */
+
+static double tr_rest_violation(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  double most = 0.0;
+  if (!s->k->active || !(tr_pair_speed(s, i) > tr_rest_speed(tr_speed_unit(s)))) return -INFINITY;
+  for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
+    if (tr_is_held_freedom_moving(s, e)) most = fmax(most, tr_relative_acceleration(s, e) / REST_BROKEN - MOVES_ALONG);
+  return most > 0.0 ? most : -INFINITY;
+}
+
+static double tr_set_valued_violation(tr_sim *s, int i) {
+  const tr_sliding *v = tr_sliding_of(s, i);
+  int flag = tr_mode_flag(tr_mode_of(s, i));
+  if (flag == TR_STUCK) return fmax((tr_friction_ratio(s, i) - 1.0) / TOL_RELEASE, tr_rest_violation(s, i));
+  if (flag == TR_CONE) return v->cone / TOL_CONE;
+  double stop = tr_stick_overshoot(v->speed, tr_speed_unit(s));
+  return tr_pair_of(s, i)->cone ? fmax(stop, -v->cone / TOL_CONE) : stop;
+}
+
+static double tr_mode_violation(tr_sim *s, int i, const double *depth) {
+  const tr_kernel *k = s->k;
+  if (i < k->nsliders) {
+    int kind = tr_pair_of(s, i)->kind;
+    if (kind == TR_KIND_SMOOTH) return -1.0;
+    if (kind == TR_KIND_SET) return tr_set_valued_violation(s, i);
+    if (kind == TR_KIND_TURN) return tr_direction_violation(s, i);
+    double speed = tr_sliding_of(s, i)->speed, kink = tr_sliding_of(s, i)->border;
+    return (tr_is_sliding(s, i) ? (kink - speed) / kink : (fabs(speed) - kink) / kink) / TOL_KINK;
+  }
+  int j = i - k->nsliders;
+  return (tr_is_pressed(s, j) ? -depth[j] : depth[j]) / TOL_STOP;
+}

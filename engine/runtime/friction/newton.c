@@ -1,0 +1,117 @@
+/* Newton's method on the complement equations η = law(N(η)), with conditions of rest for held pairs (theory, "Complement
+ * equations"). */
+#include "friction/friction.h"
+
+
+static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J) {
+  TR_NEED(s, TR_HAS_HELD | TR_HAS_ROWS);
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  const int *row = tr_row_kinds(s);
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
+  if (s->friction.shared) k->held(TR_A(s, NN), TR_A(s, share), TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  if (s->friction.impending_laws) tr_evaluate_impending_laws(s);
+  for (int m = 0, at = 0; m < k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i) {
+      if (row[i] == TR_ROW_REST) {
+        double acc = Q0[i], inv = 1.0 / Qe[i + i * e];
+        for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j], J[i + j * e] = Qe[i + j * e] * inv;
+        r[i] = -acc * inv;
+      } else if (row[i] == TR_ROW_FREE) {
+        for (int j = 0; j < e; ++j) J[i + j * e] = i == j;
+        r[i] = -eta[i];
+      } else if (row[i] == TR_ROW_SHARE) {
+        r[i] = tr_form_share_row(s, m, at, i, eta, J);
+      } else if (row[i] == TR_ROW_STORED) {
+        r[i] = tr_form_stored_row(s, m, i, eta, J);
+      }
+    }
+    at += k->element[pair->element].needs;
+  }
+}
+
+/* Add the step r to eta. step, size: their largest parts as surface forces, so that torques of a small mechanism count. */
+static inline void tr_apply_newton_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
+  *step = *size = 0.0;
+  for (int i = 0; i < e; ++i) {
+    eta[i] += r[i];
+    *step = fmax(*step, fabs(r[i]) * per_lever[i]);
+    *size = fmax(*size, fabs(eta[i]) * per_lever[i]);
+  }
+}
+
+/* Residual r and Jacobian J for a fraction of the friction. */
+static void tr_ease_friction(const tr_sim *s, const double *eta, double *r, double *J) {
+  int e = s->k->neta;
+  double part = 1.0 - s->friction.eased;
+  for (int i = 0; i < e; ++i) r[i] = part * TR_A(s, law)[i] - eta[i];
+  for (int j = 0; j < e; ++j)
+    for (int i = 0; i < e; ++i) J[i + j * e] = part * J[i + j * e] + (i == j) * (1.0 - part);
+}
+
+static int tr_newton(tr_sim *s, double *eta) {
+  const tr_kernel *k = s->k;
+  int e = k->neta;
+  const double *lever = TR_A(s, lever);
+  double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
+  const int three = e == 3 && !k->active; /* tr_is_unstable_root reads the factors of loops */
+  for (int i = 0; i < e; ++i) per_lever[i] = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
+  for (int it = 1; it <= NEWTON_MAX; ++it) {
+    if (tr_is_cancelled(s, (double)e * e * (e + k->nn))) return 0;
+    tr_evaluate_laws(s, eta);
+    tr_form_law_jacobian(s);
+    const double *law = TR_A(s, law);
+    double size, step;
+    for (int i = 0; i < e; ++i) r[i] = law[i] - eta[i];
+    if (s->friction.eased > 0.0) tr_ease_friction(s, eta, r, J);
+    if (s->friction.held) tr_form_rest_rows(s, eta, r, J);
+    if (e == 1) {
+      if (!(fabs(J[0]) > NO_PIVOT)) return 0;
+      r[0] /= J[0];
+    } else if (three) {
+      if (!tr_solve_three(J, r)) return 0;
+    } else {
+      if (!tr_lu(e, J, (int *)TR_A(s, perm) + k->active)) return 0;
+      tr_lu_solve(e, J, (int *)TR_A(s, perm) + k->active, r);
+    }
+    tr_apply_newton_step(e, r, per_lever, eta, &step, &size);
+    s->stats.newton_iterations++;
+    if (!(step < INFINITY)) return 0;
+    if (step <= NEWTON_EXACT * size || (step <= NEWTON_QUADRATIC * size && step <= NEWTON_SHRINKS * last) || size == 0.0) {
+      if (it > s->stats.newton_most) s->stats.newton_most = it;
+      return 1;
+    }
+    last = step;
+  }
+  return 0;
+}
+
+/* tr_newton; groups at rest share in the direction in which their load pulls. */
+static int tr_newton_with_sense(tr_sim *s, double *eta) {
+  if (!tr_newton(s, eta)) return 0;
+  if (!s->friction.impending_laws || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
+  memset(eta, 0, sizeof(double) * s->k->neta);
+  return tr_newton(s, eta);
+}
+
+/* tr_newton with balls of stuck groups that share by their axes, where their law gives no solution. */
+static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
+  double *eta = TR_A(s, z) + s->k->active;
+  if (!s->friction.impending_laws) return 0;
+  s->friction.impending_laws = 0;
+  memcpy(eta, warm, sizeof(double) * s->k->neta);
+  if (tr_newton(s, eta)) return 1;
+  memset(eta, 0, sizeof(double) * s->k->neta);
+  return tr_newton(s, eta);
+}
+
+/* Whether stiff contacts would leave the root just found: the determinant of Newton's matrix, 1 without friction, is negative
+ * (theory, "Complement equations"). Only for loops: elsewhere its sign changes where the root ends (``diagnosis/root_fold.c``).
+ * Shared loads have no sign. */
+static int tr_is_unstable_root(const tr_sim *s) {
+  const int e = s->k->neta, r = tr_open_count(s);
+  if (!s->k->active || s->friction.shared) return 0;
+  const int sense = e == 1 ? (TR_A(s, lu)[0] < 0.0 ? -1 : 1) : tr_lu_determinant_sign(e, TR_A(s, lu), (const int *)TR_A(s, perm) + s->k->active);
+  return sense * (r ? tr_lu_determinant_sign(r, TR_A(s, openF), (const int *)TR_A(s, openP)) : 1) < 0;
+}

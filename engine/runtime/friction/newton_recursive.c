@@ -1,0 +1,195 @@
+/* Friction along the recursion: each Newton step on η is a pass over the bodies, without maps (theory, "Friction along the
+ * recursion").
+ *
+ * Kernels of trees provide `begin`, `narrow`, `respond`, `answer` and `derive`; those of many loops, whose λ is found with η,
+ * also `shift`. Maps are formed on demand (tr_form_all_maps): for decisions, other roots, certificates, and states where this
+ * method fails. */
+#include "friction/friction.h"
+
+#define CLEAR_ALONG 1e-7 /* × a row's scale: a hundred times KEEP_PIVOT; the outermost loop of a ladder of a hundred has 1e-6 */
+#define PASS_WORK 1000 /* multiplications for each friction of a pass over the bodies */
+#define NEAR_ROOT 1e-2 /* × the largest friction: largest second step if loads of a close state lead to the root followed */
+#define STEPS_TO_SLOW 0.1 /* × the last step: a step with an old derivative that shrinks by less requires a new one */
+
+static int tr_is_recursive(const tr_sim *s) {
+  const tr_friction *f = &s->friction;
+  const int *row = tr_row_kinds(s);
+  if (!s->k->begin || f->eased > 0.0 || f->freed >= 0 || f->from_anywhere || s->moreau.h > 0.0 || s->loops.rank < s->k->active) return 0;
+  if (!f->held) return 1;
+  if (f->shared || f->impending_laws || s->k->active) return 0;
+  for (int i = 0; i < s->k->neta; ++i)
+    if (row[i] > TR_ROW_FREE) return 0;
+  return 1;
+}
+
+/* Factorise the inertias with the laws' derivative `dlaw`, for the freedoms that move. Returns the sign of the determinant of
+ * Newton's matrix (1 without friction). Returns 0 if it is singular, or if maps must decide which rows count because a pivot of
+ * S is small. */
+static int tr_factor_inertias(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const double *pivot = TR_A(s, pivots), *own = pivot + k->nbodies + k->nelements, *d = TR_A(s, d);
+  const int n = k->nbodies + (k->active ? k->nelements + k->active : 0);
+  double least = INFINITY;
+  int sense = 1;
+  k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+  for (int i = 0; i < n; ++i) {
+    if (!(fabs(pivot[i]) > 0.0)) return 0;
+    if (pivot[i] < 0.0) sense = -sense;
+  }
+  for (int i = 0; i < k->active; ++i) least = fmin(least, fabs(own[i]) * d[i] * d[i]);
+  s->loops.recursive_pivot = k->active ? sqrt(least) : 0.0;
+  if (!(least > CLEAR_ALONG)) return 0;
+  s->loops.rank_now = k->active;
+  return sense;
+}
+
+/* tr_factor_inertias with the laws' derivative `dn` and the modes in force. Requires the laws' values. */
+static int tr_factor_with_laws(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double *moves = TR_A(s, moves), *D = TR_A(s, dlaw);
+  memcpy(D, TR_A(s, dn), sizeof(double) * k->ndn);
+  for (int i = 0; i < k->neta; ++i) moves[i] = tr_row_kind(s, i) != TR_ROW_REST;
+  for (int m = 0; m < k->nelements && s->friction.held; ++m) {
+    const tr_element *el = k->element + m;
+    for (int j = 0; j < el->neta; ++j)
+      if (tr_row_kind(s, el->eta0 + j) != TR_ROW_LAW)
+        for (int q = 0; q < el->needs; ++q) D[el->dn0 + j + q * el->neta] = 0.0;
+  }
+  return tr_factor_inertias(s);
+}
+
+static int tr_factor_without_friction(tr_sim *s) {
+  if (!s->k->shift || s->loops.rank < s->k->active) return 0;
+  memset(TR_A(s, dlaw), 0, sizeof(double) * s->k->ndn);
+  for (int i = 0; i < s->k->neta; ++i) TR_A(s, moves)[i] = 1.0;
+  return tr_factor_inertias(s);
+}
+
+/* η and N (λ in z) from the laws linearised at N; law: their η at N. */
+static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double *eta) {
+  const tr_kernel *k = s->k;
+  double *D = TR_A(s, dlaw), *less = TR_A(s, less), *borne = TR_A(s, borne);
+  for (int m = 0; m < k->nelements; ++m) {
+    const tr_element *el = k->element + m;
+    for (int j = 0; j < el->neta; ++j) {
+      const int i = el->eta0 + j;
+      double e = tr_row_kind(s, i) == TR_ROW_LAW ? law[i] : 0.0;
+      for (int q = 0; q < el->needs; ++q) e -= D[el->dn0 + j + q * el->neta] * N[el->n0 + q];
+      less[i] = -e;
+    }
+  }
+  k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, TR_A(s, acc));
+  memcpy(TR_A(s, z), borne + k->neta, sizeof(double) * k->active);
+  for (int m = 0; m < k->nelements; ++m) {
+    const tr_element *el = k->element + m;
+    for (int j = 0; j < el->neta; ++j) {
+      const int i = el->eta0 + j;
+      eta[i] = tr_row_kind(s, i) == TR_ROW_REST ? -borne[i] : -less[i];
+      for (int q = 0; q < el->needs; ++q) eta[i] += D[el->dn0 + j + q * el->neta] * N[el->n0 + q];
+    }
+  }
+}
+
+/* Distance of two sets of frictions, and size of the second, as surface forces. */
+static void tr_compare_frictions(const tr_sim *s, const double *from, const double *to, double *step, double *size) {
+  const double *lever = TR_A(s, lever);
+  *step = *size = 0.0;
+  for (int i = 0; i < s->k->neta; ++i) {
+    const double f = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
+    *step = fmax(*step, fabs(to[i] - from[i]) * f), *size = fmax(*size, fabs(to[i]) * f);
+    if (!(*step < INFINITY)) return;
+  }
+}
+
+static int tr_loads_by_recursion(tr_sim *s, double *eta) {
+  double law[s->k->neta];
+  memset(TR_A(s, dn), 0, sizeof(double) * s->k->ndn);
+  memcpy(law, eta, sizeof law);
+  if (tr_factor_with_laws(s) <= 0) return 0;
+  tr_solve_linear_laws(s, law, tr_stored_loads(s), eta);
+  return 1;
+}
+
+static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
+  const tr_kernel *k = s->k;
+  const int e = k->neta;
+  double *eta = TR_A(s, z) + k->active, *N = tr_stored_loads(s), old[e], step, size, last = INFINITY;
+  const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
+  if (!near && !tr_loads_by_recursion(s, eta)) return 0;
+  for (int it = 1, fresh = 1; it <= NEWTON_MAX; ++it) {
+    if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
+    if (fresh) k->laws(N, rates, x, c, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
+    else k->laws_alone(N, rates, x, c, TR_A(s, law), TR_A(s, sliding));
+    const int sense = fresh ? tr_factor_with_laws(s) : 1;
+    if (!sense || sense < least) return 0;
+    memcpy(old, near && it == 1 ? TR_A(s, law) : eta, sizeof old);
+    tr_solve_linear_laws(s, TR_A(s, law), N, eta);
+    tr_compare_frictions(s, old, eta, &step, &size);
+    s->stats.newton_iterations++;
+    if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
+    const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
+    if (near && it == 1) { /* laws may jump between the loads of two states */
+    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size)) {
+      if (it > s->stats.newton_most) s->stats.newton_most = it;
+      return 1;
+    }
+    fresh = step > STEPS_TO_SLOW * last;
+    last = step;
+  }
+  return 0;
+}
+
+/* Whether a ball is among the pairs. Its equations may have several roots, and the root must not depend on the start. */
+static int tr_has_ball(const tr_sim *s) {
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_pair_of(s, i)->cone) return 1;
+  return 0;
+}
+
+/* Find η along the recursion in the current state. near: z holds loads of a close state. Returns 0, with z restored, on
+ * failure. */
+static int tr_newton_recursive(tr_sim *s, int near) {
+  const tr_kernel *k = s->k;
+  double kept[tr_z_length(s)];
+  memcpy(kept, TR_A(s, z), sizeof kept);
+  for (near = near && s->step.loads_known && !tr_has_ball(s); near >= 0; --near) {
+    s->step.recursive = tr_newton_recursive_from(s, near, 0);
+    if (s->step.recursive) {
+      tr_copy(k->nn, tr_stored_loads(s), TR_A(s, NN));
+      TR_MADE(s, TR_HAS_SOLUTION);
+      return s->step.loads_known = 1;
+    }
+    memcpy(TR_A(s, z), kept, sizeof kept);
+  }
+  return 0;
+}
+
+static void tr_store_solution_loads(tr_sim *s) {
+  if (!s->k->begin) return;
+  tr_evaluate_loads(s, TR_A(s, z) + s->k->active);
+  tr_copy(s->k->nn, TR_A(s, NN), tr_stored_loads(s));
+  s->step.loads_known = 1;
+}
+
+/* Whether every held pair is held by itself. Its freedoms must be states of the tree, and no body between two joints may be so
+ * light that one joint holds the other. */
+static int tr_are_held_pairs_independent(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double least = INFINITY, most = 0.0;
+  if (!k->begin || k->active || s->moreau.h > 0.0) return 0;
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 < 0) return 0;
+  memset(TR_A(s, dlaw), 0, sizeof(double) * k->ndn);
+  for (int i = 0; i < k->neta; ++i) TR_A(s, moves)[i] = 1.0;
+  k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+  for (int i = 0; i < k->nbodies; ++i) least = fmin(least, TR_A(s, pivots)[i]), most = fmax(most, TR_A(s, pivots)[i]);
+  return least > RANK_PIVOT * most;
+}
+
+static int tr_rhs_recursive(tr_sim *s, const double *y, double *dy) {
+  const tr_kernel *k = s->k;
+  tr_begin_recursion(s, y, dy);
+  if (!tr_newton_recursive(s, 1)) return 0;
+  k->derive(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, z), dy, TR_A(s, power));
+  return 1;
+}

@@ -1,0 +1,184 @@
+/* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
+ * A case runs like a single run: in a fresh block, by the same calls in the same order. Its numbers therefore agree to the last
+ * bit. The host owns all memory; a call returns when its step budget is used up. */
+#include "stepping/stepping.h"
+#include "hosts/hosts.h"
+
+#define START_STEPS 20 /* steps that cost as much as assembly and start */
+
+/* Doubles of a case's output. */
+static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
+
+static tr_case *tr_case_out(const tr_batch *b) { return (tr_case *)(b->out + (size_t)b->at * tr_case_doubles(b)); }
+
+static tr_reduced *tr_case_columns(const tr_batch *b) { return (tr_reduced *)(tr_case_out(b) + 1); }
+
+static const tr_case_settings *tr_case_set(const tr_batch *b) { return b->set + b->at; }
+
+/* Reset the output of the case. */
+static void tr_case_clear(tr_batch *b) {
+  tr_case *o = tr_case_out(b);
+  tr_reduced *r = tr_case_columns(b);
+  memset(o, 0, sizeof(double) * tr_case_doubles(b));
+  for (int i = 0; i < TR_EVENT_KINDS; ++i) o->first[i] = NAN;
+  o->margin = INFINITY;
+  for (int i = 0; i < b->width; ++i) r[i].max = r[i].min = r[i].final = NAN;
+}
+
+/* Add a row to the reductions: maximum, minimum and sum over finite values, and the last value. */
+static void tr_case_row(tr_batch *b, const double *row) {
+  tr_reduced *r = tr_case_columns(b);
+  tr_case_out(b)->rows += 1.0, b->last = row[0];
+  if (b->kept) {
+    double *kept = b->kept + (size_t)b->kept_rows++ * (b->width + 1);
+    kept[0] = (double)b->at;
+    memcpy(kept + 1, row, sizeof(double) * b->width);
+  }
+  for (int i = 0; i < b->width; ++i, ++r) {
+    double v = row[i];
+    r->final = v;
+    if (!isfinite(v)) continue;
+    if (!(r->max >= v)) r->max = v;
+    if (!(r->min <= v)) r->min = v;
+    r->mean += v, r->finite += 1.0;
+  }
+}
+
+/* Count the events waiting in the block by kind, with first times and margins. */
+static void tr_case_events(tr_batch *b, tr_sim *s) {
+  tr_case *o = tr_case_out(b);
+  for (int i = 0; i < s->events.count; ++i) {
+    const tr_event *e = (const tr_event *)TR_A(s, ev) + i;
+    int kind = (int)e->kind & (TR_EVENT_KINDS - 1);
+    if (o->count[kind]++ == 0.0) o->first[kind] = e->time;
+    if (kind == TR_EV_SEPARATION || kind == TR_EV_CONTACT_JUMP) continue; /* no decision depends on them */
+    if (e->margin < o->margin) o->margin = e->margin;
+    o->marginal += e->marginal;
+  }
+  s->events.count = 0;
+}
+
+/* A fresh block of variant `which` with the case's parameters, inputs and settings. */
+static tr_sim *tr_case_block(tr_batch *b, int which) {
+  tr_variant *v = b->variant + which;
+  tr_sim *s = v->plain;
+  memcpy(s, v->fresh, v->fresh->bytes);
+  const tr_kernel *k = s->k;
+  memcpy(TR_A(s, p), b->p + (size_t)b->at * k->np, sizeof(double) * k->np);
+  int n = tr_input_count(s);
+  for (int i = 0; i < n; ++i) ((tr_input *)tr_table_of(s, i))->u[0] = b->inputs[(size_t)b->at * n + i];
+  tr_set_parameters(s);
+  const tr_case_settings *set = tr_case_set(b);
+  tr_settings o = b->settings;
+  o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
+  tr_configure(s, &o);
+  s->lane = which ? 0 : b->lane;
+  if (b->lane) s->ask.host = 0; /* a case's own stack must not call a host */
+  b->which = which, b->now = s;
+  return s;
+}
+
+/* Assemble and start the case. Returns TR_OK when it runs, else a status. */
+static int tr_case_start(tr_batch *b) {
+  tr_sim *s = tr_case_block(b, 0);
+  const tr_kernel *k = s->k;
+  const tr_case_settings *set = tr_case_set(b);
+  const double *given = b->given + (size_t)b->at * 2 * k->nv;
+  tr_case_clear(b);
+  memcpy(TR_A(s, y), b->y + (size_t)b->at * (k->nq + k->nv), sizeof(double) * (k->nq + k->nv));
+  int code = tr_assemble(s, 0.0, given, given + k->nv);
+  if (s->ask.cancelled) return TR_CANCELLED;
+  if (code != 1) {
+    tr_case_out(b)->detail = code;
+    return TR_FAIL_CLOSURE;
+  }
+  int status = tr_start(s, 0.0, set->until, set->every, b->rows);
+  if (status == TR_NEED_REDUNDANT) {
+    if (!b->variant[1].fresh) return status;
+    double y[s->ny + 1];
+    memcpy(y, TR_A(s, y), sizeof(double) * s->ny);
+    s = tr_case_block(b, 1);
+    memcpy(TR_A(s, y), y, sizeof(double) * s->ny);
+    status = tr_start(s, 0.0, set->until, set->every, b->rows);
+  }
+  if (status != TR_OK) return status;
+  tr_case_row(b, b->rows);
+  if (k->rows) tr_redundancy(s, b->scratch);
+  return TR_OK;
+}
+
+/* End the case: last row, means, audit, outcome. */
+static void tr_case_end(tr_batch *b, int status) {
+  tr_sim *s = b->now;
+  tr_case *o = tr_case_out(b);
+  tr_reduced *r = tr_case_columns(b);
+  const tr_case_settings *set = tr_case_set(b);
+  if (status == TR_DONE && set->every > 0.0 && set->until - b->last > LAST_ROW * set->until) {
+    int code = tr_row(s, b->rows);
+    if (code == TR_OK) tr_case_row(b, b->rows);
+    else status = code;
+  }
+  for (int i = 0; i < b->width; ++i, ++r) r->mean = r->finite > 0.0 ? r->mean / r->finite : NAN;
+  if (o->rows > 0.0) tr_audit_end(s), tr_judge(s, &o->audit);
+  if (status == TR_DONE && o->audit.verdict == TR_VERDICT_INACCURATE) status = TR_INACCURATE;
+  o->status = status;
+  o->time = status == TR_DONE || status == TR_INACCURATE ? set->until : s->clock.t;
+  o->steps = (double)s->stats.steps;
+  b->running = 0;
+}
+
+/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not provided it yet. */
+static int tr_case_attach(tr_batch *b) {
+  tr_variant *v = b->variant + b->which;
+  if (!v->full) return 0;
+  memset(v->full, 0, v->full_bytes);
+  if (!tr_attach_jacobian(v->full, b->now, v->j, b->ntable)) return 0;
+  b->now = v->full;
+  return 1;
+}
+
+int tr_batch_run(tr_batch *b, long budget) {
+  while (b->at < b->ncases) {
+    int status = TR_OK;
+    long count = 0;
+    if (b->reported) {
+      b->reported = 0, b->at++;
+      continue;
+    }
+    if (budget <= 0) return TR_MORE;
+    if (b->kept && b->kept_rows + b->capacity + 2 > b->kept_capacity) return TR_MORE; /* room for a first row, a buffer and a last row */
+    if (!b->running) {
+      budget -= START_STEPS;
+      status = tr_case_start(b);
+      if (status == TR_NEED_REDUNDANT) return status;
+      b->running = 1;
+    }
+    if (status == TR_OK) {
+      long before = b->now->stats.steps;
+      status = tr_advance(b->now, tr_case_set(b)->until, budget, b->rows, b->capacity, &count);
+      budget -= 1 + (b->now->stats.steps - before) + count;
+      for (long i = 0; i < count; ++i) tr_case_row(b, b->rows + i * b->width);
+      tr_case_events(b, b->now);
+    }
+    if (status == TR_CANCELLED) return status;
+    if (status == TR_NEED_JACOBIAN) {
+      if (!tr_case_attach(b)) return status;
+    } else if (status == TR_DONE) {
+      tr_case_end(b, status);
+      b->at++;
+    } else if (status >= TR_DONE) {
+      tr_case_end(b, status);
+      b->reported = 1;
+      return TR_CASE_FAILED;
+    }
+  }
+  return TR_DONE;
+}
+
+void tr_batch_end(tr_batch *b, int status) {
+  b->now->ask.cancelled = 0, b->now->ask.work = 0.0;
+  tr_case_end(b, status);
+  b->reported = 1;
+}
+
+size_t tr_batch_size(void) { return sizeof(tr_batch); }

@@ -1,0 +1,75 @@
+/* Method auto: choice between the stiff method and the explicit ones. */
+#include "integrators/integrators.h"
+
+#define KINKS_MAX 12      /* steps ending at a kink, in excess of others: then the stiff method */
+#define STIFF_STEPS 15    /* steps limited by stability: then the stiff method (Hairer, Wanner II, IV.2) */
+#define FORGIVEN_STEPS 6  /* consecutive steps not limited so: the count restarts */
+#define CALM 2.0          /* h |λ| up to which steps of the stiff method would be stable explicitly */
+#define CALM_STEPS 8      /* consecutive such steps: back to the explicit method */
+#define POWER_STEPS 8     /* iterations for |λ|; a factor of two suffices */
+
+/* |λ|max h of the Jacobian by power iteration in the tolerance metric. */
+static double tr_estimate_spectral_radius(tr_sim *s, double h) {
+  TR_NEED(s, TR_HAS_JACOBIAN);
+  int ny = s->ny, ld = tr_jacobian_rows(s);
+  const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
+  double v[ny], u[ny], size = 0.0; /* v starts with components in all directions */
+  for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));
+  for (int it = 0; it < POWER_STEPS; ++it) {
+    memset(u, 0, sizeof u);
+    for (int q = 0; q < ny; ++q)
+      for (int i = 0; i < ny; ++i) u[i] += J[i + (size_t)q * ld] * v[q];
+    double a = 0.0, b = 0.0;
+    for (int i = 0; i < ny; ++i) a += u[i] * u[i] / (unit[i] * unit[i]), b += v[i] * v[i] / (unit[i] * unit[i]);
+    if (!(b > 0.0) || !(a > 0.0)) return 0.0;
+    size = sqrt(a / b);
+    double inv = 1.0 / sqrt(a);
+    for (int i = 0; i < ny; ++i) v[i] = u[i] * inv;
+  }
+  return size * h;
+}
+
+static void tr_count_kink(tr_sim *s) {
+  if (++s->step.kink_count < KINKS_MAX || s->step.method == TR_AUTO_STIFF) return;
+  s->step.method = TR_AUTO_STIFF;
+  s->step.kink_count = s->step.stiff_count = s->step.have_jac = 0;
+}
+
+/* Estimate of h|λ| from the last stage and the end (Hairer, Wanner II, IV.2). */
+static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
+  int n = tr_state_width(s), last = m->stages - 1;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
+  const double *unit = TR_A(s, scale);
+  m->argument(last, n / TR_LANES, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+  double num = 0.0, den = 0.0;
+  for (int i = 0; i < s->ny; ++i) {
+    double a = (K[m->stages * n + i] - K[last * n + i]) / unit[i], b = (ynew[i] - tmp[i]) / unit[i];
+    num += a * a;
+    den += b * b;
+  }
+  return den > 0.0 ? h * sqrt(num / den) : 0.0;
+}
+
+static void tr_choose_method(tr_sim *s) {
+  if (s->step.kink_count > 0) s->step.kink_count--;
+  if (tr_method_of(s)->kind == TR_IMPLICIT) {
+    int calm = tr_estimate_spectral_radius(s, s->pending.h) < CALM;
+    s->step.stiff_count = calm ? s->step.stiff_count + 1 : 0;
+    if (s->step.stiff_count >= CALM_STEPS) {
+      s->step.method = tr_auto_explicit_method(s);
+      s->step.stiff_count = 0, s->step.nonstiff_count = 0;
+    }
+    return;
+  }
+  const tr_explicit *m = tr_method_of(s)->explicit;
+  int stiff = tr_estimate_stiffness(s, m, s->pending.h) > m->stiff_at;
+  if (stiff) {
+    s->step.nonstiff_count = 0;
+    if (++s->step.stiff_count >= STIFF_STEPS) {
+      s->step.method = TR_AUTO_STIFF;
+      s->step.stiff_count = 0, s->step.have_jac = 0;
+    }
+  } else if (++s->step.nonstiff_count >= FORGIVEN_STEPS) {
+    s->step.stiff_count = 0;
+  }
+}

@@ -1,0 +1,74 @@
+/* Steps of explicit Runge–Kutta methods, given by their tables. */
+#include "integrators/integrators.h"
+
+#define HERMITE_ROWS 3       /* rows of the cubic through values and slopes at both ends */
+
+/* Squared error of n works from place `first` of the state in the last explicit step. second: second estimator, 0 without. */
+static double tr_step_work_error(const tr_sim *s, double h, const double *e, const double *second, int first, int n) {
+  const double *y = TR_A(s, y), *ynew = TR_A(s, ynew), unit = tr_work_unit(s, h, y, first, n);
+  const double error = tr_squared_work_error(s, e, y, ynew, first, n, unit);
+  return second ? tr_combine_estimators(error, tr_squared_work_error(s, second, y, ynew, first, n, unit)) : error;
+}
+
+/* Extrapolate x (e numbers), from which Newton's method starts at stage i, through earlier stages. old: x at earlier stages, e
+ * each. */
+TR_INLINE void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, const double *old) {
+  const double *weight = m->lead + i * m->stages;
+  for (int j = 0; j < e; ++j) x[j] = 0.0;
+  for (int k = 0; k < i; ++k, old += e)
+    for (int j = 0; j < e && weight[k] != 0.0; ++j) x[j] += weight[k] * old[j];
+}
+
+static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
+  int n = tr_state_width(s), nv = n / TR_LANES;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
+  const int e = tr_z_length(s) - s->k->active;
+  double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
+  const int made = tr_request_step(s, m, h);
+  for (int i = 1; i < m->stages && !made; ++i) {
+    m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+    tr_copy(e, eta, old + (i - 1) * e);
+    if (e) tr_extrapolate_start(e, eta, m, i, old);
+    if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
+  }
+  if (!made) m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
+  if (!made && m->ends_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
+  if (s->set.hfixed > 0.0) return 0.0;
+  double *other = TR_A(s, yout);
+  if (!made) m->error[0](nv, h, (tr_vec *)K, (tr_vec *)tmp);
+  if (!made && m->errors > 1) m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
+  const double *second = m->errors > 1 ? other : 0;
+  s->step.works = sqrt(tr_step_work_error(s, h, tmp, second, s->ny, s->nworks));
+  const double works = tr_step_work_error(s, h, tmp, second, s->ny + s->nworks, s->naudit), first = tr_squared_error(s, tmp, y, ynew);
+  const double motion = second ? tr_combine_estimators(first, tr_squared_error(s, second, y, ynew)) : first;
+  tr_store_speed_errors(s, tmp, motion < first ? sqrt(motion / first) : 1.0);
+  return sqrt(motion + works);
+}
+
+/* Form the rows of the dense output in kstep from both ends of the step and K; evaluates the extra stages. Returns 0 if one
+ * fails. */
+static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {
+  int n = tr_state_width(s), nv = n / TR_LANES;
+  double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
+  int watch = s->step.watch;
+  s->step.watch = 0;
+  const int made = m->extra && tr_request_dense(s, m, h);
+  for (int i = 0; i < m->extra && !made; ++i) {
+    tr_interpolate_multipliers(s, m->c[m->stages + 1 + i]);
+    m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
+    if (!tr_rhs(s, s->step.t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
+  }
+  s->step.watch = watch;
+  const tr_vec *f0 = (tr_vec *)K, *f1 = f0 + m->stages * nv;
+  tr_vec *rows = (tr_vec *)R;
+  for (int i = 0; i < nv; ++i) {
+    tr_vec dy = ((tr_vec *)y1)[i] - ((tr_vec *)yold)[i];
+    rows[i] = dy;
+    rows[nv + i] = h * f0[i] - dy;
+    rows[2 * nv + i] = 2.0 * dy - h * (f1[i] + f0[i]);
+  }
+  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, (tr_vec *)K, rows + (HERMITE_ROWS + i) * nv);
+  s->step.dense_rows = HERMITE_ROWS + m->dense;
+  TR_MADE(s, TR_HAS_DENSE);
+  return 1;
+}

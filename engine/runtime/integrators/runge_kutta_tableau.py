@@ -1,0 +1,150 @@
+"""Explicit Runge–Kutta methods as data. Declared properties are tested against the coefficients at construction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, carried
+
+Rows = Sequence[Sequence[float]]
+LONGEST = 40.0
+"""Largest real stability interval searched."""
+MARGIN = 0.7
+"""Fraction of the real stability interval above which stability limits steps, not accuracy."""
+
+
+def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float) -> float:
+    """The Lagrange polynomial through the listed nodes, 1 at node j and 0 at the others, at a place."""
+    return math.prod((at - nodes[k]) / (nodes[j] - nodes[k]) for k in through if k != j)
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """An explicit pair with dense output.
+
+    A: rows of the stages (row i has i entries); B: weights; C: nodes. E: one or two error estimators over the stages, perhaps with
+    an entry for the derivative at the end of the step. A_dense, C_dense: extra stages of the dense output, over the stages, the
+    derivative at the end and earlier extra stages. D: rows of the dense output beyond cubic Hermite, over all of these. The last
+    stage is not the derivative at the end, which every step computes.
+
+    Dense output: y(θ) = y₀ + θ(R₀ + (1−θ)(R₁ + θ(R₂ + (1−θ)(D₀ + θ(D₁ + …))))).
+
+    Declared: order, error_orders (one for each estimator), dense_order, first_same_as_last (an estimator uses the derivative at
+    the end, which is the next step's first). ValueError if the coefficients disagree.
+    """
+
+    name: str
+    about: str
+    order: int
+    error_orders: tuple[int, ...]
+    dense_order: int
+    first_same_as_last: bool
+    A: Rows
+    B: Sequence[float]
+    C: Sequence[float]
+    E: Rows
+    A_dense: Rows = ()
+    C_dense: Sequence[float] = ()
+    D: Rows = ()
+    led: Sequence[Sequence[int]] = ()
+    """Earlier stages, at different nodes, whose polynomial extrapolates friction to a stage, as the start of its solution. Empty:
+    the start and the last two."""
+    stiff_at: float = field(init=False)
+    """Estimate of h|λ| above which stability limits steps: a fraction of the real stability interval, to the nearest half."""
+
+    def __post_init__(self) -> None:
+        self._shapes()
+        found = self._derived()
+        for what, value in found.items():
+            if getattr(self, what) != value:
+                raise ValueError(f"tableau {self.name}: its coefficients say {what} = {value}, not {getattr(self, what)}")
+        object.__setattr__(self, "stiff_at", round(2 * MARGIN * self.real_interval()) / 2)
+
+    @property
+    def stages(self) -> int:
+        """Number of stages of a step."""
+        return len(self.B)
+
+    @property
+    def end(self) -> int:
+        """Row of K that holds the derivative at the end of the step."""
+        return self.stages
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of K: stages, the derivative at the end, extra stages."""
+        return self.stages + 1 + len(self.A_dense)
+
+    def lead(self) -> list[list[float]]:
+        """Weights of earlier stages that extrapolate to each stage (``led``)."""
+        rows = []
+        for i in range(self.stages):
+            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # one stage a node
+            through = self.led[i] if self.led else list(near.values())
+            rows.append([_lagrange(self.C, through, j, self.C[i]) if j in through else 0.0 for j in range(self.stages)])
+        return rows
+
+    def _shapes(self) -> None:
+        """ValueError for coefficients with sizes that do not fit each other."""
+
+        def refuse(what: str) -> None:
+            raise ValueError(f"tableau {self.name}: {what}")
+
+        s = self.stages
+        if [len(r) for r in self.A] != list(range(s)) or len(self.C) != s:
+            refuse(f"row i of A has i entries, and B and C have one a stage ({s})")
+        extra = len(self.C_dense)
+        if [len(r) for r in self.A_dense] != [s + 1 + i for i in range(extra)]:
+            refuse("an extra stage is over all stages before it and the derivative at the end, and has a node")
+        if len(self.E) not in (1, 2) or any(len(e) not in (s, s + 1) for e in self.E):
+            refuse("one or two error estimators, over the stages and perhaps the derivative at the end")
+        if any(len(d) > self.rows for d in self.D):
+            refuse(f"a row of the dense output has at most {self.rows} entries")
+        if s > 1 and tuple(self.A[-1]) == tuple(self.B[:-1]) and self.B[-1] == 0:
+            refuse("its last stage is the derivative at the end of the step: leave it out")
+        if self.led and [len({self.C[j] for j in row}) for row in self.led] != [len(row) for row in self.led]:
+            refuse("friction is led on through stages of different nodes")
+        if self.led and [all(j < i for j in row) for i, row in enumerate(self.led)] != [True] * s:
+            refuse("friction is led on to each stage through earlier ones")
+        nodes = max(abs(sum(row) - c) for row, c in zip((*self.A, *self.A_dense), (*self.C, *self.C_dense), strict=True))
+        if nodes > 1e-13:
+            refuse(f"a node is not the sum of its row, by {nodes:.1e}")
+
+    def _derived(self) -> dict[str, object]:
+        """Properties that the coefficients give."""
+        n, s = self.rows, self.stages
+        full = (*self.A, self.B, *self.A_dense)
+        phi = Elementary(full, full)
+
+        def over(row: Sequence[float]) -> list[float]:
+            return [*map(float, row), *[0.0] * (n - len(row))]
+
+        b, first, last = over(self.B), over([1.0]), over([0.0] * s + [1.0])
+        hermite = zip(b, first, last, strict=True)
+        rows = [b, *zip(*((f - w, 2 * w - e - f) for w, f, e in hermite), strict=True), *map(over, self.D)]
+
+        def dense(theta: float) -> list[float]:
+            out = [0.0] * n
+            for r, row in reversed(list(enumerate(rows))):
+                out = [(a + x) * (1 - theta if r % 2 else theta) for a, x in zip(out, row, strict=True)]
+            return out
+
+        return {
+            "order": phi.order(lambda _: b),
+            "error_orders": tuple(phi.order(lambda _, e=e: over(e), exact=False) for e in self.E),  # type: ignore[misc]
+            "dense_order": phi.order(dense, PARTS),
+            "first_same_as_last": any(len(e) > s and e[s] != 0 for e in self.E),
+        }
+
+    def real_interval(self) -> float:
+        """Stability along the negative real axis: the largest x with |R(−x')| ≤ 1 for all x' ≤ x, R the stability polynomial."""
+        power, coefficients = [1.0] * self.stages, [1.0]
+        for _ in range(self.stages):
+            coefficients.append(sum(b * p for b, p in zip(self.B, power, strict=True)))
+            power = carried(self.A, power)
+        x = 0.0
+        while abs(sum(c * (-x) ** k for k, c in enumerate(coefficients))) <= 1.0 + 1e-9 and x < LONGEST:
+            x += 0.02
+        return x

@@ -1,0 +1,58 @@
+/* Step sizes: the first from the motion at the start, the next from the last errors. Sizes of vectors are in the tolerance
+ * norm, 1 at the tolerance. */
+#include "integrators/integrators.h"
+
+#define SAFETY 0.9       /* × the size that meets the tolerance; the estimate is of leading order */
+#define RETRY_MOST 0.9   /* largest factor on a refused step */
+#define PI_NOW 0.8       /* exponents of this and the last error: a third fewer refusals than 1 and 0 at equal accuracy */
+#define PI_OLD 0.3
+#define ERROR_LEAST 1e-12      /* smallest error that influences the size */
+#define ERROR_LEAST_KEPT 1e-4  /* smallest error stored for the comparison, so that an accidental zero does not count twice */
+#define FIRST_CHANGE 0.01      /* change that a first step aims at */
+#define FIRST_MOST 100.0       /* × the first guess: largest second guess */
+#define AT_REST 1e-5           /* states and slopes below this give no time scale */
+#define FIRST_BLIND 1e-6       /* s: guess without a time scale */
+#define FIRST_STRAIGHT 1e-3    /* × the first guess, for straight motion (Hairer's recipe) */
+#define STRAIGHT 1e-15         /* slopes and curvatures below this are straight */
+#define FIRST_RETREAT 1e-2     /* × the first guess, if the motion cannot be evaluated there */
+
+static double tr_first_step(tr_sim *s, double span, int order) {
+  int n = tr_state_width(s);
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp);
+  const double *unit = TR_A(s, scale);
+  double d0 = 0.0, d1 = 0.0, d2 = 0.0;
+  for (int i = 0; i < s->ny; ++i) {
+    double w = s->set.rtol * (unit[i] + fabs(y[i]));
+    d0 += y[i] * y[i] / (w * w);
+    d1 += K[i] * K[i] / (w * w);
+  }
+  d0 = sqrt(d0 / s->ny), d1 = sqrt(d1 / s->ny);
+  double h0 = d0 < AT_REST || d1 < AT_REST ? FIRST_BLIND : FIRST_CHANGE * d0 / d1;
+  h0 = fmin(h0, span);
+  for (int i = 0; i < n; ++i) tmp[i] = y[i] + h0 * K[i];
+  double *f1 = TR_A(s, dy);
+  if (!tr_rhs(s, s->clock.t + h0, tmp, f1)) return h0 * FIRST_RETREAT;
+  for (int i = 0; i < s->ny; ++i) {
+    double w = s->set.rtol * (unit[i] + fabs(y[i])), d = (f1[i] - K[i]) / w;
+    d2 += d * d;
+  }
+  d2 = sqrt(d2 / s->ny) / h0;
+  double big = fmax(d1, d2);
+  double h1 = big <= STRAIGHT ? fmax(FIRST_BLIND, h0 * FIRST_STRAIGHT) : pow(FIRST_CHANGE / big, 1.0 / order);
+  return fmin(fmin(FIRST_MOST * h0, h1), span);
+}
+
+static double tr_retry_factor(double err, int order) {
+  return fmin(RETRY_MOST, fmax(SHRINK_MOST, SAFETY * pow(fmax(err, ERROR_LEAST), -1.0 / order)));
+}
+
+static double tr_next_step_factor(tr_sim *s, double err, int order, double most) {
+  double e = fmax(err, ERROR_LEAST_KEPT), old = s->step.err_old > 0.0 ? s->step.err_old : e;
+  s->step.err_old = e;
+  return fmin(most, fmax(SHRINK_MOST, SAFETY * pow(e, -PI_NOW / order) * pow(old, PI_OLD / order)));
+}
+
+static void tr_set_next_step(tr_sim *s) {
+  double next = s->pending.h * s->pending.grow;
+  s->step.h = s->pending.cut && next < s->step.h ? (s->pending.grow < 1.0 ? next : s->step.h) : next;
+}

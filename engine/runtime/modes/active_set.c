@@ -1,0 +1,177 @@
+/* Modes of all pairs at rest (theory, "Deciding modes"). The search starts with all pairs stuck and changes the mode of the
+ * worst misfit until none is left. If that fails, it starts from other modes, then tries all combinations of few pairs. A pair
+ * sticks while the friction it needs stays within its capacity. It slips if friction then opposes its acceleration. */
+#include "modes/modes.h"
+
+#define ENUMERATE_MAX 8    /* pairs: up to here all combinations of modes are tried (3 for each pair, 2 for pairs of several components) */
+#define MANY_WORK 6e8      /* multiplications (half a second): bound of the one-by-one search among more pairs */
+#define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): bound of the search through combinations */
+#define ONSET_SWEEPS 20    /* iterations over the directions of several pairs that start to slide together */
+#define DIFFERENT 1e-6     /* × length · rate²: least difference of accelerations of two answers; far above round-off, far below typical motion */
+
+/* Solve for the multipliers in the modes in force, with the onset directions of pairs of several components. near: accept only
+ * directions near the present ones. Returns 0 on failure; *idle is then the pair without a direction (-1: none). */
+static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int *idle) {
+  int several = 0;
+  *idle = -1;
+  for (int q = 0; q < n; ++q) several += tr_is_sliding(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1;
+  for (int sweep = 0; several && sweep < (several > 1 ? ONSET_SWEEPS : 1); ++sweep)
+    for (int q = 0; q < n; ++q)
+      if (tr_is_sliding(s, rest[q]) && tr_pair_of(s, rest[q])->nrates > 1 && !tr_find_onset(s, rest[q], near)) {
+        *idle = rest[q];
+        return 0;
+      }
+  return tr_solve_in_modes(s);
+}
+
+static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
+  const int impulses = s->moreau.h > 0.0;
+  for (int it = 0; it < DECISION_STEPS; ++it) {
+    int worst;
+    if (!tr_solve_with_onsets(s, rest, n, impulses && it == 0, &worst)) {
+      if (worst < 0 || !impulses) return 0;
+      tr_let_stick(s, rest, n, worst);
+      continue;
+    }
+    worst = tr_find_worst_misfit(s, rest, n);
+    if (worst < 0) return tr_is_valid_decision(s, rest, n) && tr_stick_idle_pairs(s, rest, n);
+    if (!tr_is_sliding(s, worst) && tr_stick_by_stored_loads(s, rest, n)) return tr_stick_idle_pairs(s, rest, n);
+    if (!tr_is_sliding(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
+  }
+  return 0;
+}
+
+/* Write one pair of each class of coupled pairs to `apart`. Returns their number. */
+static int tr_collect_independent(const tr_sim *s, const int *rest, int n, int *apart) {
+  int count = 0;
+  for (int q = 0; q < n; ++q) {
+    int first = 1;
+    for (int p = 0; p < q; ++p) first &= !tr_are_coupled(s, rest[p], rest[q]);
+    if (first) apart[count++] = rest[q];
+  }
+  return count;
+}
+
+static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
+  int apart[n + 1];
+  return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
+}
+
+/* Number of modes to try for pair i: stuck and both ways along its line, else stuck and the direction found from a guess. */
+static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
+
+/* Put combination `code` in force. Each pair in `apart` (count) takes its class along. `guess`: 3 numbers for each pair in
+ * `apart`. */
+static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apart, int count, int code, const double *guess) {
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+  for (int u = 0; u < count; ++u) {
+    const int i = apart[u], ways = tr_mode_count(s, i), way = code % ways;
+    tr_mode *m = tr_mode_of(s, i);
+    code /= ways;
+    if (!way) continue;
+    if (tr_pair_classes(s)[i]) {
+      tr_let_class_slip(s, i, way == 2 ? -1.0 : 1.0);
+      continue;
+    }
+    m->flag = TR_SLIPS;
+    if (ways == 3) m->direction[0] = way == 2 ? -1.0 : 1.0;
+    else memcpy(m->direction, guess + 3 * u, sizeof(double) * 3);
+  }
+}
+
+/* Try all combinations of modes. Returns how many satisfy all laws with different accelerations, at most `most`; the first
+ * stays in force. Returns 0 if there are too many combinations. */
+static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) {
+  const tr_kernel *k = s->k;
+  int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
+  const long work = s->stats.newton_iterations + ENUMERATE_WORK;
+  double *eta = TR_A(s, z) + k->active, known[k->neta + 1], first[k->neta + 1], guess[3 * n + 1];
+  tr_mode modes[k->nsliders + 1];
+  if (count > ENUMERATE_MAX) return 0;
+  for (int u = 0; u < count; ++u) {
+    total *= tr_mode_count(s, apart[u]);
+    memcpy(guess + 3 * u, tr_mode_of(s, apart[u])->direction, sizeof(double) * 3);
+  }
+  for (int code = 0; code < total && found < most && s->stats.newton_iterations < work && !s->ask.cancelled; ++code) {
+    tr_set_combination(s, rest, n, apart, count, code, guess);
+    memset(eta, 0, sizeof(double) * k->neta);
+    int idle, ok = tr_solve_with_onsets(s, rest, n, 0, &idle);
+    for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= 0.0;
+    if (!ok || !tr_is_valid_decision(s, rest, n)) continue;
+    double gap = 0.0;
+    for (int i = 0; i < k->neta; ++i) {
+      double acc = tr_freedom_acceleration(s, i);
+      if (found) gap = fmax(gap, fabs(acc - known[i]) * TR_A(s, lever)[i]);
+      else known[i] = acc;
+    }
+    if (found == 0) tr_save_modes(s, modes), memcpy(first, eta, sizeof first);
+    if (found == 0 || gap > DIFFERENT * tr_speed_unit(s) * s->set.rate) ++found;
+  }
+  if (!found) return 0;
+  tr_restore_modes(s, modes), memcpy(eta, first, sizeof(double) * k->neta);
+  tr_solve_in_modes(s);
+  return found;
+}
+
+/* Search from the modes in force, then with all pairs stuck, then with all slipping. released: pair just let go, whose mode
+ * holds its direction (-1: none). old: η from which Newton's iteration starts. */
+static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released, const double *old) {
+  double *eta = TR_A(s, z) + s->k->active;
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = released >= 0 && tr_are_coupled(s, rest[q], released) ? TR_SLIPS : TR_STUCK;
+  if (tr_resolve_misfits(s, rest, n)) return 1;
+  if (released >= 0) {
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+    for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+    if (tr_resolve_misfits(s, rest, n)) return 1;
+  }
+  memcpy(eta, old, sizeof(double) * s->k->neta);
+  for (int q = 0; q < n; ++q) tr_let_slip(s, rest[q]);
+  return tr_resolve_misfits(s, rest, n);
+}
+
+/* tr_decide_one_by_one for many pairs: first all at once, then one by one within MANY_WORK. */
+static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
+  const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
+  double *eta = TR_A(s, z) + s->k->active;
+  if (tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n)) return 1;
+  s->friction.work = s->stats.newton_iterations + s->stats.creeps + (long)(MANY_WORK / pow(s->k->neta, 3.0));
+  int found = tr_resolve_misfits(s, rest, n);
+  if (!found) {
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+    if (released >= 0) *tr_mode_of(s, released) = slips;
+    found = tr_decide_one_by_one(s, rest, n, released, old);
+  }
+  s->friction.work = 0;
+  return found;
+}
+
+static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
+  double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
+  const int many = tr_are_many_pairs(s, rest, n);
+  memcpy(old, eta, sizeof(double) * s->k->neta);
+  s->friction.undecided = 0;
+  const int shares = s->friction.shared;
+  for (s->friction.stored = TR_STORES_NONE; released >= 0 && shares && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
+    if (tr_hold_by_resharing(s, rest, n)) return 2;
+    memcpy(eta, old, sizeof(double) * s->k->neta);
+  }
+  s->friction.stored = TR_STORES_NONE;
+  if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
+  return tr_decide_one_by_one(s, rest, n, released, old) || tr_decide_by_cones(s, rest, n) || tr_try_all_combinations(s, rest, n, 1) > 0;
+}
+
+static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most) {
+  const tr_kernel *k = s->k;
+  tr_mode modes[k->nsliders + 1];
+  double z[k->active + k->neta + 1];
+  if (n > most || s->audit.open_t >= 0.0 || s->bound.evaluations) return;
+  for (int q = 0; q < n; ++q)
+    if (tr_pair_of(s, rest[q])->nrates > 1) return;
+  tr_save_modes(s, modes);
+  memcpy(z, TR_A(s, z), sizeof(double) * (k->active + k->neta));
+  if (tr_try_all_combinations(s, rest, n, 2) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
+  tr_restore_modes(s, modes);
+  memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
+  s->step.recursive = 0;
+  tr_set_row_kinds(s);
+}

@@ -1,0 +1,107 @@
+/* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). Their rates have fixed ratios, so all of a
+ * class slide or none. One multiplier of one pair names the class; `class_rates` holds the rates of all its pairs at unit rate
+ * of that freedom. A class requires A_ij² = A_ii A_jj for the response A of freedoms to frictions with closed loops. It also
+ * requires frictionless accelerations in these ratios, which excludes driven pairs and dead centres. */
+#include "modes/modes.h"
+
+#define SAME_START 1e-3 /* × the accelerations: largest deviation from the ratio of a class, for loops open by a step's error */
+#define NO_START 1e-9   /* × length · rate²: largest deviation where the accelerations vanish */
+#define DRIVES_MOVE 1e-12 /* × their unit: rates above round-off that loops impose on a mechanism at rest */
+
+static int tr_line_multiplier(const tr_sim *s, int m) {
+  const tr_pair *pair = tr_pair_of(s, m);
+  int most = -1;
+  for (int i = pair->eta0; i < pair->eta0 + pair->neta; ++i)
+    if (!tr_is_prescribed(s, i) && (most < 0 || tr_freedom_response(s, i, i) > tr_freedom_response(s, most, most))) most = i;
+  for (int i = pair->eta0; i < pair->eta0 + pair->neta && most >= 0; ++i)
+    if (i != most && !tr_is_prescribed(s, i) && !tr_are_one_freedom(s, i, most)) most = -1;
+  return most;
+}
+
+/* Whether pair i, with the line multiplier `lead`, accelerates without friction in proportion to that freedom. Writes its rates
+ * into class_rates. */
+static int tr_is_proportional_start(tr_sim *s, int i, int lead) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *Q0 = TR_A(s, Q), *lever = TR_A(s, lever);
+  double *line = TR_A(s, class_rates), gap = 0.0, size = 0.0, own = tr_freedom_response(s, lead, lead);
+  for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) {
+    double ratio = tr_freedom_response(s, lead, j) / own, with = ratio * Q0[lead];
+    gap = fmax(gap, fabs(Q0[j] - with) * lever[j]), size = fmax(size, (fabs(Q0[j]) + fabs(with)) * lever[j]);
+    line[j] = ratio;
+  }
+  return gap <= SAME_START * size + NO_START * tr_speed_unit(s) * s->set.rate;
+}
+
+static void tr_find_coupled_pairs(tr_sim *s) {
+  TR_NEED(s, TR_HAS_MAPS);
+  const tr_kernel *k = s->k;
+  int *bound = tr_pair_classes(s), line[k->nsliders + 1];
+  memset(bound, 0, sizeof(int) * k->nsliders);
+  if (!k->active || !k->sets) return;
+  tr_form_maps_without_loops(s, 1);
+  for (int m = 0; m < k->nsliders; ++m) line[m] = tr_is_set_valued(s, m) ? tr_line_multiplier(s, m) : -1;
+  for (int m = 0; m < k->nsliders; ++m) {
+    if (line[m] < 0 || bound[m] || !tr_is_proportional_start(s, m, line[m])) continue;
+    for (int i = m; i < k->nsliders; ++i)
+      if (line[i] >= 0 && !bound[i] && tr_are_one_freedom(s, line[m], line[i]) && tr_is_proportional_start(s, i, line[m])) bound[i] = line[m] + 1;
+  }
+}
+
+/* Whether pairs i and j belong to one class. */
+static inline int tr_are_coupled(const tr_sim *s, int i, int j) { return i == j || (tr_pair_classes(s)[i] && tr_pair_classes(s)[i] == tr_pair_classes(s)[j]); }
+
+/* Surface speed of pair i at unit rate of its class. */
+static double tr_line_speed(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  return tr_surface_speed(pair->nrates, TR_A(s, class_rates) + pair->eta0, TR_A(s, lever) + pair->eta0);
+}
+
+static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  double still[s->ny + 1], h[2 * k->rows + 1];
+  int moves;
+  memcpy(still, y, sizeof(double) * s->ny);
+  memset(still + k->nq, 0, sizeof(double) * k->nv);
+  tr_evaluate_maps_at(s, t, still);
+  moves = tr_pair_speed(s, i) > 0.0;
+  if (k->rows) k->closure(TR_A(s, x), still, TR_A(s, c) + k->c_closure, h);
+  for (int r = 0; r < k->rows; ++r) moves |= fabs(h[k->rows + r]) > DRIVES_MOVE * tr_row_unit(s, r) * s->set.rate;
+  tr_evaluate_maps_at(s, t, y);
+  return moves;
+}
+
+/* Whether drives move pair i across its line at (t, y) after the loops are closed. Leaves maps of (t, y). */
+static int tr_is_driven_across(tr_sim *s, int i, double t, const double *y) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0, *lever = TR_A(s, lever) + pair->eta0, *line = TR_A(s, class_rates) + pair->eta0;
+  const double length = tr_line_speed(s, i);
+  if (!tr_is_moved_by_drives(s, i, t, y)) return 0;
+  double closed[tr_state_width(s) + 1], along = 0.0, across = 0.0;
+  memcpy(closed, y, sizeof(double) * tr_state_width(s));
+  const int closes = tr_project(s, t, closed);
+  tr_evaluate_maps_at(s, t, closed);
+  for (int j = 0; j < pair->nrates; ++j) along += rates[j] * lever[j] * line[j] * lever[j] / length;
+  for (int j = 0; j < pair->nrates; ++j) across = fmax(across, fabs(rates[j] * lever[j] - along * line[j] * lever[j] / length));
+  tr_evaluate_maps_at(s, t, y);
+  return closes && across > tr_crawl_speed(tr_speed_unit(s));
+}
+
+static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y) {
+  if (!s->k->active || tr_pair_speed(s, i) > tr_closure_speed(s)) return 0;
+  tr_find_coupled_pairs(s);
+  return tr_pair_classes(s)[i] && !tr_is_driven_across(s, i, t, y);
+}
+
+/* Let pair i and the stuck pairs of its class slip; way > 0: forward along the class's freedom. */
+static void tr_let_class_slip(tr_sim *s, int i, double way) {
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    tr_mode *mode = tr_mode_of(s, m);
+    if (m != i && !(tr_are_coupled(s, m, i) && tr_is_stuck(s, m))) continue;
+    const double *line = TR_A(s, class_rates) + pair->eta0;
+    mode->flag = TR_SLIPS;
+    for (int j = 0; j < 3; ++j) mode->direction[j] = 0.0;
+    if (pair->nrates == 1) mode->direction[0] = way * line[0] < 0.0 ? -1.0 : 1.0;
+    else for (int j = 0; j < pair->nrates; ++j) mode->direction[j] = way * line[j];
+  }
+}

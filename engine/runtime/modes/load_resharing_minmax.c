@@ -1,0 +1,160 @@
+/* Stored loads at which the largest share of capacity among the pairs at rest is smallest (theory, "Shared loads"). The minimum
+ * depends on the state alone, so the release time does too. A search stopped early would make release depend on history. */
+#include "modes/modes.h"
+
+#define SHARE_ENOUGH 0.9   /* × the capacity: the search ends here, because larger preloads raise the capacity without limit */
+#define PRESSED_MOST 10.0  /* × the largest friction: no load may exceed this */
+#define SPARE_TRIED 1e-6   /* × the capacity: step of the derivative by a load */
+#define SPARE_FIRST 0.1    /* × the capacity: first trust region */
+#define SPARE_REFUSED 0.25 /* factor on the trust region, if the gain is below this fraction of the expected one */
+#define SPARE_TAKEN 3.0    /* factor on the trust region after an accepted step */
+#define SPARE_GAIN 1e-10   /* × the capacity: least gain that counts */
+#define SPARE_SOLVED 400   /* solutions of the equations */
+#define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the search one by one */
+#define MOVED_LEAST 1e-3   /* × the capacity: last change */
+#define MOVES_MOST 200     /* loads tried one by one */
+#define SPARE_WEIGHTS 300  /* exchanges of weight between two pairs, each at the cost of an inner product */
+
+/* Pairs that stick and loads that are stored. Sizes in front of the colon. */
+typedef struct tr_minmax_problem {
+  int n, m;
+  const int *pairs, *kept; /* n: pairs; m: multipliers of the stored loads */
+  double most, *unit;      /* largest friction allowed, N; m: units of the loads */
+  double *share, *slope;   /* n: shares of capacity; m×n: their derivatives by the loads in their units */
+} tr_minmax_problem;
+
+static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
+  double worst = 0.0;
+  for (int q = 0; q < n; ++q) worst = fmax(worst, tr_friction_ratio(s, rest[q]));
+  return worst;
+}
+
+/* Largest friction of the solution, N. */
+static double tr_largest_friction(const tr_sim *s) {
+  double most = 0.0;
+  for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
+  return most;
+}
+
+/* Shares of the pairs at the present stored loads, into `share`. Returns the largest; INFINITY: no root, or too large a
+ * friction. */
+static double tr_minmax_shares(tr_sim *s, const tr_minmax_problem *c, double *share) {
+  double *eta = TR_A(s, z) + s->k->active, worst = 0.0;
+  if (!tr_newton(s, eta) || !(tr_largest_friction(s) <= c->most)) return INFINITY;
+  tr_evaluate_laws(s, eta);
+  tr_evaluate_capacities(s);
+  for (int q = 0; q < c->n; ++q) share[q] = tr_friction_ratio(s, c->pairs[q]), worst = fmax(worst, share[q]);
+  return worst;
+}
+
+/* Derivatives of the shares by the loads, by differences. Returns 0 on failure. */
+static int tr_minmax_slopes(tr_sim *s, tr_minmax_problem *c) {
+  const int e = s->k->neta;
+  double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], moved[c->n];
+  memcpy(old, eta, sizeof old);
+  for (int j = 0; j < c->m; ++j) {
+    const double was = load[c->kept[j]];
+    load[c->kept[j]] = was + SPARE_TRIED * c->unit[j];
+    const double worst = tr_minmax_shares(s, c, moved);
+    load[c->kept[j]] = was;
+    memcpy(eta, old, sizeof old);
+    if (!(worst < INFINITY)) return 0;
+    for (int q = 0; q < c->n; ++q) c->slope[j + q * c->m] = (moved[q] - c->share[q]) / SPARE_TRIED;
+  }
+  return 1;
+}
+
+/* Minimise the largest linearised share plus |d|²/(2 reach) over the change d (m) of the loads. The dual is d = −reach Σ w
+ * slope with weights w ≥ 0 of sum 1; it exchanges weight between two pairs at a time. Returns the expected decrease. */
+static double tr_minmax_step(const tr_minmax_problem *c, double reach, double *d) {
+  double w[c->n], now = 0.0, then = -INFINITY;
+  for (int q = 0; q < c->n; ++q) w[q] = 1.0 / c->n, now = fmax(now, c->share[q]);
+  memset(d, 0, sizeof(double) * c->m);
+  for (int q = 0; q < c->n; ++q)
+    for (int j = 0; j < c->m; ++j) d[j] -= reach * w[q] * c->slope[j + q * c->m];
+  for (int it = 0; it < SPARE_WEIGHTS; ++it) {
+    int up = -1, down = -1;
+    double high = -INFINITY, low = INFINITY, bend = 0.0;
+    for (int q = 0; q < c->n; ++q) {
+      const double share = c->share[q] + tr_dot(c->slope + q * c->m, d, c->m);
+      if (share > high) high = share, up = q;
+      if (w[q] > 0.0 && share < low) low = share, down = q;
+    }
+    if (!(high - low > SPARE_GAIN)) break;
+    const double *to = c->slope + up * c->m, *from = c->slope + down * c->m;
+    for (int j = 0; j < c->m; ++j) bend += (to[j] - from[j]) * (to[j] - from[j]);
+    const double by = bend > 0.0 ? fmin((high - low) / (reach * bend), w[down]) : w[down];
+    w[up] += by, w[down] = by < w[down] ? w[down] - by : 0.0;
+    for (int j = 0; j < c->m; ++j) d[j] -= reach * by * (to[j] - from[j]);
+  }
+  for (int q = 0; q < c->n; ++q) then = fmax(then, c->share[q] + tr_dot(c->slope + q * c->m, d, c->m));
+  return now - then;
+}
+
+/* Minimise the largest share by steps of tr_minmax_step until SHARE_ENOUGH. Returns the largest share. */
+static double tr_minmax_descend(tr_sim *s, tr_minmax_problem *c) {
+  const int e = s->k->neta;
+  double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), d[c->m], old[e], was[e], moved[c->n], reach = SPARE_FIRST;
+  double best = tr_minmax_shares(s, c, c->share);
+  for (int solved = 1, known = 0; solved < SPARE_SOLVED && best > SHARE_ENOUGH && best < INFINITY; ++solved) {
+    if (!known && !tr_minmax_slopes(s, c)) break;
+    solved += known ? 0 : c->m;
+    const double gain = tr_minmax_step(c, reach, d);
+    if (!(gain > SPARE_GAIN)) break;
+    memcpy(old, eta, sizeof old), memcpy(was, load, sizeof was);
+    for (int j = 0; j < c->m; ++j) load[c->kept[j]] += d[j] * c->unit[j];
+    const double worst = tr_minmax_shares(s, c, moved);
+    known = !(best - worst > SPARE_REFUSED * gain);
+    if (known) {
+      memcpy(eta, old, sizeof old), memcpy(load, was, sizeof was);
+      reach *= SPARE_REFUSED;
+    } else {
+      best = worst, reach *= SPARE_TAKEN;
+      memcpy(c->share, moved, sizeof moved);
+    }
+  }
+  return best;
+}
+
+/* Change one load after the other by shrinking amounts while the largest share falls. Shares have several local minima where
+ * loads press pairs together; this search passes some that tr_minmax_descend ends at. */
+static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
+  const int e = s->k->neta;
+  double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], best = tr_minmax_shares(s, c, c->share);
+  int tried = 0;
+  for (double part = MOVED_FIRST; part >= MOVED_LEAST && tried < MOVES_MOST; part *= 0.5)
+    for (int j = 0; j < c->m && best > SHARE_ENOUGH; ++j) {
+      double by = part * c->unit[j];
+      for (int failed = 0; failed < 2 && best > SHARE_ENOUGH && tried < MOVES_MOST; ++tried) {
+        const double was = load[c->kept[j]];
+        memcpy(old, eta, sizeof old);
+        load[c->kept[j]] += by;
+        const double worst = tr_minmax_shares(s, c, c->share);
+        if (worst < best) best = worst, by *= 2.0;
+        else memcpy(eta, old, sizeof old), load[c->kept[j]] = was, by = failed++ ? by : -part * c->unit[j];
+      }
+    }
+}
+
+/* Move the stored loads to where the largest share of the stuck pairs in `rest` is least, or SHARE_ENOUGH. Capacities depend on
+ * all loads, so every trial solves the equations. Requires tr_solve_in_modes. */
+static void tr_minimise_stored_shares(tr_sim *s, const int *rest, int n) {
+  const int e = s->k->neta;
+  int pairs[n], kept[e], at;
+  double unit[e], share[n], slope[(size_t)n * e], *eta = TR_A(s, z) + s->k->active;
+  tr_minmax_problem c = {.pairs = pairs, .kept = kept, .unit = unit, .share = share, .slope = slope, .most = PRESSED_MOST * tr_largest_friction(s)};
+  for (int q = 0; q < n; ++q)
+    if (tr_is_stuck(s, rest[q])) pairs[c.n++] = rest[q];
+  for (int i = 0; i < e; ++i)
+    if (tr_row_kinds(s)[i] == TR_ROW_STORED) {
+      const double holds = tr_hold_of(s, tr_pair_of_multiplier(s, i, &at))->capacity;
+      if (holds > 0.0) kept[c.m] = i, unit[c.m++] = holds * TR_A(s, lever)[i];
+    }
+  if (c.n && c.m && !(tr_minmax_descend(s, &c) <= 1.0)) {
+    tr_minmax_one_by_one(s, &c);
+    tr_minmax_descend(s, &c);
+  }
+  tr_solve_multipliers(s, 1);
+  tr_evaluate_laws(s, eta);
+  tr_evaluate_capacities(s);
+}

@@ -1,0 +1,110 @@
+/* Whether pairs at rest satisfy the laws of their modes, and the change of mode that resolves a misfit. */
+#include "modes/modes.h"
+
+#define FAINT 1e-7     /* × length · rate²: smaller accelerations have no direction */
+#define NO_SPEED 1e-15     /* × the speed unit: round-off of rates set to zero; over a short step it looks like an acceleration */
+
+static void tr_let_slip(tr_sim *s, int i) {
+  TR_NEED(s, TR_HAS_ROWS);
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
+  tr_mode *m = tr_mode_of(s, i);
+  int prescribed = tr_row_kinds(s)[pair->eta0] == TR_ROW_FREE || tr_is_held_freedom_moving(s, pair->eta0);
+  if (tr_pair_classes(s)[i]) {
+    double way = 0.0;
+    for (int q = 0; q < s->k->nsliders; ++q)
+      for (int e = tr_pair_of(s, q)->eta0; e < tr_pair_of(s, q)->eta0 + tr_pair_of(s, q)->neta && tr_are_coupled(s, q, i); ++e)
+        way += TR_A(s, class_rates)[e] * (prescribed ? tr_freedom_acceleration(s, e) : TR_A(s, z)[s->k->active + e]);
+    tr_let_class_slip(s, i, way);
+    return;
+  }
+  m->flag = TR_SLIPS;
+  for (int j = 0; j < 3; ++j) m->direction[j] = 0.0;
+  if (pair->nrates == 1)
+    m->direction[0] = (prescribed ? tr_freedom_acceleration(s, pair->eta0) : eta[0]) < 0.0 ? -1.0 : 1.0;
+  else
+    for (int j = 0; j < pair->nrates; ++j) m->direction[j] = prescribed ? tr_freedom_acceleration(s, pair->eta0 + j) : eta[j] / (lever[j] * lever[j]);
+}
+
+/* Let pair i stick, with all of the pairs `rest` in its class. */
+static void tr_let_stick(tr_sim *s, const int *rest, int n, int i) {
+  for (int q = 0; q < n; ++q)
+    if (tr_are_coupled(s, rest[q], i)) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+}
+
+/* Accelerations up to this count as zero, of length · rate². In an impulse step round-off of speeds adds to it. */
+static double tr_acceleration_tolerance(const tr_sim *s) {
+  return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
+}
+
+/* Surface acceleration of pair i (nrates), at the present solution. */
+static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, lever)[pair->eta0 + j];
+}
+
+/* Surface acceleration, m/s², below which pair i has no direction, at the present solution. */
+static double tr_faint_acceleration(tr_sim *s, int i) {
+  tr_form_all_maps(s);
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double *eta = TR_A(s, z) + s->k->active, *Qe = TR_A(s, Q) + s->k->neta, *lever = TR_A(s, lever);
+  double own = 0.0;
+  for (int e = pair->eta0; e < pair->eta0 + pair->nrates; ++e) own = fmax(own, fabs(Qe[e + e * s->k->neta] * eta[e] * lever[e]));
+  return fmax(FAINT * tr_speed_unit(s) * s->set.rate, FAINT_RATIO * own);
+}
+
+static double tr_mode_misfit(tr_sim *s, int i) {
+  TR_NEED(s, TR_HAS_SOLUTION | TR_HAS_ROWS);
+  const tr_pair *pair = tr_pair_of(s, i);
+  const tr_mode *m = tr_mode_of(s, i);
+  double acc[3], unit = tr_speed_unit(s) * s->set.rate, along = 0.0, worst = -1.0;
+  if (tr_mode_flag(m) != TR_STUCK) {
+    tr_pair_acceleration(s, i, acc);
+    for (int j = 0; j < pair->nrates; ++j) along += acc[j] * m->direction[j] * TR_A(s, lever)[pair->eta0 + j];
+    if (pair->nrates == 1) return -along / (unit * TR_A(s, lever)[pair->eta0]) - TOL_RESOLVE;
+    for (int j = 0; j < pair->nrates; ++j) worst = fmax(worst, fabs(acc[j]));
+    return worst <= tr_faint_acceleration(s, i) || along > 0.0 ? -1.0 : 1.0;
+  }
+  for (int j = 0; j < pair->neta; ++j)
+    if (tr_is_held_freedom_moving(s, pair->eta0 + j))
+      worst = fmax(worst, fabs(tr_freedom_acceleration(s, pair->eta0 + j)) * TR_A(s, lever)[pair->eta0 + j] / unit - tr_acceleration_tolerance(s));
+  return fmax(worst, tr_friction_ratio(s, i) - 1.0 - TOL_RESOLVE);
+}
+
+/* The pair in `rest` with the largest misfit in the modes in force; -1: all fit. Requires tr_solve_in_modes. */
+static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
+  double most = 0.0;
+  int worst = -1;
+  for (int q = 0; q < n; ++q) {
+    double v = tr_mode_misfit(s, rest[q]);
+    if (!(v <= most)) most = v, worst = rest[q];
+  }
+  return worst;
+}
+
+/* Whether pair i slips without acceleration, at the present solution. */
+static int tr_is_slipping_in_place(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  double acc[3], worst = 0.0;
+  if (!tr_is_sliding(s, i)) return 0;
+  tr_pair_acceleration(s, i, acc);
+  for (int j = 0; j < pair->nrates; ++j) worst = fmax(worst, fabs(acc[j]));
+  return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);
+}
+
+/* Let pairs that slip without acceleration stick, if that is also an answer. Requires an answer in force for the pairs `rest`.
+ * Returns 0 if the equations have no solution any more. */
+static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
+  const int e = s->k->neta;
+  double eta[e + 1], *now = TR_A(s, z) + s->k->active;
+  tr_mode modes[s->k->nsliders + 1];
+  int idle = 0;
+  for (int q = 0; q < n; ++q) idle += tr_is_slipping_in_place(s, rest[q]);
+  if (!idle || idle == n) return 1;
+  tr_save_modes(s, modes), memcpy(eta, now, sizeof(double) * e);
+  for (int q = 0; q < n; ++q)
+    if (tr_is_slipping_in_place(s, rest[q])) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+  if (tr_solve_in_modes(s) && tr_find_worst_misfit(s, rest, n) < 0 && tr_is_valid_decision(s, rest, n)) return 1;
+  tr_restore_modes(s, modes), memcpy(now, eta, sizeof(double) * e);
+  return tr_solve_in_modes(s);
+}

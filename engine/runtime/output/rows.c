@@ -1,0 +1,145 @@
+/* Output rows: state → multipliers → columns, with values that only the runtime knows. */
+#include "output/output.h"
+
+#define OPEN_FORCE 1e-140 /* N: remainder of a vanishing normal force (contact forms keep their roots off zero) */
+
+static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
+  const tr_kernel *k = s->k;
+  const tr_outputs *o = s->o;
+  int rows = k->rows, m = o->nkappa, a = k->active, extra = a - s->loops.rank_now, count = 0;
+  char is_active[rows + 1];
+  double *V = TR_A(s, open_lambda), zz[rows + k->neta + 1];
+  memset(is_active, 0, sizeof is_active);
+  memset(dir, 0, sizeof(double) * rows * (rows - a + extra));
+  tr_null_space(s, V);
+  for (int i = 0; i < a; ++i) is_active[k->active_rows[i]] = 1;
+  for (int i = 0; i < rows; ++i)
+    if (!is_active[i]) dir[i + rows * count++] = 1.0;
+  for (int q = 0; q < extra; ++q, ++count)
+    for (int i = 0; i < a; ++i) dir[k->active_rows[i] + rows * count] = V[i + q * a];
+  o->kappa(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, base);
+  memcpy(zz, z, sizeof(double) * (rows + k->neta));
+  for (int q = 0; q < count; ++q) {
+    for (int i = 0; i < rows; ++i) zz[i] = z[i] + dir[i + rows * q];
+    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, N + m * q);
+    for (int i = 0; i < m; ++i) N[i + m * q] -= base[i];
+  }
+  return count;
+}
+
+/* Redundant loops: among all λ with this motion, take the smallest reactions in the metric of the bodies. ``kappa``: reactions
+ * of all joints on loops, scaled by the inertia they act on. The choice is independent of units, order, and cuts. */
+static void tr_minimise_reactions(tr_sim *s, const double *y, double *z) {
+  const tr_kernel *k = s->k;
+  int rows = k->rows, m = s->o->nkappa;
+  if (rows == 0 || m == 0 || k->nmore || (k->active == rows && s->loops.rank_now == k->active)) return;
+  double *base = TR_A(s, open_kappa), *N = base + m, *dir = TR_A(s, event_y), x[rows];
+  int count = tr_open_reactions(s, y, z, dir, N, base);
+  tr_least_squares least = tr_least_squares_factor(m, count, N, TR_A(s, gram));
+  tr_least_squares_solve(&least, base, 0, x);
+  tr_add_columns(rows, count, dir, x, 1.0, z);
+}
+
+static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int resolve) {
+  TR_NEED(s, TR_HAS_SOLUTION);
+  const tr_kernel *k = s->k;
+  const double *z = TR_A(s, z);
+  memset(full, 0, sizeof(double) * k->rows);
+  for (int i = 0; i < k->active; ++i) full[k->active_rows[i]] = z[i];
+  memcpy(full + k->rows, z + k->active, sizeof(double) * k->neta);
+  if (resolve && s->o && s->o->kappa) tr_minimise_reactions(s, y, full);
+}
+
+static int tr_evaluate_contacts(tr_sim *s, const double *y, const double *a, tr_contact *out) {
+  TR_NEED(s, TR_HAS_MAPS);
+  if (!s->o || !s->o->contacts) return 0;
+  double zf[s->k->rows + s->k->neta + 1];
+  tr_expand_multipliers(s, y, zf, 0);
+  s->o->contacts(TR_A(s, x), y, TR_A(s, co), zf, a, (double *)out);
+  return 1;
+}
+
+static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  int n = pair->ncontacts;
+  if (!s->o || n == 0) return 0;
+  tr_contact all[s->o->ncontacts + 1];
+  if (!tr_current_contacts(s, y, all)) return 0;
+  memcpy(out, all + pair->contact0, sizeof(tr_contact) * n);
+  return n;
+}
+
+/* Accuracy of the solution, and the verdict so far. */
+static void tr_fill_audit(tr_sim *s, const double *y, tr_extra *extra) {
+  const tr_kernel *k = s->k;
+  double worst = 0.0, *h = TR_A(s, loop_error);
+  tr_judgement said;
+  if (k->rows) {
+    k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+    for (int i = 0; i < k->rows; ++i) worst = fmax(worst, fabs(h[i]) / tr_row_unit(s, i));
+  }
+  tr_judge(s, &said);
+  extra->closure = worst, extra->complement = tr_complement_residual(s), extra->verdict = said.verdict;
+}
+
+static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
+  const tr_kernel *k = s->k;
+  extra->energy0 = s->audit.energy0;
+  if (s->o->wants & TR_WANTS_AUDIT) tr_fill_audit(s, y, extra);
+  extra->contraction = s->o->wants & TR_WANTS_CONTRACTION ? tr_contraction(s) : 0.0;
+  extra->events = (double)s->stats.events;
+  extra->overrun = s->bound.overrun, extra->overruns = (double)(s->stats.by_impulses + s->stats.relaxed);
+  extra->step = s->step.size;
+  extra->last = s->events.last;
+  double *state = (double *)(extra + 1);
+  for (int i = 0; i < k->nsliders; ++i) {
+    const tr_mode *m = tr_mode_of(s, i);
+    state[i] = tr_mode_flag(m) != TR_SLIPS ? m->flag : tr_pair_of(s, i)->nrates == 1 ? m->direction[0] : 1.0;
+  }
+}
+
+static void tr_finish_columns(tr_sim *s, double *row) {
+  const tr_outputs *o = s->o;
+  tr_memory *memory = (tr_memory *)TR_A(s, post_memory);
+  for (int i = 0; i < o->npost; ++i) {
+    const tr_post *post = o->post + i;
+    double *v = row + post->column;
+    tr_memory *last = memory + i;
+    if (post->kind == TR_POST_HOLD) {
+      if (last->known && !(fabs(row[post->partner]) > OPEN_FORCE)) *v = last->value;
+    } else if (last->known) {
+      *v += TURN * round((last->value - *v) / TURN);
+    }
+    last->known = 1, last->value = *v;
+  }
+}
+
+/* Whether the row needs no by-products of an evaluation of its state. */
+static inline int tr_is_row_separate(const tr_sim *s) {
+  return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
+}
+
+static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there) {
+  const tr_kernel *k = s->k;
+  const tr_outputs *o = s->o;
+  int watch = s->step.watch;
+  row[0] = t;
+  if (!o) return TR_OK;
+  s->step.watch = 0;
+  s->stats.outputs++;
+  const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
+  if (!there && tr_is_row_separate(s)) there = tr_request_end(s, solved ? TR_ASK_END : TR_ASK_PROJECT, t, y, TR_A(s, dy));
+  int ok = there || tr_project(s, t, y);
+  if (!solved) tr_set_time(s, t);
+  else if (ok && !there) ok = tr_rhs(s, t, y, TR_A(s, dy));
+  if (ok) {
+    double z[k->rows + k->neta + 1], extra[TR_DOUBLES(tr_extra) + k->nsliders + 1];
+    tr_fill_extra(s, y, (tr_extra *)extra);
+    if (solved) tr_expand_multipliers(s, y, z, 1);
+    o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, extra, row + 1);
+    tr_finish_columns(s, row + 1);
+  }
+  s->step.watch = watch;
+  return !ok ? TR_FAIL_MULTIPLIERS : tr_is_finite(o->nout, row + 1) ? TR_OK : TR_FAIL_NOT_FINITE;
+}
+

@@ -1,0 +1,122 @@
+/* The runtime as one translation unit: every file, stage by stage, each after all that it calls. Between TR_RARE and TR_OFTEN code is compiled for
+ * size (``base/compiler.h``). */
+#include "stepping/stepping.h"
+#include "hosts/hosts.h"
+
+#include "base/least_squares.c"
+TR_RARE
+#include "base/block_layout.c"
+TR_OFTEN
+#include "base/signals.c"
+#include "base/validity.c"
+#include "base/kernel_calls.c"
+
+#include "constraints/internal_forces.c"
+#include "constraints/loop_solve.c"
+#include "constraints/internal_forces_derivative.c"
+
+#include "friction/pair_motion.c"
+#include "friction/law_evaluation.c"
+#include "friction/freedom_response.c"
+#include "friction/mode_violation.c"
+#include "friction/load_sharing_rows.c"
+#include "friction/newton.c"
+#include "friction/ball_near_cone.c"
+#include "friction/newton_restarts.c"
+#include "friction/creep_minimisation.c"
+#include "friction/load_sharing.c"
+#include "friction/newton_recursive.c"
+#include "friction/multiplier_solve.c"
+
+#include "evaluate/rhs.c"
+#include "evaluate/lane_requests.c"
+TR_RARE
+#include "evaluate/stopping_impulses.c"
+TR_OFTEN
+#include "evaluate/projection.c"
+TR_RARE
+#include "evaluate/initial_assembly.c"
+
+TR_OFTEN
+#include "integrators/error_norm.c"
+#include "integrators/runge_kutta.c"
+#include "integrators/jacobian.c"
+#include "integrators/rosenbrock.c"
+#include "integrators/dense_output.c"
+#include "integrators/quadrature.c"
+#include "integrators/method_choice.c"
+#include "integrators/step_size.c"
+
+#include "checks/solution_check.c"
+TR_RARE
+#include "checks/certificate.c"
+TR_OFTEN
+#include "checks/audit.c"
+
+#include "output/rows.c"
+TR_RARE
+#include "output/wear.c"
+
+TR_OFTEN
+#include "modes/coupled_pairs.c"
+TR_RARE
+#include "modes/pairs_at_rest.c"
+#include "modes/sliding_directions.c"
+#include "modes/mode_fit.c"
+#include "modes/slip_onset.c"
+#include "modes/cone_equations_ball.c"
+#include "modes/cone_equations.c"
+#include "modes/cone_homotopy.c"
+#include "modes/active_set_newton.c"
+#include "modes/active_set_prediction.c"
+#include "modes/load_resharing_minmax.c"
+#include "modes/load_resharing.c"
+#include "modes/active_set.c"
+
+TR_OFTEN
+#include "events/stop_events.c"
+#include "events/direction_turns.c"
+#include "events/event_margin.c"
+#include "events/event_location.c"
+TR_RARE
+#include "events/event_location_projected.c"
+TR_OFTEN
+#include "events/event_log.c"
+#include "events/contact_separation.c"
+#include "events/corner_location.c"
+TR_RARE
+#include "events/event_handling.c"
+TR_OFTEN
+#include "events/initial_modes.c"
+TR_RARE
+#include "events/end_of_sliding.c"
+TR_OFTEN
+#include "events/pre_event_state.c"
+
+TR_RARE
+#include "diagnosis/jam.c"
+#include "diagnosis/root_fold.c"
+#include "diagnosis/end_of_reach.c"
+
+#include "time_stepping/moreau.c"
+#include "time_stepping/moreau_event_location.c"
+#include "time_stepping/moreau_error_control.c"
+
+TR_OFTEN
+#include "stepping/step_limits.c"
+#include "stepping/step_completion.c"
+#include "stepping/trial_step.c"
+#include "stepping/realtime_steps.c"
+#include "stepping/step_loop.c"
+
+TR_RARE
+#include "hosts/api.c"
+#include "hosts/static_margin.c"
+#include "hosts/linearization.c"
+#include "hosts/model_exchange.c"
+#include "hosts/model_exchange_derivatives.c"
+#include "hosts/model_exchange_events.c"
+TR_OFTEN
+#include "hosts/batch.c"
+#include "hosts/batch_coroutines.c"
+#include "hosts/cosimulation.c"

@@ -1,0 +1,276 @@
+/* Completion of the pending step: rows inside it, then state and modes at its end. */
+#include "stepping/stepping.h"
+
+#define TR_FOURS 8 /* largest number of lanes */
+#define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row this far beyond the end of a step belongs to its end */
+#define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: events closer than this chatter */
+#define HALVES_MOST 60        /* bisections on θ, enough for its round-off */
+#define THETA_ROUND_OFF 1e-15
+#define RATE_PART 1e-3 /* × the step: interval before its end in which slowing is measured */
+#define ZONE_PART 2.2  /* × the time to the kink: first step inside the proportional zone, slightly beyond its other border */
+
+/* Whether lanes can make the rows inside the pending step: from the dense output, multipliers and accelerations alone. */
+static int tr_has_row_lanes(const tr_sim *s) {
+  const tr_outputs *o = s->o;
+  if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
+  if (tr_method_of(s)->kind == TR_IMPULSES || o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) return 0;
+  return !(o->wants & TR_WANTS_SOLUTION && o->nkappa && s->k->active < s->k->rows); /* open reactions are chosen row by row */
+}
+
+/* Largest distance in time between a row and the end of a step that counts as zero, s. */
+static double tr_row_time_tolerance(double t) { return ROW_SLACK * fmax(1.0, fabs(t)); }
+
+/* Times of the rows before t_end, at most `room` and the number of lanes. Returns how many. */
+static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *times) {
+  const int width = s->lane->lanes->width;
+  for (int i = 0; i < width; ++i) {
+    times[i] = s->clock.t_start + (double)(s->clock.row_index + i) * s->clock.every;
+    if (i >= room || times[i] >= t_end - tr_row_time_tolerance(t_end)) return i;
+  }
+  return width;
+}
+
+/* Write the next rows before t_end in lanes; a single one too, as waiting costs the same. Returns how many were written; 0:
+ * lanes cannot. */
+static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long room) {
+  double times[TR_FOURS], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
+  if (!tr_has_row_lanes(s)) return 0;
+  const int width = s->lane->lanes->width, wide = s->clock.width, count = tr_row_times_ahead(s, t_end, room, times);
+  if (!count || !tr_ensure_dense(s)) return 0;
+  tr_request of[TR_FOURS], *each[TR_FOURS];
+  tr_fill_extra(s, TR_A(s, ynew), (tr_extra *)extra);
+  of[0] = tr_lane_request(s, TR_ASK_ROWS, times[0], TR_A(s, ynew));
+  of[0].dense_rows = s->step.dense_rows, of[0].co = TR_A(s, co), of[0].extra = extra;
+  of[0].solved = (s->o->wants & TR_WANTS_SOLUTION) != 0, of[0].columns = s->lane->columns;
+  for (int i = 0; i < width; ++i) each[i] = of + (i < count ? i : 0);
+  for (int i = 0; i < count; ++i) /* lanes read the other fields from the first request */
+    of[i].t = times[i], of[i].theta = (times[i] - s->step.t0) / s->step.size, of[i].row = rows + i * wide + 1,
+    of[i].projections = of[i].iterations = 0;
+  s->lane->lanes->serve(TR_ASK_ROWS, each);
+  int made = 0;
+  for (; made < count && of[made].ok; ++made) {
+    double *row = rows + made * wide;
+    row[0] = times[made];
+    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary path reports the failure */
+    tr_finish_columns(s, row + 1);
+    s->stats.outputs++, s->stats.projections += of[made].projections;
+    s->stats.rhs_evaluations += of[0].solved, s->stats.newton_iterations += of[made].iterations;
+  }
+  return made;
+}
+
+/* Count consecutive events at nearly the same time. */
+static void tr_count_chatter(tr_sim *s, double t) {
+  s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
+  s->events.chatter_t = t;
+}
+
+/* Copy the state at the end of the last step; multipliers there become the start of Newton's iteration. */
+static void tr_copy_end_state(tr_sim *s, double *out) {
+  tr_copy(tr_state_width(s), TR_A(s, ynew), out);
+  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
+  TR_MADE(s, TR_HAS_SOLUTION);
+}
+
+static int tr_write_event_row(tr_sim *s, double t, double *row) {
+  double *y = TR_A(s, yout);
+  tr_mode modes[s->k->nsliders + 1];
+  tr_event_state(s, t, y);
+  int there = tr_step_back_to_branch(s, y);
+  tr_save_modes(s, modes);
+  if (s->k->sets && tr_restore_directions_before(s, t, y)) there = 0;
+  if (s->k->sets) tr_restore_shares_before(s, t, y);
+  int code = tr_output_row_of(s, t, y, row, there);
+  tr_restore_modes(s, modes);
+  return code;
+}
+
+/* Write rows up to t_end from the dense output. With `every` 0, write the step's end instead: of the whole step (final), or
+ * just before the event that cuts it short. An event at the start of a step gets no row, because its modes lasted no time.
+ * Returns TR_OK, TR_ROWS_FULL or a failure. */
+static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
+  if (s->clock.width == 0) return TR_OK;
+  int width = s->clock.width;
+  if (s->clock.every <= 0.0) {
+    if (!final && t_end - s->step.t0 <= tr_time_tolerance(t_end)) return TR_OK;
+    if (*count >= capacity) return TR_ROWS_FULL;
+    double *row = rows + width * *count;
+    if (final) tr_copy_end_state(s, TR_A(s, yout));
+    int code = final ? tr_output_row(s, t_end, TR_A(s, yout), row) : tr_write_event_row(s, t_end, row);
+    if (code != TR_OK) return code;
+    ++*count;
+    return TR_OK;
+  }
+  while (s->clock.row_next <= t_end + (final ? tr_row_time_tolerance(t_end) : 0.0)) {
+    if (*count >= capacity) return TR_ROWS_FULL;
+    const int made = tr_write_rows_in_lanes(s, t_end, rows + width * *count, capacity - *count);
+    if (made) {
+      *count += made, s->clock.row_index += made;
+      s->clock.row_next = s->clock.t_start + s->clock.row_index * s->clock.every;
+      continue;
+    }
+    double *y = TR_A(s, yout), theta = (s->clock.row_next - s->step.t0) / s->step.size, t = s->clock.row_next;
+    if (final && fabs(t - (s->step.t0 + s->step.size)) <= tr_row_time_tolerance(t)) {
+      tr_copy_end_state(s, y);
+    } else {
+      if (!tr_ensure_dense(s)) return TR_FAIL_MULTIPLIERS;
+      tr_state_in_step(s, theta, y);
+    }
+    int code = tr_output_row(s, t, y, rows + width * *count);
+    if (code != TR_OK) return code;
+    ++*count;
+    s->clock.row_index++;
+    s->clock.row_next = s->clock.t_start + s->clock.row_index * s->clock.every;
+  }
+  return TR_OK;
+}
+
+static void tr_record_reversals(tr_sim *s, double theta_end) {
+  double *y = TR_A(s, yout);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    tr_zone *zone = tr_zone_of(s, i);
+    if (!zone->inside || zone->reversal == zone->reversal) continue;
+    if (theta_end < 1.0 && !tr_ensure_dense(s)) return;
+    if (theta_end < 1.0) tr_evaluate_dense(s, theta_end, y);
+    tr_evaluate_maps_at(s, s->step.t0 + theta_end * s->step.size, theta_end < 1.0 ? y : TR_A(s, ynew));
+    if (tr_speed_along_entry(s, i) >= 0.0) continue;
+    if (!tr_ensure_dense(s)) return;
+    double a = 0.0, b = theta_end;
+    for (int it = 0; it < HALVES_MOST && b - a > THETA_ROUND_OFF; ++it) {
+      double m = 0.5 * (a + b), t = s->step.t0 + m * s->step.size;
+      tr_evaluate_dense(s, m, y);
+      tr_evaluate_maps_at(s, t, y);
+      if (tr_speed_along_entry(s, i) < 0.0) b = m; else a = m;
+    }
+    zone->reversal = s->step.t0 + b * s->step.size;
+  }
+}
+
+static void tr_move_run_to(tr_sim *s, double t, const double *y) {
+  int n = tr_state_width(s);
+  if (y != TR_A(s, y)) tr_copy(n, y, TR_A(s, y));
+  s->clock.t = t;
+  s->step.margin = NAN, s->step.far_known = 0, s->loops.known = 0, s->step.parts = 0;
+  while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_time_tolerance(t)) {
+    s->clock.next_break++;
+    s->step.have_k1 = 0;
+  }
+  tr_clear_extremes(s);
+}
+
+/* Complete a whole step: its end becomes the start of the next. */
+static void tr_complete_whole_step(tr_sim *s) {
+  const int n = tr_state_width(s), end = tr_method_of(s)->end;
+  s->events.chatter = 0;
+  s->stats.of_method[s->step.method]++;
+  tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
+  if (tr_is_auto(s) && !s->step.explicit_for_now) tr_choose_method(s);
+  tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
+  if (s->friction.held) tr_zero_held_rates(s, TR_A(s, ynew));
+  tr_move_run_to(s, s->pending.t, TR_A(s, ynew));
+  tr_store_independence(s);
+  s->step.margin = s->step.margin_end;
+  tr_copy_violations(s, TR_AT_END, TR_AT_START);
+  tr_set_next_step(s);
+}
+
+/* Complete an impulse step; the next starts from its multipliers, independent of rows. */
+static void tr_complete_impulse_step(tr_sim *s) {
+  if (s->set.hfixed <= 0.0) tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
+  tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
+  tr_move_run_to(s, s->pending.t, TR_A(s, ynew));
+  tr_set_next_step(s);
+  s->step.have_k1 = 0;
+}
+
+/* Complete a step that ends at the event of a set-valued pair. Returns a status. */
+static int tr_complete_set_valued_event(tr_sim *s) {
+  double te = s->pending.t, *ye = TR_A(s, event_y);
+  const int which = s->pending.which;
+  const tr_branch was = tr_evaluate_branch_before(s, which);
+  if (!s->pending.captured) tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));
+  double before[tr_state_width(s)];
+  tr_mode modes[s->k->nsliders];
+  s->friction.capture = s->friction.cutting_pair = -1;
+  tr_dense_state(s, s->pending.theta, ye);
+  if (!tr_evaluate_before_event(s, te, ye)) return TR_FAIL_MULTIPLIERS;
+  if (tr_is_refinement_needed(s, which)) tr_refine_event_time(s, which, &te, ye);
+  tr_save_modes(s, modes), memcpy(before, ye, sizeof before);
+  tr_set_crossing_margin(s, which);
+  const int ball = !s->pending.captured && tr_is_moving_ball(s, which);
+  tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
+  const tr_contact *known = !ball && tr_contacts_before_event(s, te, ye, contacts) ? contacts : 0;
+  if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
+  int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
+  tr_clear_stopping_marks(s);
+  if (code != TR_OK) { /* the run ends here or continues by an impact: with the state before the event */
+    tr_restore_modes(s, modes);
+    tr_move_run_to(s, te, before);
+    s->friction.failed = which;
+    return code;
+  }
+  if (ball) tr_log_fold(s, which, te, ye, &was);
+  s->stats.events++;
+  s->moreau.burst_events += ball; /* branch changes of a ball do not accumulate; impulse steps have the same two branches */
+  tr_count_chatter(s, te);
+  tr_move_run_to(s, te, ye);
+  if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
+  s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
+  s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
+  return TR_OK;
+}
+
+/* Complete a step that ends at an event: state, new mode, length of the next step. Returns a status. */
+static int tr_complete_event(tr_sim *s) {
+  double te = s->pending.t, *ye = TR_A(s, event_y), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
+  int i = s->pending.which, pair = i < s->k->nsliders;
+  if (pair && tr_is_set_valued(s, i)) return tr_complete_set_valued_event(s);
+  tr_dense_state(s, s->pending.theta, ye);
+  const tr_branch was = tr_evaluate_branch_before(s, i);
+  tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));
+  double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
+  if (pair && tr_is_sliding(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
+    tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);
+    if (!tr_rhs(s, te - dt, yo, dy)) return TR_FAIL_MULTIPLIERS;
+    rate = tr_sliding_of(s, i)->speed;
+  }
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, dy)) return TR_FAIL_MULTIPLIERS;
+  if (pair) kink = tr_sliding_of(s, i)->border, rate = fabs(tr_sliding_of(s, i)->speed - rate) / dt;
+  tr_count_chatter(s, te);
+  int entering = pair && tr_is_sliding(s, i);
+  if (pair && tr_is_auto(s)) tr_count_kink(s);
+  tr_set_crossing_margin(s, i);
+  tr_switch_mode(s, i, te, ye);
+  if (entering) tr_log_fold(s, i, te, ye, &was);
+  tr_move_run_to(s, te, ye);
+  s->step.have_k1 = s->step.have_jac = 0;
+  double h = s->pending.h * fmin(s->pending.grow, 1.0);
+  if (entering) {
+    s->step.h_slip = fmax(h, s->step.h_slip);
+    s->step.h = rate > 0.0 ? fmin(h, ZONE_PART * kink / rate) : h;
+  } else {
+    s->step.h = s->step.h_slip > 0.0 ? s->step.h_slip : h;
+    s->step.h_slip = 0.0;
+  }
+  return TR_OK;
+}
+
+static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count) {
+  int pending = s->pending.kind, code;
+  if (s->k->nsliders && !s->pending.noted && pending != TR_IMPULSE_STEP)
+    tr_record_reversals(s, pending == TR_WHOLE_STEP ? 1.0 : s->pending.theta);
+  s->pending.noted = 1;
+  double kept[tr_solution_size(s)];
+  tr_save_solution(s, kept);
+  code = tr_write_rows(s, s->pending.t, pending != TR_STEP_TO_EVENT, rows, capacity, count);
+  tr_restore_solution(s, kept);
+  if (code != TR_OK) return code;
+  s->pending.kind = TR_NOTHING, s->pending.noted = 0;
+  if (pending == TR_IMPULSE_STEP) tr_complete_impulse_step(s);
+  if (pending == TR_WHOLE_STEP) tr_complete_whole_step(s);
+  code = pending == TR_STEP_TO_EVENT ? tr_complete_event(s) : TR_OK;
+  tr_clear_margin(s);
+  tr_choose_moreau(s);
+  return code;
+}

@@ -1,0 +1,48 @@
+/* Limits on steps at singular positions of loops. */
+#include "stepping/stepping.h"
+
+#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: rows closer to dependence are dropped */
+#define APPROACH 4.0              /* planned factor of the change of independence in a step, from that in the last one */
+#define LEAP 8.0                  /* largest accepted factor within a step, which is shortened otherwise */
+#define SHORTER 2.0               /* factor by which it is shortened */
+#define SHORTEST 1e-9             /* / rate: but not below, because another pivot order may also change the last pivot */
+
+/* Whether joints with friction lie on loops, so that singular positions matter. */
+static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
+
+/* Longest step from the state `y` with respect to singular positions, s. */
+static double tr_longest_singular_step(tr_sim *s) {
+  tr_loops *l = &s->loops;
+  if (!tr_has_friction_on_loops(s)) return INFINITY;
+  if (!l->known) {
+    tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+    if (!tr_factor_without_friction(s)) tr_factor_loops(s);
+    l->known = 1, l->begin = tr_loop_independence(s), l->trend = 0.0;
+  }
+  if (l->begin <= INDEPENDENCE_LEAST || l->trend == 0.0) return INFINITY;
+  return l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0);
+}
+
+/* Error of the last step, evaluated at its end, 1 at the tolerance, if it passes a singular position or forces jump in it; else
+ * 0. */
+static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
+  tr_loops *l = &s->loops;
+  if (!tr_has_friction_on_loops(s)) return 0.0;
+  l->end = tr_loop_independence(s), l->least = fmin(l->least, l->begin);
+  if (h <= SHORTEST / s->set.rate) return 0.0;
+  const double begin = fmax(l->begin, INDEPENDENCE_LEAST), least = fmax(l->least, INDEPENDENCE_LEAST);
+  if (least * LEAP < begin || l->end > begin * LEAP) return pow(SHORTER, m->order);
+  if (l->least > 0.0 || (l->begin == 0.0 && l->end == 0.0)) return 0.0;
+  const int n = tr_state_width(s);
+  const double *K = TR_A(s, K), *end = K + m->end * n;
+  double *jump = TR_A(s, ytmp);
+  for (int i = 0; i < n; ++i) jump[i] = h * (end[i] - K[i]);
+  return pow(tr_squared_motion_error(s, jump, TR_A(s, y), TR_A(s, ynew)), 0.5 * m->order);
+}
+
+/* Record the change of independence in the whole step; the next begins where it ended. */
+static void tr_store_independence(tr_sim *s) {
+  tr_loops *l = &s->loops;
+  l->trend = (l->end - l->begin) / s->step.size;
+  l->known = 1, l->begin = l->end;
+}

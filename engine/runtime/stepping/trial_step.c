@@ -1,0 +1,262 @@
+/* Trial steps: make, project, evaluate and search for events; then accept, refuse, or remake up to an event. */
+#include "stepping/stepping.h"
+
+#define CHATTER_MAX 12          /* consecutive events at one time; the next step then ignores events */
+#define GROW_FIXED 2.0       /* growth of the parts of a fixed step */
+#define LEAST_PART 1e-4      /* × a fixed step: smallest part where friction cannot be followed, such as sliding of several components that ends inside */
+#define LEFT_OVER 1e-10         /* × the distance to the limit: no step leaves less */
+#define CUT_ERROR 1e-2          /* error of a step above which its inside is known less well than its end; it is remade up to its event */
+#define CUT_EARLY 0.9           /* × the step: events behind this need no remaking */
+#define CUT_BEYOND 1.02         /* × the time to the event: length of the remade step */
+#define CUTS_MOST 2             /* remade steps at one event */
+#define CORNER_CUTS 3     /* remade steps at one corner; each is closer by the error of the dense output */
+#define ANOTHER_ROOT 0.1     /* × the friction: change over a first step that indicates another root */
+
+/* One trial step and its result. */
+typedef struct tr_trial {
+  double h, end;   /* length and time of its end, s */
+  int last;        /* it ends at the limit */
+  double err;      /* error, 1 at the tolerance; NaN: the step is unusable */
+  int found, which; /* result of the search for events; pair or stop, and place */
+  double theta;
+  int cuts;        /* times it was remade up to its event */
+  double whole;    /* its length before, s; 0: never remade */
+  int corners;     /* times it was remade up to a corner */
+} tr_trial;
+
+static double tr_step_limit(const tr_sim *s, double target) {
+  if (s->clock.next_break < s->clock.nbreaks) {
+    double b = TR_A(s, breaks)[s->clock.next_break];
+    if (b < target) return b;
+  }
+  return target;
+}
+
+/* Whether the frictions `is` (n) belong to another root than `was`, which the estimate of the first step found. */
+static int tr_is_other_root(int n, const double *was, const double *is) {
+  double changed = 0.0, size = 0.0;
+  for (int i = 0; i < n; ++i) changed += fabs(is[i] - was[i]), size += fabs(was[i]);
+  return changed > ANOTHER_ROOT * size;
+}
+
+static int tr_has_stopped_with_drive(const tr_sim *s) {
+  if (!s->clock.next_break || TR_A(s, breaks)[s->clock.next_break - 1] < s->clock.t - tr_time_tolerance(s->clock.t)) return 0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_is_at_rest(s, i)) return 1;
+  return 0;
+}
+
+/* Prepare a step: ẏ at its start, its first length, frozen sliding directions. Returns a status. */
+static int tr_begin_step(tr_sim *s, double limit, int order) {
+  const tr_kernel *k = s->k;
+  if (!s->step.have_k1) {
+    s->step.margin = NAN;
+    const double left = limit - s->clock.t;
+    tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
+    s->step.watch = 0;
+    if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+    if (s->friction.held || tr_has_stopped_with_drive(s)) { /* loads may have jumped, or a drive has come to rest */
+      int code = tr_handle_event(s, s->clock.t, TR_A(s, y), -1, 0);
+      if (code != TR_OK) return code;
+    }
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
+    s->step.have_k1 = 1;
+  }
+  if (s->step.h <= 0.0) {
+    double z[k->active + k->neta + 1];
+    tr_copy(k->active + k->neta, TR_A(s, z), z);
+    s->step.h = tr_first_step(s, limit - s->clock.t, order);
+    if (tr_is_other_root(k->neta, z + k->active, TR_A(s, z) + k->active)) tr_copy(k->active + k->neta, z, TR_A(s, z));
+  }
+  if (!s->set.locate || s->events.chatter > CHATTER_MAX) tr_reverse_kink_directions(s);
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (!tr_is_sliding(s, i) || tr_pair_of(s, i)->nrates == 1) continue;
+    s->step.margin = NAN;
+    if (!tr_is_set_valued(s, i)) tr_freeze_direction_at_start(s, i);
+    else if (!tr_is_direction_frozen(s, i, tr_speed_of_state(s, i)) && !tr_is_still_on_line(s, i)) tr_rates_of_state(s, i, tr_mode_of(s, i)->direction);
+  }
+  if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_longest_onset_step(s, TR_A(s, K) + k->nq), tr_longest_held_step(s)));
+  s->step.h = fmin(s->step.h, tr_longest_singular_step(s));
+  tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
+  tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zstart));
+  return TR_OK;
+}
+
+/* Use explicit steps while the Jacobian of a stiff method is invalid: the friction of several components starts from rest, or
+ * groups share their load. Prescribed mechanisms use them too. Nothing is stiff there, and only the works of explicit steps
+ * keep a step from passing a start and a stop inside it. */
+static void tr_use_explicit_for_now(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.explicit_for_now)) return;
+  int slow = s->friction.shared || !s->ny;
+  for (int i = 0; i < k->nsliders && !slow; ++i)
+    slow = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_is_direction_frozen(s, i, tr_speed_of_state(s, i));
+  if (slow != s->step.explicit_for_now) s->step.have_jac = 0;
+  s->step.explicit_for_now = slow;
+  s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
+}
+
+/* Length of the next trial step: two equal steps rather than a long one and a sliver before the limit. */
+TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
+  const double fixed = s->set.hfixed, left = limit - s->clock.t;
+  tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
+  trial.h = fixed > 0.0 && !s->k->sets ? fixed : fmin(s->step.h, fixed > 0.0 ? fixed : s->set.hmax);
+  trial.last = trial.h >= left * (1.0 - LEFT_OVER);
+  if (trial.last) trial.h = left;
+  else if (trial.h > 0.5 * left && fixed <= 0.0) trial.h = 0.5 * left;
+  trial.end = trial.last ? limit : s->clock.t + trial.h;
+  return trial;
+}
+
+/* Project y at time t and evaluate ẏ there. Returns 0 if either fails. */
+static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double *dy) {
+  return tr_request_end(s, TR_ASK_ALL, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
+}
+
+/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. Sets err to NaN
+ * to refuse it. */
+TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
+  const int n = tr_state_width(s), live = s->ny;
+  double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
+  s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
+  tr_copy(n, TR_A(s, y), TR_A(s, yold));
+  if (m->kind == TR_IMPLICIT && s->naudit) tr_evaluate_middle_powers(s, m->rosenbrock);
+  if (!tr_is_finite(live, ynew) || !tr_project_and_evaluate(s, trial->end, ynew, slope) || !tr_is_finite(live, slope))
+    trial->err = NAN;
+  else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
+    s->step.margin_end = NAN;
+    if (s->k->sets && tr_release_left_lines(s)) {
+      trial->err = NAN;
+      return;
+    }
+    tr_store_end_multipliers(s);
+    const int broken = tr_check_solution(s, ynew, 0, 0);
+    tr_audit_laws(s);
+    if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
+    if (broken && trial->found == TR_NO_EVENT) {
+      if (tr_find_other_end(s, broken, trial->end, ynew, slope)) tr_audit_laws(s);
+      else trial->err = NAN;
+    }
+  }
+  if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_is_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
+}
+
+/* Make the trial step. Returns TR_OK or TR_NEED_JACOBIAN. */
+TR_INLINE int tr_make_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
+  TR_SPOILT(s, TR_HAS_DENSE);
+  tr_moment_of(s)->inside = s->clock.t + 0.5 * trial->h;
+  s->step.watch = s->set.locate && s->k->nsliders > 0;
+  s->step.failure = TR_OK;
+  trial->err = m->kind == TR_IMPLICIT ? tr_step_rosenbrock(s, m->rosenbrock, trial->h) : tr_step_explicit(s, m->explicit, trial->h);
+  if (s->clock.status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
+  if (trial->err <= 1.0) tr_examine_trial(s, m, trial);
+  s->step.watch = 0;
+  return TR_OK;
+}
+
+/* Whether an acceptable step is to be remade up to a corner inside it; `trial` is then that step. */
+TR_INLINE int tr_remake_to_corner(tr_sim *s, tr_trial *trial) {
+  if (!s->k->nstops || trial->corners >= CORNER_CUTS) return 0;
+  const double theta = tr_find_first_corner(s, trial->found == TR_FOUND ? trial->theta : 1.0);
+  if (theta >= 1.0) return 0;
+  const double whole = fmax(trial->whole, trial->h);
+  tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
+  tr_clear_extremes(s);
+  const int corners = trial->corners + 1;
+  *trial = (tr_trial){.h = theta * trial->h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts, .whole = whole, .corners = corners};
+  trial->end = s->clock.t + trial->h;
+  return 1;
+}
+
+/* Whether a trial step is to be remade up to its event. */
+TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
+  if (trial->which < 0 || trial->which >= s->k->nsliders || !tr_is_set_valued(s, trial->which)) return 0;
+  if (tr_is_stuck(s, trial->which) && s->friction.shared) return 0; /* Newton's method might find other shares */
+  return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
+}
+
+/* Accept a trial step, which waits as pending. most: largest growth of the next step. */
+TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *trial, double most) {
+  const tr_kernel *k = s->k;
+  const int event = trial->found == TR_FOUND;
+  tr_waiting *wait = &s->pending;
+  s->stats.steps++;
+  tr_add_speed_errors(s);
+  wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
+  wait->captured = 0;
+  wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
+  const int missed = trial->cuts && !event; /* the event comes later than estimated; if repeated, steps grow towards it */
+  if (missed && s->step.missed) wait->h = trial->h;
+  s->step.missed = missed;
+  wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
+  wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_next_step_factor(s, trial->err, m->order, most);
+  if (trial->corners) wait->grow = fmin(wait->grow, 1.0);
+  if (event) {
+    tr_refine_pending_event(s), tr_integrate_works(s, m);
+    return;
+  }
+  tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
+  if (k->sets) s->friction.capture = tr_find_pair_to_capture(s);
+  if (k->nsliders) tr_log_separations(s, TR_A(s, K) + m->end * tr_state_width(s) + k->nq);
+  tr_integrate_works(s, m);
+  tr_audit_step(s, trial->end, TR_A(s, ynew));
+}
+
+/* Remake the step to slightly beyond its event. The dense output has a lower order than the end of the step; its error would
+ * move event times by hundreds of tolerances. */
+TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
+  const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
+  tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
+  tr_clear_extremes(s);
+  *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
+}
+
+/* Status of a run whose last trial step, to ynew, was refused. */
+static int tr_trial_fault(const tr_sim *s, double err) {
+  if (err == err) return TR_FAIL_STEP;
+  if (s->step.failure != TR_OK) return s->step.failure;
+  return s->k->neta && tr_is_finite(s->ny, TR_A(s, ynew)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
+}
+
+/* Return to the start of the step after a refused trial, with a shorter length. Returns TR_OK, or why there is no shorter step. */
+TR_INLINE int tr_refuse_trial(tr_sim *s, const tr_method *m, const tr_trial *trial) {
+  const double err = trial->err;
+  s->stats.rejected++;
+  tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
+  tr_clear_extremes(s);
+  s->step.h = err == err ? trial->h * tr_retry_factor(err, m->order) : SHRINK_MOST * trial->h;
+  if (s->k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, tr_longest_onset_step(s, TR_A(s, K) + s->k->nq));
+  const int parts = s->set.hfixed > 0.0 && (!s->k->sets || s->step.h < LEAST_PART * s->set.hfixed);
+  const int lost = s->step.h <= s->set.hmin + TIME_ROUND_OFF * fabs(s->clock.t);
+  return parts || lost ? tr_trial_fault(s, err) : TR_OK;
+}
+
+static int tr_make_step(tr_sim *s, double limit) {
+  if (tr_method_of(s)->kind == TR_IMPULSES) return tr_make_moreau_step(s, limit);
+  tr_use_explicit_for_now(s);
+  const tr_method *m = tr_method_of(s);
+  int code = tr_begin_step(s, limit, m->order);
+  if (code != TR_OK) return code;
+  if (s->friction.capture >= 0 && s->clock.t + s->friction.capture_h < limit && tr_make_capture_step(s)) {
+    s->stats.steps++;
+    s->pending.kind = TR_STEP_TO_EVENT;
+    return TR_OK;
+  }
+  tr_trial trial = tr_trial_towards(s, limit);
+  for (double most = GROW_MOST;; most = 1.0) { /* no growth after a refused step */
+    code = tr_make_trial(s, m, &trial);
+    if (code != TR_OK) return code;
+    if (trial.err <= 1.0 && tr_remake_to_corner(s, &trial)) continue;
+    if (trial.err <= 1.0 && !tr_is_remade_to_event(s, &trial)) {
+      tr_accept_trial(s, m, &trial, most);
+      return TR_OK;
+    }
+    if (trial.err <= 1.0) {
+      tr_remake_to_event(s, &trial);
+      continue;
+    }
+    code = tr_refuse_trial(s, m, &trial);
+    if (code != TR_OK) return code;
+    trial = tr_trial_towards(s, limit);
+  }
+}

@@ -1,0 +1,134 @@
+/* One step of Moreau's time stepping: friction and loops act as impulses on velocities. First order, without location of
+ * friction events. A fixed step may contain any number of events, at fixed cost. ``time_stepping/moreau_error_control.c`` adds
+ * error control.
+ *
+ * With maps at the middle position, v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the end of the step, and slips
+ * along its rate there. The search of ``modes/active_set.c`` decides this, with accelerations replaced by v⁺/h
+ * (tr_form_held_maps). */
+#include "time_stepping/time_stepping.h"
+
+#define MOREAU_STEP 0.03   /* × √rtol / rate: first step, and unit of time in which events accumulate */
+#define FROZEN_TURN 0.5    /* rad: a sliding direction that turns more in a step is solved for at the step's end */
+
+static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
+
+static void tr_advance_positions(const tr_sim *s, double *y, const double *v, double h) {
+  const tr_kernel *k = s->k;
+  double dq[k->nq + 4];
+  k->qdot(y, v, TR_A(s, c), dq);
+  for (int i = 0; i < k->nq; ++i) y[i] += h * dq[i];
+  if (k->nquat) tr_normalise_quaternions(s, y);
+}
+
+/* Whether the direction of pair i may be frozen over a step: several components, and fast. Balls are excluded, because they may
+ * start to spin. Requires maps of the current state. */
+static int tr_is_sliding_fast(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
+}
+
+/* Choose modes by rates alone after a failed decision: moving pairs slip along their rate, others stick. Then search from
+ * there. Requires maps of the current state. Returns 1 on success. */
+static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
+  if (s->moreau.decides == INFINITY) return 0;
+  for (int q = 0; q < n; ++q) {
+    tr_mode *m = tr_mode_of(s, rest[q]);
+    m->flag = tr_pair_speed(s, rest[q]) > tr_rest_speed(tr_speed_unit(s)) ? TR_SLIPS : TR_STUCK;
+    if (tr_mode_flag(m) == TR_SLIPS) tr_freeze_direction(s, rest[q]);
+  }
+  memset(TR_A(s, z) + s->k->active, 0, sizeof(double) * s->k->neta);
+  return tr_resolve_misfits(s, rest, n);
+}
+
+/* Decide the pairs `rest` (n), those without frozen direction, for a step h. Returns 1 on success. */
+static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
+  if (tr_are_many_pairs(s, rest, n)) return tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n);
+  return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || (h <= s->moreau.decides && tr_decide_modes(s, rest, n, -1));
+}
+
+/* Modes and multipliers of a step h from the state `mid` (middle position, old rates). Evaluates maps of `mid`. Returns 0 on
+ * failure. */
+static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
+  const tr_kernel *k = s->k;
+  int rest[k->nsliders + 1], n = 0, runs = 0;
+  tr_evaluate_maps_at(s, t, mid);
+  if (k->active + k->neta == 0) return 1;
+  for (int i = 0; i < k->nsliders; ++i) {
+    if (!tr_is_set_valued(s, i)) continue;
+    if (tr_is_sliding_fast(s, i)) tr_freeze_direction(s, i), runs = 1;
+    else rest[n++] = i;
+  }
+  s->moreau.h = h;
+  int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
+  s->moreau.h = 0.0;
+  if (ok) tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
+  return ok;
+}
+
+/* Whether a direction frozen over the step to (t, y) turned by more than FROZEN_TURN. */
+static int tr_has_direction_turned(tr_sim *s, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  int turned = 0;
+  for (int i = 0; i < k->nsliders && s->moreau.frozen && !turned; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (!tr_is_set_valued(s, i) || pair->nrates == 1 || pair->cone || tr_is_stuck(s, i) || tr_is_starting_to_slide(s, i)) continue;
+    tr_evaluate_maps_at(s, t, y);
+    const double *r = tr_pair_rates(s, i), *d = tr_mode_of(s, i)->direction, *lever = TR_A(s, lever) + pair->eta0;
+    double along = 0.0, size = 0.0;
+    for (int j = 0; j < pair->nrates; ++j) along += r[j] * d[j] * lever[j] * lever[j], size += d[j] * d[j] * lever[j] * lever[j];
+    turned = !(along > cos(FROZEN_TURN) * sqrt(size) * tr_pair_speed(s, i));
+  }
+  return turned;
+}
+
+static void tr_moreau_update_stops(tr_sim *s, double t, const double *y) {
+  double depth[s->k->nstops + 1];
+  if (s->k->nlatches) tr_set_time(s, t); /* signals lift hooks */
+  for (int i = 0; i < s->k->nstops; ++i) {
+    tr_stop_depths(s, y, depth); /* a hook that lifts changes the depth behind it */
+    if (tr_is_pressed(s, i) == (depth[i] > 0.0)) continue;
+    s->stats.events++;
+    tr_switch_stop(s, i, t, y);
+  }
+}
+
+static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then) {
+  const int pairs = s->k->nsliders, n = tr_state_width(s);
+  double slope[n];
+  int held = 0, stopped = 0;
+  for (int i = 0; i < pairs; ++i) held |= tr_is_stuck(s, i), stopped |= tr_is_stuck(s, i) && tr_mode_flag(then + i) != TR_STUCK;
+  if (!held || (!stopped && !s->k->active)) return;
+  memcpy(slope, TR_A(s, dy), sizeof slope);
+  tr_evaluate_maps_at(s, t, y);
+  for (int i = 0; i < pairs && s->k->active; ++i)
+    if (tr_is_set_valued(s, i) && !tr_is_stuck(s, i) && tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK, stopped = 1;
+  if (stopped && tr_rhs(s, t, y, TR_A(s, dy))) {
+    tr_evaluate_capacities(s);
+    tr_find_coupled_pairs(s);
+    for (int i = 0; i < pairs; ++i)
+      if (tr_is_stuck(s, i) && tr_mode_flag(then + i) != TR_STUCK && tr_mode_misfit(s, i) > TOL_RELEASE) tr_let_slip(s, i);
+  }
+  memcpy(TR_A(s, dy), slope, sizeof slope);
+}
+
+static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew) {
+  const tr_kernel *k = s->k;
+  double *mid = TR_A(s, ytmp);
+  const double *f = TR_A(s, dy);
+  tr_mode then[k->nsliders + 1];
+  tr_save_modes(s, then);
+  memcpy(mid, y, sizeof(double) * tr_state_width(s));
+  tr_advance_positions(s, mid, y + k->nq, 0.5 * h);
+  tr_set_time(s, t + 0.5 * h);
+  if (s->set.hfixed > 0.0) tr_moreau_update_stops(s, t + 0.5 * h, mid);
+  if (!tr_moreau_solve(s, t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
+  memcpy(ynew, mid, sizeof(double) * tr_state_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, part_power));
+  for (int i = k->nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
+  tr_zero_held_rates(s, ynew);
+  tr_advance_positions(s, ynew, ynew + k->nq, 0.5 * h);
+  if (!tr_is_finite(s->ny, ynew)) return TR_FAIL_NOT_FINITE;
+  if (!tr_project(s, t + h, ynew)) return s->step.failure;
+  if (s->friction.held) tr_update_extremes(s);
+  if (!(s->set.hfixed > 0.0) && !s->moreau.keeps) tr_moreau_update_rest(s, t + h, ynew, then);
+  return tr_has_direction_turned(s, t + h, ynew) ? TR_MORE : TR_OK;
+}

@@ -1,0 +1,88 @@
+/* Ends of Moreau steps under error control: where an end stop engages or releases, and where a stuck pair first exceeds its
+ * capacity. Speeds show neither; the error control detects everything else. */
+#include "time_stepping/time_stepping.h"
+
+#define EARLY 0.25         /* × the step: length of the next trial if a pair is released too early; the impulses use the rates at the start */
+
+/* Modes during a step made in two halves. */
+typedef struct tr_moreau_course {
+  tr_mode *start, *middle;
+  int steady; /* the modes of start, middle and end are equal */
+  int smooth; /* and so are those of the whole step */
+  double let_go; /* place in the step of releases in its first half: 0 start, 1 end, ½ unknown */
+} tr_moreau_course;
+
+/* Linear dense output of the last step. */
+static void tr_form_dense_straight(tr_sim *s) {
+  TR_MADE(s, TR_HAS_DENSE);
+  const double *y = TR_A(s, y), *ynew = TR_A(s, ynew);
+  for (int i = 0; i < tr_state_width(s); ++i) TR_A(s, kstep)[i] = ynew[i] - y[i];
+  s->step.dense_rows = 1;
+}
+
+/* Restore modes and multipliers of the start of the step, for another trial. */
+static void tr_moreau_rewind(tr_sim *s, const tr_moreau_course *course) {
+  tr_restore_modes(s, course->start);
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
+}
+
+/* Place in the last step (0…1) where an end stop engages or releases, or a pair stuck throughout exceeds its capacity; 1: none. */
+static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *course) {
+  const int n = s->k->nsliders;
+  double depth[s->k->nstops + 1], theta = 1.0;
+  int held = 0, which = -1, hit = 0;
+  for (int i = 0; i < n && course->steady; ++i) held |= tr_is_stuck(s, i) && tr_is_suspect(s, i);
+  tr_stop_depths(s, TR_A(s, ynew), depth);
+  for (int i = n; i < tr_watched_count(s); ++i)
+    if (tr_mode_violation(s, i, depth) > 1.0) which = i, hit = 1;
+  s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
+  if (!hit && !held && s->k->nstops && s->set.locate) held = tr_has_stop_event_inside(s) ? TR_BY_STOP : 0;
+  if ((!held && !hit) || !s->set.locate) return 1.0;
+  memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_z_length(s)), tr_store_end_multipliers(s);
+  int found = TR_NO_EVENT, worst = which;
+  if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
+    s->step.margin = NAN, s->step.margin_end = tr_worst_violation(s, TR_A(s, ynew), &worst);
+    if (!hit || worst < n) which = worst;
+    found = tr_search_step(s, held, &which, &theta);
+  }
+  memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * tr_z_length(s));
+  return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
+}
+
+/* Whether a pair stuck at the start of the last step slips before its end. */
+static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
+  for (int i = 0; i < s->k->nsliders && !course->steady; ++i)
+    if (tr_is_set_valued(s, i) && tr_mode_flag(course->start + i) == TR_STUCK && (tr_mode_flag(course->middle + i) != TR_STUCK || !tr_is_stuck(s, i))) return 1;
+  return 0;
+}
+
+/* Place in the last step where a pair stuck at its start exceeds its capacity, with the modes of the start kept. EARLY:
+ * nowhere, the pair was released too soon. 1: at the start or end of the step (course->let_go), or another event comes first.
+ * Speeds grow from zero and do not show the time. */
+static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
+  const int n = tr_state_width(s), nz = tr_z_length(s);
+  tr_mode end[s->k->nsliders + 1];
+  double made[n], z[nz + 1], theta = 1.0;
+  int which = -1, found = TR_NO_EVENT;
+  course->let_go = 0.5;
+  if (!s->set.locate || h <= s->set.rtol / s->set.rate || !tr_has_released(s, course)) return 1.0;
+  tr_save_modes(s, end), memcpy(made, TR_A(s, ynew), sizeof made), memcpy(z, TR_A(s, z), sizeof(double) * nz);
+  tr_moreau_rewind(s, course);
+  s->moreau.keeps = 1;
+  if (tr_moreau_substep(s, s->clock.t, TR_A(s, y), h, TR_A(s, ynew)) == TR_OK) {
+    tr_form_dense_straight(s);
+    s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1, s->step.margin = NAN;
+    memcpy(TR_A(s, zstart), TR_A(s, zold), sizeof(double) * nz), tr_store_end_multipliers(s);
+    if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
+      s->step.margin_end = tr_worst_violation(s, TR_A(s, ynew), &which);
+      found = tr_search_step(s, 1, &which, &theta);
+    }
+    if (found != TR_FOUND) theta = found == TR_NO_EVENT ? EARLY : 1.0;
+    else if (which >= s->k->nsliders || !tr_is_stuck(s, which)) theta = 1.0, found = TR_NO_EVENT;
+  }
+  s->moreau.keeps = 0;
+  tr_restore_modes(s, end), memcpy(TR_A(s, ynew), made, sizeof made), memcpy(TR_A(s, z), z, sizeof(double) * nz);
+  tr_form_dense_straight(s);
+  if (found == TR_FOUND && (theta <= STEP_START || theta > STEP_END)) course->let_go = theta > STEP_END;
+  return theta <= STEP_START ? 1.0 : theta;
+}

@@ -1,0 +1,80 @@
+"""Checks of bodies: at most one shape, mass properties given once, and an inertia that a rigid body can have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trunnion.scene.data_classes.scene import Body, Scene
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.mass_properties import matrix, principal_moments
+from trunnion.scene.queries.surface_meshes import unpacked
+
+SHAPES = ("box", "cylinder", "sphere")
+SLACK = 1e-9
+"""Relative violation of the inertia conditions that counts as rounding of the numbers as written."""
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about bodies."""
+    if not scene.bodies:
+        yield Finding(("bodies",), "the scene has no bodies", "add one: bodies: {block: {box: [1, 0.1, 0.1], density: 7800}}")
+    for name, b in scene.bodies.items():
+        path: Path = ("bodies", name)
+        yield from _shape(path, b)
+        yield from _amounts(path, b)
+        yield from _inertia(path, b)
+        yield from _surface(path, b)
+
+
+def _surface(path: Path, b: Body) -> Iterator[Finding]:
+    if b.surface is None:
+        return
+    try:
+        unpacked(b.surface)
+    except ValueError as e:
+        yield Finding((*path, "surface"), f"no packed surface: {e}", "take it as trunnion import wrote it, or remove it")
+
+
+def _shape(path: Path, b: Body) -> Iterator[Finding]:
+    given = [s for s in SHAPES if getattr(b, s) is not None]
+    for extra in given[1:]:
+        yield Finding((*path, extra), f"two shapes: {given[0]} and {extra}", "keep one of them")
+
+
+def _amounts(path: Path, b: Body) -> Iterator[Finding]:
+    """With a shape, either density or mass is needed; without one, mass and inertia; an explicit inertia always needs a mass."""
+    shaped = any(getattr(b, s) is not None for s in SHAPES)
+    keys = tuple((*path, k) for k in (*SHAPES, "density", "mass", "inertia"))
+    if b.density is not None and (b.mass is not None or b.inertia is not None):
+        other = "mass" if b.mass is not None else "inertia"
+        yield Finding((*path, "density"), f"both density and {other} are given", f"remove density or {other}")
+        if b.mass is not None:
+            return
+    if b.density is not None and not shaped:
+        hint = "add box, cylinder or sphere; or give mass and inertia"
+        yield Finding((*path, "density"), "a density without a shape gives no mass", hint, about=keys)
+    elif b.density is None and b.mass is None:
+        hint = "give density or mass" if shaped else "give a shape with density, or mass and inertia"
+        yield Finding(path, "the body has no mass", hint, about=keys)
+    elif not shaped and b.inertia is None:
+        hint = "inertia: [0, 0, 0] makes it a point mass"
+        yield Finding(path, "a mass without a shape gives no inertia", hint, about=keys)
+
+
+def _inertia(path: Path, b: Body) -> Iterator[Finding]:
+    if b.inertia is None:
+        return
+    at = (*path, "inertia")
+    if len(b.inertia) not in (3, 6):
+        yield Finding(at, f"{len(b.inertia)} entries in an inertia of 3 or 6", "[xx, yy, zz] or [xx, yy, zz, xy, xz, yz]")
+        return
+    low, mid, high = principal_moments(matrix(b.inertia))
+    text = f"principal moments {low:g}, {mid:g}, {high:g}"
+    if low < -SLACK * max(abs(high), abs(low)):
+        yield Finding(at, f"no body has this inertia: {text}, one is negative", "check the signs of the products")
+    elif low + mid < high * (1 - SLACK):
+        yield Finding(
+            at,
+            f"no body has this inertia: {text}, the largest exceeds the sum of the others",
+            "the largest moment of any body is at most the sum of the two others; give moments about the mass centre",
+        )

@@ -1,0 +1,36 @@
+"""Checks of what carries no body but ties two that other joints carry: what belongs to those other joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.checks.joint_devices import FIELDS
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+
+NONE = ("drive", "rotor_inertia", "latch")
+"""What those that have a coordinate cannot have along it either."""
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about joints that carry no body."""
+    for name, j in scene.joints.items():
+        if not REGISTRY[j.type].bodiless:
+            continue
+        path: Path = ("joints", name)
+        kind = REGISTRY[j.type]
+        parts, move = ("wheels", "turn") if kind.rolls else ("curve and point" if kind.nq else "cam and follower", "move")
+        for key in (*(f for f in FIELDS if not kind.nq or f in NONE), "start"):
+            if getattr(j, key) is not None:
+                hint = f"the joints on which its {parts} {move} can have it"
+                yield Finding((*path, key), f"a {j.type} has no {key} of its own: {parts} {move} on other joints", hint)
+        if j.pin == "outboard":
+            what = "neither of two wheels" if parts == "wheels" else f"neither {parts.replace(' and ', ' nor ')}"
+            yield Finding((*path, "pin"), f"{what} carries a pin", "leave it out")
+        law = scene.law_of(j.friction) if j.friction is not None else ""
+        if law and LAWS[law].bristles:
+            yield Finding((*path, "friction"), f"teeth have no bristles, as the law {law} wants", "choose a law without bristles")
+        if j.cut is False:
+            yield Finding((*path, "cut"), f"{parts} carry no body: a loop is always opened between them", "leave it out")

@@ -1,0 +1,68 @@
+"""Checks of numbers that follow something: friction over time, curves of inputs, coefficients by speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from trunnion.basics.monotone_curves import KNOTS
+from trunnion.elements.friction.coulomb import Coulomb
+from trunnion.scene.data_classes.scene import BySpeed, Friction, FromInput, Scene, Signal
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.loads_and_signals import VARYING, entries, loads
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about them."""
+    for path, load in loads(scene):
+        if isinstance(load, FromInput) and load.curve is not None:
+            yield from _curve((*path, "curve"), "at", load.curve.at, load.curve.value)
+    for name, j in scene.joints.items():
+        if j.friction is None:
+            continue
+        at: Path = ("joints", name, "friction")
+        for n in VARYING:
+            for path, value in entries(getattr(j.friction, n), (*at, n)):
+                yield from _opposes(path, value)
+        if isinstance(j.friction.mu, BySpeed):
+            yield from _by_speed(at, j.friction, j.friction.mu, scene)
+
+
+def _curve(path: Path, key: str, at: Sequence[float], value: Sequence[float]) -> Iterator[Finding]:
+    if len(at) != len(value):
+        yield Finding((*path, "value"), f"{len(at)} entries of {key} but {len(value)} values", f"give one value for each {key}")
+    if not 2 <= len(at) <= KNOTS:
+        yield Finding((*path, key), f"a curve has 2 to {KNOTS} points, not {len(at)}", "thin it out" if len(at) > 2 else "")
+    for i in range(1, len(at)):
+        if not at[i - 1] < at[i]:
+            yield Finding((*path, key, i), f"they must increase: {at[i]:g} follows {at[i - 1]:g}")
+            break
+
+
+def _by_speed(path: Path, f: Friction, c: BySpeed, scene: Scene) -> Iterator[Finding]:
+    yield from _curve((*path, "mu"), "speed", c.speed, c.value)
+    if c.speed and c.speed[0] != 0.0:
+        yield Finding((*path, "mu", "speed", 0), "the first speed is 0: its coefficient is that of rest", "begin with 0")
+    law = scene.law_of(f)
+    if law != Coulomb.name or scene.normal_force_of(f) == "adams":
+        what = f"a coefficient that depends on the speed needs the law {Coulomb.name} with exact normal forces"
+        yield Finding((*path, "mu"), what, f"law: {Coulomb.name}, or one number for the law {law}")
+    if f.mu_static is not None:
+        yield Finding((*path, "mu_static"), "the curve of mu begins with the coefficient of rest", "leave mu_static out")
+
+
+def _opposes(path: Path, value: object) -> Iterator[Finding]:
+    """A mistake for a signal of friction that becomes negative as it is written."""
+    if isinstance(value, FromInput) and value.curve is not None:
+        said: dict[str, Sequence[float]] = {"curve.value": value.curve.value}
+    elif isinstance(value, Signal):
+        h = value.harmonic
+        said = {
+            "table.value": value.table.value if value.table else (),
+            "ramp": (value.ramp.start, value.ramp.end) if value.ramp else (),
+            "harmonic": (h.offset - abs(h.amplitude),) if h else (),
+        }
+    else:
+        return
+    for key, values in said.items():
+        if any(v < 0.0 for v in values):
+            yield Finding((*path, *key.split(".")), f"friction opposes sliding by itself: {min(values):g} is negative", "0 or more")

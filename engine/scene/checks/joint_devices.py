@@ -1,0 +1,96 @@
+"""Checks of devices along the freedoms of joints (springs, dampers, end stops, drives, efforts), and of every function of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trunnion.elements.joints import REGISTRY, JointKind
+from trunnion.scene.data_classes.scene import Drive, EndStops, Joint, Scene, Signal, Table
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.loads_and_signals import each, entries, signals
+
+FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
+NEED_COORDINATE = {"spring": "a spring", "end_stops": "an end stop", "drive": "a drive", "latch": "a latch"}
+KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about devices and signals."""
+    for name, j in scene.joints.items():
+        kind = REGISTRY[j.type]
+        if kind.bodiless and not kind.nq:
+            continue  # ``bodiless_joints`` checks these
+        for field in FIELDS:
+            yield from _lengths(("joints", name, field), getattr(j, field), kind)
+        yield from _rotations(name, j, kind)
+        yield from _spun(name, j, kind)
+        for path, stops in entries(j.end_stops, ("joints", name, "end_stops")):
+            if kind.follows != "curve":  # whose ends are those of the curve
+                yield from _stops(path, stops)
+    for path, s in signals(scene):
+        yield from _signal(path, s)
+
+
+def _lengths(path: Path, value: object, kind: JointKind) -> Iterator[Finding]:
+    if value is None:
+        return
+    given = len(value) if isinstance(value, tuple) else 1
+    freedoms = f"{kind.nv} freedoms" if kind.nv != 1 else "one freedom"
+    if given != kind.nv:
+        hint = f"give a list of {kind.nv}, with null where there is nothing" if kind.nv > 1 else ""
+        yield Finding(path, f"a {kind.name} joint has {freedoms if kind.nv else 'no freedom'}, not {given}", hint)
+
+
+def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
+    """A mistake for every spring, stop or drive along a freedom that has no single coordinate to refer to, as those of a
+    quaternion."""
+    for field, what in NEED_COORDINATE.items():
+        for path, _ in entries(getattr(j, field), ("joints", name, field)):
+            k = path[-1] if isinstance(path[-1], int) else 0
+            if k < kind.nv and kind.coordinate_of(k) < 0:
+                hint = "use damping or effort, or build the joint from revolutes" if field != "drive" else "drive revolute joints"
+                yield Finding(path, f"{what} cannot act on the rotation of a {kind.name} joint", hint)
+
+
+def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
+    """A mistake where inertias about the axes of a quaternion differ. These axes are fixed in neither part, so that the energy of
+    an inertia about one of them is undefined."""
+    about = each(j.rotor_inertia, kind.nv)[kind.nv - 3 :] if kind.quaternion >= 0 and j.rotor_inertia is not None else []
+    if len({v or 0.0 for v in about}) > 1:
+        what = f"the three turns of a {kind.name} joint have one rotor inertia"
+        yield Finding(("joints", name, "rotor_inertia"), what, "give all three the same, or build the joint from revolutes")
+
+
+def _stops(path: Path, s: EndStops) -> Iterator[Finding]:
+    if s.lower is None and s.upper is None:
+        yield Finding(path, "end stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
+
+
+def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
+    kinds = [k for k in KINDS if getattr(s, k, None) is not None]
+    what = "drive" if isinstance(s, Drive) else "signal"
+    known = ", ".join(KINDS if isinstance(s, Drive) else ("ramp", "harmonic", "table"))
+    if not kinds:
+        yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
+    for extra in kinds[1:]:
+        yield Finding((*path, extra), f"a {what} has one kind: {kinds[0]} or {extra}, not both")
+    if s.ramp is not None and s.ramp.origin and isinstance(s, Signal):
+        yield Finding((*path, "ramp", "origin"), "origin is for drives: a load has no coordinate", "remove it")
+    if s.table is not None:
+        yield from _table((*path, "table"), s.table, isinstance(s, Drive))
+
+
+def _table(path: Path, t: Table, drives: bool) -> Iterator[Finding]:
+    if len(t.time) != len(t.value):
+        yield Finding((*path, "value"), f"{len(t.time)} times but {len(t.value)} values", "give one value for each time")
+    if len(t.time) < 2:
+        yield Finding((*path, "time"), "a table needs two entries at least")
+    for i in range(1, len(t.time)):
+        if not t.time[i - 1] < t.time[i]:
+            yield Finding((*path, "time", i), f"times must increase: {t.time[i]:g} follows {t.time[i - 1]:g}")
+            break
+    if drives and t.interpolation == "linear":
+        what = "a drive cannot follow straight lines: its rate would jump"
+        yield Finding((*path, "interpolation"), what, "natural, clamped or monotone; smooth the corners in the data")
+    if t.end_rates is not None and t.interpolation != "clamped":
+        yield Finding((*path, "end_rates"), "only a clamped table has rates at its ends", "add interpolation: clamped")

@@ -1,0 +1,107 @@
+"""Checks of friction: which joints can have it, the sizes of the pin, the numbers a law needs. Laws and contact elements
+declare what is needed and what may stand beside what; the values themselves are checked with all others in ``numbers``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from trunnion.elements.contact import GIVEN, ContactElement, Size, element_of, sizes
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.contact.contact_element import FIXED, OVERLAP
+from trunnion.elements.contact.journal import PRELOAD
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes.scene import Friction, Joint, Scene
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.joint_contacts import given, named, touching
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about friction."""
+    for name, j in scene.joints.items():
+        if j.ends is not None:
+            yield from _ends(name, j)
+        if j.friction is None:
+            continue
+        path: Path = ("joints", name, "friction")
+        element = touching(j)
+        if element is None:
+            yield Finding(path, *_impossible(j, j.friction))
+            continue
+        yield from _sizes(path, j, j.friction, element)
+        yield from _coefficients(path, j.friction, element, scene.law_of(j.friction))
+
+
+def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
+    """Why a joint cannot rub as it says, and which joints can."""
+    if GIVEN & named(f):
+        able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
+        return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that can: {able}"
+    able = ", ".join(k.name for k in REGISTRY.values() if k.friction)
+    return f"a {j.type} joint has no friction element", f"joints that can rub: {able}"
+
+
+def _ends(name: str, j: Joint) -> Iterator[Finding]:
+    path: Path = ("joints", name, "ends")
+    wanted = OVERLAP if j.ends == OVERLAP else FIXED
+    able = [k.name for k in REGISTRY.values() if k.friction and any(_ended(s, wanted) for s in CONTACTS[k.friction].sizes)]
+    if j.type not in able:
+        what = f"the contacts of a {j.type} joint have no ends that {'overlap' if wanted == OVERLAP else 'either part could have'}"
+        yield Finding(path, what, f"leave it out; joints with such ends: {', '.join(able)}")
+    elif j.friction is None:
+        yield Finding(path, "a joint without friction has no contacts, and so no ends of them", "leave it out, or give friction")
+
+
+def _ended(s: Size, ends: str) -> bool:
+    return s.ends == ends and s.count == 1
+
+
+def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterator[Finding]:
+    own = {s.name: s for s in element.sizes if s.ends in ("", OVERLAP if j.ends == OVERLAP else FIXED)}
+    needed = [s.name for s in own.values() if s.needed]
+    what = "constant friction" if not element.count else "friction"
+    for name in needed:
+        if getattr(f, name) is None:
+            said = f"{what} of a {j.type} joint needs {' and '.join(needed)}: {name} is missing"
+            yield Finding((*path, name), said, own[name].hint)
+    for name in sizes():
+        value = getattr(f, name)
+        if value is None:
+            continue
+        if name not in own:
+            yield Finding((*path, name), f"{what} of a {j.type} joint has no {name}", _instead(j, own, element, name))
+        elif isinstance(value, tuple) and len(value) != own[name].count:
+            several = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name) == len(value))
+            yield Finding((*path, name), f"a {j.type} joint has one {name}", f"{len(value)} are for joints of type {several}")
+
+
+def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -> str:
+    """The hint for a size that the friction of a joint does not have: the sizes allowed there."""
+    usual = REGISTRY[j.type].friction
+    if element.count and name == PRELOAD.name:
+        able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
+        return f"its friction depends on its load alone; joints with a preload: {able}; it has: {', '.join(own) or 'no sizes'}"
+    if element.count or not usual:
+        return f"it has: {', '.join(own)}"
+    loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
+    constant = ", and preload for a part that the load does not change" if loads else ""
+    return f"it has: {', '.join(own)}; for friction that depends on the load give sizes{constant}"
+
+
+def _counts(element: str, name: str) -> int:
+    """How many entries a contact element's size of this name has."""
+    return next((s.count for s in CONTACTS[element].sizes if s.name == name), 0)
+
+
+def _coefficients(path: Path, f: Friction, element: ContactElement, law: str) -> Iterator[Finding]:
+    """Mistakes for numbers that the law needs and that are not given. Numbers of other laws may be given too: they are used
+    when their law is chosen."""
+    laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
+    for n in LAWS[law].numbers:
+        if getattr(f, n.name) is not None or n.default is not None or given(element, n, law):
+            continue
+        if n.needed:
+            yield Finding((*path, n.name), f'law "{law}" needs {n.name}', n.hint, about=laws)
+        elif n.needed_with and getattr(f, n.needed_with) is not None:
+            what = f'with {n.needed_with} the law "{law}" needs {n.name}'
+            yield Finding((*path, n.name), what, n.hint, about=laws)

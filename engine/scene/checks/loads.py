@@ -1,0 +1,24 @@
+"""Checks of applied loads: the two ends of a spring must be different places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trunnion.scene.data_classes.scene import Bushing, Scene, SpringDamper
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.findings.name_suggestions import shown
+from trunnion.scene.queries.body_references import split
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about applied loads."""
+    for name, f in scene.forces.items():
+        if isinstance(f, SpringDamper | Bushing):
+            yield from _between(("forces", name), f)
+
+
+def _between(path: Path, f: SpringDamper | Bushing) -> Iterator[Finding]:
+    a, b = (split(end)[0] for end in f.between)
+    if a == b:
+        what = "spring" if isinstance(f, SpringDamper) else f.type
+        yield Finding((*path, "between"), f"both ends are on {shown(a)}", f"connect two different bodies with the {what}")

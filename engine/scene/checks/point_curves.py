@@ -1,0 +1,74 @@
+"""Checks of curves that points stay on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes.joint_couplings import Curve
+from trunnion.scene.data_classes.scene import Joint, Scene
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.loads_and_signals import entries
+
+MOST = 200
+"""Most points of a curve: each is code of a compiled kernel."""
+NEAR = 1e-9
+"""Points nearer to each other than this part of the curve's extent are one."""
+USUAL = "{points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}"
+Point = Sequence[float]
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about curves."""
+    able = ", ".join(k.name for k in REGISTRY.values() if k.follows == "curve")
+    for name, j in scene.joints.items():
+        path: Path = ("joints", name)
+        has = REGISTRY[j.type].follows == "curve"
+        if j.curve is not None and not has:
+            yield Finding((*path, "curve"), f"a {j.type} joint has no curve", f"remove it; joints with a curve: {able}")
+        elif has and j.curve is None:
+            yield Finding(path, f"a {j.type} needs the curve that its point stays on", f"for example curve: {USUAL}")
+        elif has and j.curve is not None:
+            wrong = list(_points((*path, "curve"), j.curve))
+            yield from wrong or _around(path, j, j.curve)
+
+
+def _points(path: Path, c: Curve) -> Iterator[Finding]:
+    fewest, count = 3 if c.closed else 2, len(c.points)
+    if not fewest <= count <= MOST:
+        what = f"{'a closed' if c.closed else 'an open'} curve of {count} points"
+        yield Finding((*path, "points"), what, f"give {fewest} to {MOST}")
+        return
+    points = [(float(x), float(y)) for x, y in c.points]
+    size = max(math.dist(points[0], p) for p in points)
+    ends = [*pairwise(points), *([(points[-1], points[0])] if c.closed else [])]
+    for k, (a, b) in enumerate(ends):
+        if math.dist(a, b) <= NEAR * size:
+            hint = "a closed curve goes back to its first point by itself" if k == count - 1 else "leave one of them out"
+            yield Finding((*path, "points", k), "two points that follow each other are one place", hint)
+            return
+    for i, (a, b) in enumerate(ends):
+        for k, (p, q) in enumerate(ends[i + 2 :], i + 2):
+            if not (c.closed and i == 0 and k == len(ends) - 1) and _cross(a, b, p, q):
+                what = f"the curve crosses itself between points {k + 1} and {(k + 1) % count + 1}"
+                yield Finding((*path, "points", k), what, "a point at a crossing could go on either way: use two curves")
+                return
+
+
+def _cross(a: Point, b: Point, p: Point, q: Point) -> bool:
+    """Whether two straight lines between points meet."""
+    return _side(a, b, p) * _side(a, b, q) <= 0 and _side(p, q, a) * _side(p, q, b) <= 0
+
+
+def _side(a: Point, b: Point, p: Point) -> float:
+    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+
+
+def _around(path: Path, j: Joint, c: Curve) -> Iterator[Finding]:
+    """Mistakes where a way has no beginning."""
+    for field in ("end_stops", "spring") if c.closed else ():
+        for where, _ in entries(getattr(j, field), (*path, field)):
+            what = f"a closed curve has no ends: {field.replace('_', ' ')} along it would jump where it closes"
+            yield Finding(where, what, "leave it out")

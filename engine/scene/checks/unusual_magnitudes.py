@@ -1,0 +1,64 @@
+"""Numbers that are allowed but seldom meant, such as 90 rad where 90 deg was meant, or a box of 1,000 m. They are noted and are
+never mistakes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from trunnion.basics.name_patterns import matcher
+from trunnion.basics.problems import MOST
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.findings.findings_and_paths import dotted
+from trunnion.scene.queries.number_units import numbers
+from trunnion.scene.units.quantities import Computed, Quantity
+
+
+@dataclass(frozen=True)
+class Usual:
+    """The usual sizes of numbers at some places: zero and signs apart, numbers in this SI unit lie between ``least`` and ``most``.
+
+    places: patterns of paths; because: what sets the bounds; meant: the unit in which a number outside may have been thought.
+    """
+
+    places: tuple[str, ...]
+    unit: str
+    least: float
+    most: float
+    because: str
+    meant: str
+
+
+USUAL = (
+    Usual(("joints.*.start.q*", "joints.*.end_stops*", "joints.*.spring*.rest", "joints.*.latch*.at", "joints.*.latch*.pitch",
+           "joints.*.drive*.start", "joints.*.drive*.origin",
+           "joints.*.drive*.phase", "joints.*.drive*.amplitude"), "rad", 0.0, 2 * math.pi,
+          "an angle of more than one turn", "deg"),
+    Usual(("bodies.*.box*", "bodies.*.cylinder.*", "bodies.*.sphere", "bodies.*.points*", "bodies.*.center*"), "m", 1e-6, 100.0,
+          "parts of machines are between a thousandth of a millimetre and 100 m", "mm"),
+    Usual(("joints.*.friction.*",), "m", 1e-6, 1.0, "bearings are between a thousandth of a millimetre and 1 m", "mm"),
+    Usual(("bodies.*.density",), "kg/m^3", 15.0, 23e3, "the lightest foams have 15 kg/m^3, osmium 22,600", "g/cm^3"),
+    Usual(("bodies.*.mass",), "kg", 1e-9, 1e6, "a part of a machine weighs less than a thousand tonnes", "g"),
+    Usual(("bodies.*.inertia*",), "kg*m^2", 0.0, 1e8, "a rod of 30 m and a thousand tonnes has 1e8 kg*m^2", "kg*mm^2"),
+    Usual(("gravity*",), "m/s^2", 0.0, 30.0, "Jupiter, the strongest of the planets, has 25 m/s^2", "cm/s^2"),
+    Usual(("joints.*.friction.mu*",), "1", 0.0, 2.0, "rubber on dry asphalt has about 1", "%"),
+    Usual(("joints.*.start.qd*", "joints.*.drive*.rate"), "rad/s", 0.0, 1e5, "the fastest turbines turn at 1e5 rad/s", "deg/s"),
+    Usual(("joints.*.start.qd*", "joints.*.drive*.rate"), "m/s", 0.0, 1e4, "rockets reach 1e4 m/s", "mm/s"),
+)  # fmt: skip
+"""The first row that fits a number's place and unit counts."""
+_ROWS = tuple((matcher(u.places), u) for u in USUAL)
+
+
+def magnitude_notes(scene: Scene) -> list[str]:
+    """A line for every number that is allowed but seldom meant, up to a hundred; then how many more there are."""
+    notes = []
+    for path, value, unit in numbers(scene):
+        if not value or (isinstance(value, Quantity) and (isinstance(value, Computed) or unit not in value.text)):
+            continue  # the user wrote another unit, or an expression, so the value is meant
+        place = dotted(path)
+        usual = next((u for fits, u in _ROWS if u.unit == unit and fits(place)), None)
+        if usual is not None and not usual.least <= abs(value) <= usual.most:
+            said = f"{value:g} {unit}".removesuffix(" 1")
+            notes.append(f"{place}: {said}; {usual.because}. Is {value:g} {usual.meant} meant?")
+    more = len(notes) - MOST
+    return [*notes[:MOST], f"and {more} numbers more of this kind"] if more > 0 else notes

@@ -1,0 +1,62 @@
+"""Checks of wheels that roll on each other: their sizes, and keys that only they have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes.scene import Joint, Scene
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.wheel_sizes import FINEST, counted, rolls_of
+
+OWN = ("teeth", "module", "radii", "internal", "crossed")
+"""Keys of wheels alone."""
+WHOLE = 1e-9
+"""How nearly a number of teeth is whole: it may be computed from parameters."""
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about wheels."""
+    for name, j in scene.joints.items():
+        path: Path = ("joints", name)
+        if not REGISTRY[j.type].rolls:
+            rolling = ", ".join(k.name for k in REGISTRY.values() if k.rolls)
+            for key in OWN:
+                if getattr(j, key):
+                    yield Finding((*path, key), f"a {j.type} joint has no wheels", f"remove it; joints with wheels: {rolling}")
+            continue
+        yield from _sized(path, j)
+        for key, has in (("internal", "wheel with its teeth inside"), ("crossed", "belt that could be crossed")):
+            if getattr(j, key) and rolls_of(j).choice != key:
+                yield Finding((*path, key), f"a {j.type} has no {has}", "remove it")
+
+
+def _sized(path: Path, j: Joint) -> Iterator[Finding]:
+    """Teeth with a module (of a belt or chain with a pitch), or radii, as many as there are wheels."""
+    step, count = rolls_of(j).size, rolls_of(j).wheels
+    usual = "teeth: [20, 40]" if count == 2 else "teeth: [20]"
+    hint = f"{usual} and {step}: 2 mm, or radii"
+    if (j.teeth is None) == (j.radii is None):
+        yield Finding(path, f"a {j.type} needs {'either teeth or radii, not both' if j.teeth else 'its teeth or radii'}", hint)
+        return
+    key = "teeth" if j.teeth is not None else "radii"
+    given = j.teeth or j.radii or ()
+    if len(given) != count:
+        yield Finding((*path, key), f"a {j.type} has {'one wheel' if count == 1 else 'two wheels'}, not {len(given)}", hint)
+        return
+    for other in ("module", "pitch"):
+        if getattr(j, other) is not None and (key == "radii" or other != step):
+            yield Finding((*path, other), f"a {j.type} with {key} has no {other}", f"remove it; for example {hint}")
+    if key == "teeth":
+        if getattr(j, step) is None:
+            yield Finding((*path, step), f"the size of its teeth is missing: a {j.type} with teeth needs a {step}", hint)
+        elif step == "pitch" and float(j.pitch or 0.0) < 0.0:
+            yield Finding((*path, step), "the distance of teeth must be greater than zero", hint)
+        for k, z in enumerate(given):
+            if abs(float(z) - round(float(z))) > WHOLE or not float(z) > 0.5:
+                yield Finding((*path, key, k), f"{float(z):g} is no number of teeth", "a whole number, at least 1")
+    elif all(float(r) > 0.0 for r in given) and counted(tuple(map(float, given))) is None:
+        what = f"the radii have no ratio of whole numbers up to {FINEST}"
+        yield Finding((*path, key), what, "give teeth, or radii with a simpler ratio")
+    if j.internal and count == 2 and float(given[0]) == float(given[1]):
+        yield Finding((*path, key), "a wheel with its teeth inside is larger than the one it holds", hint)

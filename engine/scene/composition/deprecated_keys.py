@@ -1,0 +1,45 @@
+"""Deprecated keys and values of scenes, replaced by those in use before anything else reads them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from trunnion.basics.renamed_words import JOINT_KEYS, SIMULATION_VALUES, current, current_path
+from trunnion.scene.findings.findings_and_paths import Path
+
+
+def replace_deprecated(data: dict[str, Any], lines: dict[Path, int], above: Path = ()) -> None:
+    """Rename the deprecated keys of a scene or part in place, also in the parts of its assemblies, and their paths in ``lines``.
+    above: path of the group. Each deprecated word is reported. A joint with both words keeps both: the check then refuses it."""
+    for name, joint in _groups(data, "joints"):
+        for old in [k for k in joint if k in JOINT_KEYS and JOINT_KEYS[k] not in joint]:
+            _rename(joint, old, current("scene key", JOINT_KEYS, old))
+            _move_lines(lines, (*above, "joints", name, old), JOINT_KEYS[old])
+    simulation = data.get("simulation")
+    for key, words in SIMULATION_VALUES.items():
+        if isinstance(simulation, dict) and isinstance(simulation.get(key), str):
+            simulation[key] = current(f"value of simulation.{key}", words, simulation[key])
+    if isinstance(data.get("tunable"), list):
+        data["tunable"] = [current_path(p) if isinstance(p, str) else p for p in data["tunable"]]
+    for name, assembly in _groups(data, "assemblies"):
+        if isinstance(assembly.get("use"), dict):
+            replace_deprecated(assembly["use"], lines, (*above, "assemblies", name, "use"))
+
+
+def _groups(data: dict[str, Any], key: str) -> list[tuple[str, dict[str, Any]]]:
+    """The named groups below a key."""
+    found = data.get(key)
+    return [(n, g) for n, g in found.items() if isinstance(g, dict)] if isinstance(found, dict) else []
+
+
+def _rename(group: dict[str, Any], old: str, new: str) -> None:
+    """Rename a key of a group in its place."""
+    items = [(new if k == old else k, v) for k, v in group.items()]
+    group.clear()
+    group.update(items)
+
+
+def _move_lines(lines: dict[Path, int], path: Path, new: str) -> None:
+    """Give the lines of a path, and of all below it, to the path whose last key is ``new``."""
+    for p in [p for p in lines if p[: len(path)] == path]:
+        lines[(*path[:-1], new, *p[len(path) :])] = lines.pop(p)

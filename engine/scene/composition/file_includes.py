@@ -1,0 +1,80 @@
+"""Files that a scene includes: their keys are taken over where it does not give them itself."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Any
+
+from trunnion.scene.composition.deprecated_keys import replace_deprecated
+from trunnion.scene.composition.source_lines import Level, copy_of
+from trunnion.scene.file_format.yaml_reader import LARGEST, Document, read
+from trunnion.scene.findings.findings_and_paths import Finding, Line, Path
+from trunnion.scene.findings.name_suggestions import shown
+
+SUFFIXES = (".yaml", ".yml", ".json")
+DEEPEST = 20
+"""Files that lead to one another, at most."""
+NOT_READ = "a scene that comes as text or data has no files beside it"
+WHOLE = "send the whole scene: `trunnion check FILE -o whole.yaml` writes it"
+
+
+def merge_includes(level: Level) -> None:
+    """Take over what the files under ``include`` have."""
+    given = level.data.pop("include", None)
+    names = [given] if isinstance(given, str) else given
+    if names is None:
+        return
+    if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+        level.add_problem(("include",), f"the name of a file, or a list of them, is wanted, not {shown(given)}")
+        return
+    for i, name in reversed(list(enumerate(names))):
+        other = part_of_file(level, ("include", i) if isinstance(given, list) else ("include",), name)
+        if other is not None:
+            merge_includes(other)
+            level.findings += other.findings
+            _merge(level, other, level.data, other.data, ())
+
+
+def _merge(level: Level, other: Level, own: dict[str, Any], taken: dict[str, Any], path: Path) -> None:
+    for key, value in taken.items():
+        if key not in own:
+            level.take((*path, key), value, other, (*path, key))
+        elif isinstance(own[key], dict) and isinstance(value, dict):
+            _merge(level, other, own[key], value, (*path, key))
+
+
+def part_of_file(level: Level, path: Path, name: str) -> Level | None:
+    """What a file beside this level's has, as a level of its own; None when it cannot be read, which is noted at the path."""
+    if level.folder is None:
+        level.add_problem(path, f"{shown(name)} is not read: {NOT_READ}", WHOLE)
+        return None
+    file = level.folder / name
+    if file.suffix.lower() not in SUFFIXES:
+        level.add_problem(path, f"{shown(name)} is no scene's file", f"files end with {', '.join(SUFFIXES)}")
+        return None
+    if (real := file.resolve()) in level.chain:
+        level.add_problem(path, f"{shown(name)} leads back to itself", "remove it from one of the files")
+        return None
+    if len(level.chain) >= DEEPEST:
+        level.add_problem(path, f"more than {DEEPEST} files lead to one another")
+        return None
+    try:
+        with file.open("rb") as f:
+            doc = read(f.read(LARGEST + 1), file.suffix.lower() == ".json")
+    except (OSError, ValueError) as e:
+        why = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
+        level.add_problem(path, f"cannot read {shown(str(file), 200)}: {why}", "names are those of files beside this one")
+        return None
+    return _level_of(level, path, doc, file, real)
+
+
+def _level_of(level: Level, path: Path, doc: Document, file: FilePath, real: FilePath) -> Level | None:
+    for f in doc.findings:
+        level.findings.append(Finding((*path, *f.path), f.what, f.hint, Line(f.line, str(file))))
+    if not isinstance(doc.data, dict):
+        if not doc.findings:
+            level.add_problem(path, f"{shown(str(file), 200)} holds no group of keys")
+        return None
+    lines: dict[Path, int] = {p: Line(n, str(file)) for p, n in doc.lines.items()}
+    replace_deprecated(doc.data, lines)
+    return Level(copy_of(doc.data), lines, file.parent, str(file), (*level.chain, real), [], level.budget)

@@ -1,0 +1,271 @@
+"""Parts moved as a whole: turned about x, y or z, mirrored, shifted. Bodies keep their own numbers and change their place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from trunnion.elements.joints import REGISTRY, JointKind
+from trunnion.scene.expressions.expression_arithmetic import Term, is_number, known, plus, three, times
+from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.queries import surface_meshes
+from trunnion.scene.units.unit_parser import UnitError
+
+AXES = ("x", "y", "z")
+PRODUCTS = ((0, 1), (0, 2), (1, 2))
+"""Axes of the fourth, fifth and sixth entry of an inertia."""
+Note = tuple[Path, str, str]
+"""Where in the part, what, what to do."""
+
+STILL = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+@dataclass(frozen=True)
+class Move:
+    """A motion of a part. matrix: rows of numbers or expressions; shift: added after it, lengths; turn: for a turn, its axis and
+    angle as written; mirror: for a mirror, the number of its axis, else −1."""
+
+    matrix: tuple[tuple[Term, ...], ...]
+    shift: tuple[Term, ...] = (0, 0, 0)
+    turn: tuple[str, Term] | None = None
+    mirror: int = -1
+
+    def direction(self, d: Sequence[Term], sign: float = 1.0) -> list[Term]:
+        """A direction after the motion."""
+        if self.matrix == STILL:
+            return list(d)
+        out = []
+        for row in self.matrix:
+            total: Term = 0.0
+            for m, c in zip(row, d, strict=True):
+                total = plus(total, times(m, c))
+            out.append(times(sign, total))
+        return out
+
+    def place(self, p: Sequence[Term]) -> list[Term]:
+        """A place after the motion."""
+        return [plus(c, s) for c, s in zip(self.direction(p), self.shift, strict=True)]
+
+    @property
+    def turns(self) -> bool:
+        """Whether directions change."""
+        return self.turn is not None or self.mirror >= 0
+
+
+def move_about(matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[str, Term] | None = None, mirror: int = -1) -> Move:
+    """A turn or mirror whose axis or plane goes through a point."""
+    center = three(through)
+    plain = Move(matrix)
+    back = [times(-1.0, c) for c in plain.direction(center)]
+    return Move(matrix, tuple(plus(c, b) for c, b in zip(center, back, strict=True)), turn, mirror)
+
+
+def shift_by(step: Any) -> Move:
+    """A motion that turns nothing."""
+    return Move(STILL, tuple(three(step)))
+
+
+def move_part(data: dict[str, Any], moves: Sequence[Move]) -> tuple[dict[str, Any], list[Note]]:
+    """A part after these motions, and what of it cannot be moved. UnitError where a place is none."""
+    notes: list[Note] = []
+    for move in moves:
+        for key, change in (("bodies", _move_body), ("joints", _move_joint), ("forces", _move_force)):
+            _change_section(data, key, change, move, notes)
+        ground = data.get("ground")
+        if isinstance(ground, dict):
+            _change_section(ground, "points", _move_point, move, notes)
+    return data, list(dict.fromkeys(notes))
+
+
+Change = Callable[[str, Any, Move, list[Note]], Any]
+
+
+def _change_section(data: dict[str, Any], key: str, change: Change, move: Move, notes: list[Note]) -> None:
+    group = data.get(key)
+    if isinstance(group, dict):
+        wanted = list if change is _move_point else dict
+        data[key] = {n: change(n, v, move, notes) if isinstance(v, wanted) else v for n, v in group.items()}
+
+
+def _move_point(name: str, p: Any, move: Move, notes: list[Note]) -> Any:
+    return move.place(three(p))
+
+
+def _mirror_vector(p: Any, k: int) -> Any:
+    """A place or direction in the frame of a body that is mirrored along its axis k."""
+    return [times(-1.0, c) if i == k else c for i, c in enumerate(p)] if isinstance(p, list) and len(p) == 3 else p
+
+
+def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
+    out = dict(b)
+    if out.get("position") is None:
+        if move.turns:
+            notes.append((("bodies", name), "only placed bodies can be turned or mirrored", "give it a position"))
+        return out
+    out["position"] = move.place(three(out["position"]))
+    given = out.get("orientation")
+    turns = given if isinstance(given, list) else [] if given is None else [given]
+    if move.turn is not None:
+        out["orientation"] = [*turns, {"axis": move.turn[0], "angle": move.turn[1]}]
+    if move.mirror < 0:
+        return out
+    k = move.mirror
+    if turns:
+        mirrored = [_mirror_turn(t, k) for t in turns]
+        out["orientation"] = mirrored if isinstance(given, list) else mirrored[0]
+    if isinstance(out.get("points"), dict):
+        out["points"] = {n: _mirror_vector(p, k) for n, p in out["points"].items()}
+    if "center" in out:
+        out["center"] = _mirror_vector(out["center"], k)
+    if isinstance(out.get("surface"), str):
+        with suppress(ValueError):  # one that cannot be read is told where scenes are checked
+            out["surface"] = surface_meshes.mirrored(out["surface"], k)
+    if isinstance(out.get("inertia"), list) and len(out["inertia"]) == 6:
+        six = out["inertia"]
+        out["inertia"] = [times(-1.0, v) if i > 2 and k in PRODUCTS[i - 3] else v for i, v in enumerate(six)]
+    return out
+
+
+def _mirror_turn(t: Any, k: int) -> Any:
+    """A turn as seen in a mirror: about the mirrored axis, the other way round; an axis of the body is mirrored with it."""
+    if not isinstance(t, dict):
+        return t
+    if "towards" in t:
+        return {**t, "axis": _mirror_direction(t.get("axis"), k, 1.0), "towards": _mirror_vector(t["towards"], k)}
+    return {**t, "axis": _mirror_direction(t.get("axis"), k, -1.0)}
+
+
+def _mirror_direction(axis: Any, k: int, sign: float) -> Any:
+    """A direction mirrored along axis k, times a sign."""
+    vector = axis_vector(axis) if isinstance(axis, str) else axis
+    if not isinstance(vector, list) or len(vector) != 3:
+        return axis
+    return axis_name([times(sign, c) for c in _mirror_vector(vector, k)])
+
+
+def axis_vector(axis: str) -> Any:
+    """The three numbers of a named axis; other text as it is."""
+    letter, sign = axis[-1:], -1.0 if axis[:1] == "-" else 1.0
+    return [sign if a == letter else 0.0 for a in AXES] if letter in AXES and len(axis) < 3 else axis
+
+
+def axis_name(vector: list[Term]) -> Any:
+    """The name of an axis, where a direction is one; else the direction."""
+    if all(is_number(c) for c in vector) and sorted(abs(c) for c in vector) == [0, 0, 1]:
+        k = next(i for i, c in enumerate(vector) if c)
+        return ("-" if vector[k] < 0 else "") + AXES[k]
+    return vector
+
+
+def _move_joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
+    out, kind = dict(j), REGISTRY.get(str(j.get("type")))
+    if isinstance(out.get("at"), list):
+        out["at"] = move.place(three(out["at"]))
+    sign = 1.0
+    if move.mirror >= 0 and kind is not None:
+        sign = _mirror_sign(name, out, kind, notes)
+        _mirror_profiles(out, sign)
+    if move.turns:
+        across = kind is not None and (kind.second_axis >= 0 or (out.get("friction") is not None and kind.slides_along >= 0))
+        if kind is not None and kind.nv not in (0, 6):
+            _write_frame(("joints", name), out, across, notes)
+        _turn_frame(out, move, sign)
+    for side in ("inboard", "outboard"):
+        given = out.get(side)
+        if not isinstance(given, dict):
+            continue
+        given = dict(given)
+        on_ground = given.get("body") == "ground"
+        if isinstance(given.get("point"), list):
+            given["point"] = move.place(three(given["point"])) if on_ground else _move_in_body(given["point"], move)
+        if on_ground and move.turns:
+            _turn_frame(given, move, sign)
+        elif move.mirror >= 0:
+            for key in {"axis", "reference"} & given.keys():
+                given[key] = _mirror_direction(given[key], move.mirror, sign)
+        out[side] = given
+    return out
+
+
+def _move_in_body(p: Any, move: Move) -> Any:
+    return _mirror_vector(p, move.mirror) if move.mirror >= 0 else p
+
+
+def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
+    """Write down the axis and reference that a joint or bushing has when it gives none, so that they can be turned; ``across``:
+    what lies across the axis matters."""
+    if "reference" in j:
+        return
+    if "axis" not in j:
+        j["axis"], j["reference"] = "x", "y"
+        return
+    vector = axis_vector(j["axis"]) if isinstance(j["axis"], str) else j["axis"]
+    try:
+        sizes = [abs(known(c)) for c in three(vector)]
+    except UnitError:
+        if across:
+            what = "its directions across the axis must turn with the assembly"
+            notes.append((path, what, "give it a reference"))
+        return
+    j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]
+
+
+def _turn_frame(owner: dict[str, Any], move: Move, sign: float) -> None:
+    for key in ("axis", "reference"):
+        d = owner.get(key)
+        vector = axis_vector(d) if isinstance(d, str) else d
+        if isinstance(vector, list) and len(vector) == 3:
+            owner[key] = axis_name(move.direction(vector, sign=sign))
+
+
+def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) -> float:
+    """The sign with which a joint's frame is mirrored, so that its numbers stay: −1 for rotations, 1 for travels. What has both is
+    mirrored only where no number says which way."""
+    turns = [kind.turns(k) for k in range(kind.nv)]
+    if kind.pitched and "pitch" in j:
+        j["pitch"] = times(-1.0, j["pitch"])
+        return -1.0
+    if len(set(turns)) > 1:
+        said = [k for k in ("start", "spring", "end_stops", "drive", "effort", "motor", "latch") if j.get(k) is not None]
+        for k in said:
+            what = f"{k} of a {kind.name} joint has no mirror image: travels keep their sign in a mirror, angles change it"
+            notes.append((("joints", name, k), what, "write the joint for each side"))
+    return -1.0 if turns and all(turns) else 1.0
+
+
+def _mirror_profiles(j: dict[str, Any], sign: float) -> None:
+    """Mirror the curves in the plane of e2 and e3 of a joint. In the new frame the image of e2 is sign · e2, that of e3 is −e3."""
+    curve, profile = j.get("curve"), j.get("profile")
+    if isinstance(curve, dict) and isinstance(curve.get("points"), list):
+        pairs = [p if not isinstance(p, list) or len(p) != 2 else [times(sign, p[0]), times(-1.0, p[1])] for p in curve["points"]]
+        j["curve"] = {**curve, "points": pairs}
+    if isinstance(profile, dict) and isinstance(profile.get("angle"), list) and isinstance(profile.get("radius"), list):
+        if sign > 0:  # φ → −φ
+            angles, radii = [times(-1.0, a) for a in reversed(profile["angle"])], profile["radius"][::-1]
+        else:  # φ → φ + π
+            angles, radii = [plus(math.pi, a) for a in profile["angle"]], profile["radius"]
+        j["profile"] = {**profile, "angle": angles, "radius": radii}
+
+
+def _move_force(name: str, f: Any, move: Move, notes: list[Note]) -> Any:
+    out = dict(f)
+    if out.get("type") == "bushing" and move.turns:
+        _write_frame(("forces", name), out, True, notes)
+        _turn_frame(out, move, 1.0)
+        return out
+    for key, sign in (("force", 1.0), ("torque", -1.0 if move.mirror >= 0 else 1.0)):
+        given = out.get(key)
+        if not isinstance(given, list) or len(given) != 3 or not move.turns:
+            continue
+        in_body = out.get("frame") == "body"
+        if in_body and move.mirror < 0:
+            continue
+        if any(isinstance(c, dict) for c in given):
+            what = "a load that varies with time or by an input cannot be turned"
+            notes.append((("forces", name, key), what, "give it frame: body, or write it for each copy"))
+            continue
+        out[key] = [times(sign, c) for c in _mirror_vector(given, move.mirror)] if in_body else move.direction(given, sign)
+    return out

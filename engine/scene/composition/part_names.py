@@ -1,0 +1,95 @@
+"""Other names for the bodies, points, joints, inputs and parameters that a part refers to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from trunnion.scene.expressions.formula_evaluation import value
+from trunnion.scene.expressions.formula_parser import parse_formula, rename_names
+from trunnion.scene.expressions.parameter_evaluation import expression_text, is_expression
+from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.units.unit_parser import UnitError
+
+Renamer = Callable[[str, Path], str]
+_BRACES = re.compile(r"\{([^{}]*)\}")
+
+
+def restore_on(data: dict[str, Any]) -> None:
+    """Restore the key ``on`` of forces. YAML 1.1 reads ``on`` as true, and tools of that version write ``true:``."""
+    forces = data.get("forces")
+    for force in forces.values() if isinstance(forces, dict) else ():
+        said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
+        if said:
+            force["on"] = force.pop(said[0])
+
+
+def rename_references(section: str, name: str, part: Any, by: Renamer) -> Any:
+    """A copy of a joint or load, with the names of bodies and points that ``by`` returns."""
+    path: Path = (section, name)
+    if not isinstance(part, dict):
+        return part
+    if section == "joints":
+        return {k: _rename_side(v, (*path, k), by) if k in ("inboard", "outboard", "at") else v for k, v in part.items()}
+    out = dict(part)
+    if isinstance(part.get("on"), str):
+        out["on"] = by(part["on"], (*path, "on"))
+    if isinstance(part.get("between"), list):
+        ends = enumerate(part["between"])
+        out["between"] = [by(e, (*path, "between", i)) if isinstance(e, str) else e for i, e in ends]
+    return out
+
+
+def _rename_side(side: Any, path: Path, by: Renamer) -> Any:
+    if isinstance(side, str):
+        return by(side, path)
+    if not isinstance(side, dict) or not isinstance(side.get("body"), str):
+        return side
+    point = side.get("point")
+    if not isinstance(point, str):
+        return {**side, "body": by(side["body"], (*path, "body"))}
+    body, _, found = by(f"{side['body']}.{point}", (*path, "point")).partition(".")
+    return {**side, "body": body, "point": found}
+
+
+def rename_leading_joint(joint: Any, by: Callable[[str], str]) -> Any:
+    """A copy of a joint, with the name that ``by`` returns for the joint that its mimic follows."""
+    mimic = joint.get("mimic") if isinstance(joint, dict) else None
+    if not isinstance(mimic, dict) or not isinstance(mimic.get("joint"), str):
+        return joint
+    return {**joint, "mimic": {**mimic, "joint": by(mimic["joint"])}}
+
+
+def rename_inputs(node: Any, names: dict[str, str]) -> Any:
+    """A copy of a joint or load, with other names for its inputs."""
+    if isinstance(node, list):
+        return [rename_inputs(v, names) for v in node]
+    if not isinstance(node, dict):
+        return node
+    return {k: names.get(v, v) if k == "input" and isinstance(v, str) else rename_inputs(v, names) for k, v in node.items()}
+
+
+def rename_parameters(node: Any, names: dict[str, str]) -> Any:
+    """A copy of a node, with other names for the parameters in its expressions."""
+    if isinstance(node, dict):
+        return {k: rename_parameters(v, names) for k, v in node.items()}
+    if isinstance(node, list):
+        return [rename_parameters(v, names) for v in node]
+    return "{" + rename_names(expression_text(node), names) + "}" if is_expression(node) else node
+
+
+def number_name(text: str, number: int) -> str:
+    """A name in which {i}, {i+1}, … stand for numbers of copies. UnitError when the braces hold another
+    value."""
+
+    def one(m: re.Match[str]) -> str:
+        found = value(parse_formula(rename_names(m[1], {"i": str(number)})).root, {})
+        if found != int(found):
+            raise UnitError(f"{m[0]} is {found:g}, not a whole number", "copies are counted from 1: {i}, {i-1}")
+        return str(int(found))
+
+    try:
+        return _BRACES.sub(one, text)
+    except KeyError as e:
+        raise UnitError(f"{e.args[0]} in {text} is not the number of a copy", "use only i in a name: {i}, {i-1}") from e

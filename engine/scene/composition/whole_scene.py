@@ -1,0 +1,33 @@
+"""A whole scene from what is written: includes and assemblies are replaced by what they stand for."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Any
+
+from trunnion.scene.composition.assembly_expansion import expand_assemblies
+from trunnion.scene.composition.deprecated_keys import replace_deprecated
+from trunnion.scene.composition.part_names import restore_on
+from trunnion.scene.composition.source_lines import Level, TooMuch, copy_of
+from trunnion.scene.file_format.yaml_reader import MOST
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+
+
+def compose(data: Any, lines: dict[Path, int], file: str, folder: FilePath | None) -> tuple[Any, dict[Path, int], list[Finding]]:
+    """(data without includes and assemblies, the line of every path, mistakes in them)."""
+    if isinstance(data, dict):
+        replace_deprecated(data, lines)
+        restore_on(data)
+    if not isinstance(data, dict) or not (data.get("include") or data.get("assemblies")):
+        rest = {k: v for k, v in data.items() if k not in ("include", "assemblies") or v} if isinstance(data, dict) else data
+        return rest, lines, []
+    chain = (FilePath(file).resolve(),) if folder is not None and file else ()
+    level = Level(copy_of(data), lines, folder, "", chain)
+    try:
+        expand_assemblies(level)
+    except TooMuch:
+        level.add_problem(("assemblies",), f"copies become more than {MOST} values", "make fewer copies")
+        level.data |= {"bodies": {}, "joints": {}, "forces": {}}
+    level.data.pop("include", None)
+    level.data.pop("assemblies", None)
+    return level.data, level.lines, level.findings

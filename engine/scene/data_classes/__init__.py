@@ -1,0 +1,1 @@
+"""What a scene holds, as frozen dataclasses."""

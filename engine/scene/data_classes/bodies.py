@@ -1,0 +1,86 @@
+"""Rigid bodies of a scene and the ground."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Annotated
+
+from pydantic.dataclasses import dataclass
+
+from trunnion.scene.data_classes.field_types import GROUP, LIST, STRICT, AxisName, Direction, Position, Vector, either
+from trunnion.scene.units.quantities import Angle, Density, Extent, Inertia, Mass
+
+
+@dataclass(frozen=True, config=STRICT)
+class Cylinder:
+    """A solid cylinder."""
+
+    radius: Extent
+    """Radius."""
+    length: Extent
+    """Length along its axis."""
+    axis: AxisName = "x"
+    """Body axis it lies along."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Turn:
+    """A turn of a body about the origin of its frame. Either an ``angle`` about an axis of the world, or the least turn after which
+    an axis of the body points ``towards`` a direction of the world."""
+
+    axis: Direction
+    """Axis of the world that it turns about; with ``towards``, the axis of the body that is to point there."""
+    angle: Angle | None = None
+    """Angle of the turn."""
+    towards: Vector | None = None
+    """Direction in the world that the axis points to after the turn, of any length."""
+
+
+Orientation = Annotated[
+    Annotated[Turn, GROUP] | Annotated[tuple[Turn, ...], LIST], either("a turn (axis with angle or towards) or a list of turns")
+]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Body:
+    """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
+
+    A body with a ``position`` is placed: joints between placed parts (the ground is one) are found from where these stand.
+
+    Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. An explicit ``inertia`` wins
+    over the shape, which is then for drawing only.
+    """
+
+    box: tuple[Extent, Extent, Extent] | None = None
+    """Edges along x, y, z of a solid box."""
+    cylinder: Cylinder | None = None
+    """A solid cylinder."""
+    sphere: Extent | None = None
+    """Radius of a solid ball."""
+    density: Density | None = None
+    """Density of the shape."""
+    mass: Mass | None = None
+    """Mass, instead of a density."""
+    center: Position = (0.0, 0.0, 0.0)
+    """Mass centre (and middle of the shape) in the body's frame."""
+    inertia: tuple[Inertia, ...] | None = None
+    """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with the
+    sign they have in the matrix; (0, 0, 0) is a point mass."""
+    points: dict[str, Position] = field(default_factory=dict)
+    """Named points in the body's frame: places for joints and springs, and outputs."""
+    color: str | None = None
+    """Colour in pictures: a name or #rrggbb."""
+    surface: str | None = None
+    """Surface that is drawn of it in place of its shape, in its frame, packed, as ``trunnion import`` writes it; without mass."""
+    position: Position | None = None
+    """Where the origin of its frame stands in the world in the pose in which all joints have coordinate 0; this places the body."""
+    orientation: Orientation | None = None
+    """How a placed body is turned: one turn, or several, one after another; default: the axes of the world."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Ground:
+    """The fixed world, of which only the named points matter."""
+
+    points: dict[str, Position] = field(default_factory=dict)
+    """Named points of the world."""

@@ -1,0 +1,50 @@
+"""Building blocks of the scene classes: vectors, directions, and fields that take one of several forms.
+
+Where a field may be a number, a list or a group of keys, the form written chooses the type before it is read, so that
+a mistake is reported for that form alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, is_dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Discriminator, Tag
+
+from trunnion.scene.units.quantities import Length, Number
+
+STRICT = ConfigDict(extra="forbid", defer_build=True)
+
+
+@dataclass(frozen=True)
+class Says:
+    """Marks a field whose description in the published schema ends with words that come from a registry."""
+
+    text: str
+
+
+SCALAR, LIST, GROUP = Tag("·scalar"), Tag("·list"), Tag("·group")
+"""Forms; the dot keeps them apart from the keys of a scene in error locations."""
+
+
+def _form(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return LIST.tag
+    return GROUP.tag if isinstance(value, dict) or is_dataclass(value) else SCALAR.tag
+
+
+def either(wanted: str) -> Discriminator:
+    """A discriminator that chooses among types tagged SCALAR, LIST and GROUP; ``wanted`` completes the error "… is wanted here"."""
+    return Discriminator(_form, custom_error_type="wrong_form", custom_error_message=wanted)
+
+
+Vector = tuple[Number, Number, Number]
+Position = tuple[Length, Length, Length]
+AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
+Direction = Annotated[
+    Annotated[AxisName, SCALAR] | Annotated[Vector, LIST], either("an axis (x, y, z, -x, -y, -z) or a list of three numbers")
+]
+"""A direction in a body's frame: a name or three numbers of any length (normalised)."""
+
+PointOf = Annotated[Annotated[str, SCALAR] | Annotated[Position, LIST], either("the name of a point or a list of three lengths")]
+"""A point: its name among the body's points, or its position in the body's frame."""

@@ -1,0 +1,114 @@
+"""The keys of a scene that friction laws and contact elements declare, made into fields of the scene's classes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from pydantic import Tag
+from pydantic.dataclasses import dataclass
+
+from trunnion.basics.number_declarations import POSITIVE, Number
+from trunnion.elements.contact import GIVEN, element_of, sizes
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.friction import numbers as law_numbers
+from trunnion.elements.joints import REGISTRY as JOINTS
+from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, either
+from trunnion.scene.data_classes.signals import BySpeed, FromInput, Signal, load_or
+from trunnion.scene.units.dimension_names import QUANTITIES
+from trunnion.scene.units.quantities import Per
+
+if TYPE_CHECKING:
+    LawName = str
+else:
+    LawName = Literal[tuple(LAWS)]
+
+T = TypeVar("T", bound=type)
+Field = tuple[str, Any, float | None, str]
+"""A field to be: key, type, default, description."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Wear:
+    """How fast sliding takes material off, by Archard's law: volume = k · normal force · way."""
+
+    k: Annotated[float, Per("m^2/N", POSITIVE)]
+    """Wear coefficient: volume per normal force and sliding distance, such as 1e-6 mm^3/(N*m)."""
+
+
+def annotation(number: Number, count: int) -> Any:
+    """The type of a number's field: SI or text with a unit; also a list, where the number may stand for ``count`` of them."""
+    if number.unit not in QUANTITIES:
+        raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
+    one: Any = Annotated[float, Per(number.unit, number.bound)]
+    name = QUANTITIES[number.unit][0]
+    if number.varies:
+        forms: Any = Annotated[one, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")]
+        words = f"{name}, an input or a signal (ramp, harmonic, table)"
+        if number.by_speed:
+            forms, words = forms | Annotated[BySpeed, Tag("·speed")], f"{words}, or speed and value"
+        if count > 1:
+            several: Any = tuple.__class_getitem__((Annotated[forms, load_or(words)],) * count)
+            forms, words = forms | Annotated[several, LIST], f"{words} (some joints: or a list of {count})"
+        return Annotated[forms, load_or(words)]
+    if count == 1:
+        return one
+    several = tuple.__class_getitem__((one,) * count)
+    wanted = f"{name} (some joints: or a list of {count})"
+    return Annotated[Annotated[one, SCALAR] | Annotated[several, LIST], either(wanted)]
+
+
+def of_joints() -> list[Field]:
+    """The fields of a joint's ``friction``: numbers of laws, then sizes of contact elements. The format requires none of them."""
+    out: list[Field] = []
+    for name, (n, laws) in law_numbers().items():
+        own = ", where it differs from the scene's" if n.default is not None else ""
+        out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
+    for name, (n, elements) in sizes().items():
+        both = [(j.name, e) for j in JOINTS.values() for e in (j.friction, element_of("", j.freely_rubbed, GIVEN))]
+        each = {joint: next(s for s in sized(e) if s.name == name) for joint, e in both if e in elements}
+        who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
+        count = max((s.count for s in each.values()), default=1)
+        out.append((name, annotation(n, count) | None, None, f"{sentence(n.text)} ({who})."))
+    return out
+
+
+def of_scene() -> list[Field]:
+    """The fields of the scene's ``friction``: numbers that all joints use which do not give their own."""
+    return [
+        (name, annotation(n, 1), n.default, f"{sentence(n.text)} ({plural('law', laws)}).")
+        for name, (n, laws) in law_numbers().items()
+        if n.default is not None
+    ]
+
+
+def sized(element: str) -> tuple[Number, ...]:
+    """The sizes a contact element declares."""
+    from trunnion.elements.contact import REGISTRY
+
+    return REGISTRY[element].sizes
+
+
+def plural(word: str, names: Iterable[str]) -> str:
+    """The word with the names: ``law a`` or ``laws a, b``."""
+    listed = [f"``{n}``" for n in names]
+    return f"{word}{'s' if len(listed) > 1 else ''} {', '.join(listed)}"
+
+
+def sentence(text: str) -> str:
+    """The text with a capital first letter, unless it begins with the letter of a formula."""
+    return text if text[1:2] == ":" else text[0].upper() + text[1:]
+
+
+def with_fields(declared: list[Field]) -> Callable[[T], T]:
+    """A class decorator, to be used below ``dataclass``, that puts these fields before the class's own; their descriptions go
+    to ``__field_docs__``."""
+
+    def put(cls: T) -> T:
+        cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__
+        for name, _, default, _ in declared:
+            setattr(cls, name, default)
+        setattr(cls, "__field_docs__", {name: doc for name, _, _, doc in declared})  # noqa: B010
+        return cls
+
+    return put

@@ -1,0 +1,127 @@
+"""Forces, torques, springs and bushings applied to bodies, and external inputs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from pydantic import Discriminator, Tag
+from pydantic.dataclasses import dataclass
+
+from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
+from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
+from trunnion.scene.data_classes.signals import LoadVector
+from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness
+
+
+@dataclass(frozen=True, config=STRICT)
+class Force:
+    """A force at a point of a body."""
+
+    type: Literal["force"]
+    """Kind of load: a force."""
+    on: str
+    """"body.point", or "body" for its mass centre."""
+    force: LoadVector
+    """Components, N."""
+    frame: Literal["world", "body"] = "world"
+    """Axes of the components."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Torque:
+    """A torque on a body."""
+
+    type: Literal["torque"]
+    """Kind of load: a torque."""
+    on: str
+    """The body it acts on."""
+    torque: LoadVector
+    """Components, N*m."""
+    frame: Literal["world", "body"] = "world"
+    """Axes of the components."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class SpringDamper:
+    """Spring and damper along the line between two points."""
+
+    type: Literal["spring_damper"]
+    """Kind of load: a spring with a damper."""
+    between: tuple[str, str]
+    """The two points: "body.point", or "body" for its frame origin."""
+    stiffness: Stiffness = 0.0
+    """Force per lengthening."""
+    damping: Damping = 0.0
+    """Force per rate of lengthening."""
+    length: Annotated[float, Per("m", NOT_NEGATIVE)] = 0.0
+    """Length at which it is relaxed."""
+
+
+def _three(unit: str, wanted: str) -> Any:
+    one = Annotated[float, Per(unit, NOT_NEGATIVE)]
+    three: Any = tuple.__class_getitem__((one,) * 3)
+    return Annotated[Annotated[one, SCALAR] | Annotated[three, LIST], either(f"{wanted}, or a list of three along e1, e2, e3")]
+
+
+if TYPE_CHECKING:
+    Along: TypeAlias = float | tuple[float, float, float]
+    TurningAlong: TypeAlias = Along
+    DampedAlong: TypeAlias = Along
+    SlowedAlong: TypeAlias = Along
+else:
+    Along, TurningAlong = _three("N/m", "a stiffness"), _three("N*m/rad", "a rotational stiffness")
+    DampedAlong, SlowedAlong = _three("N*s/m", "a damping"), _three("N*m*s/rad", "a rotational damping")
+
+
+@dataclass(frozen=True, config=STRICT)
+class Bushing:
+    """A rubber bush: it holds two parts at a point in all six directions, by stiffness and damping along axes of the first part.
+    Relaxed where the points and the axes of both parts coincide."""
+
+    type: Literal["bushing"]
+    """Kind of load: a bushing."""
+    between: tuple[str, str]
+    """The two parts: "body.point", or "body" for its frame origin; between placed bodies, as the sides of a joint."""
+    axis: Direction | None = None
+    """e1, in both bodies' frames; between placed bodies, in the world. Default: x, y, z."""
+    reference: Direction | None = None
+    """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
+    stiffness: Along = 0.0
+    """Force per offset along e1, e2, e3."""
+    damping: DampedAlong = 0.0
+    """Force per rate of offset."""
+    turning_stiffness: TurningAlong = 0.0
+    """Torque per angle about e1, e2, e3: about one axis k sin q."""
+    turning_damping: SlowedAlong = 0.0
+    """Torque per angular velocity."""
+
+
+APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing}
+
+
+def _kind(value: Any) -> str:
+    kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
+    return f"·{kind}"
+
+
+Applied = Annotated[
+    Annotated[Force, Tag("·force")]
+    | Annotated[Torque, Tag("·torque")]
+    | Annotated[SpringDamper, Tag("·spring_damper")]
+    | Annotated[Bushing, Tag("·bushing")],
+    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message="type: force, torque, spring_damper or bushing"),
+]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Input:
+    """A named external input, whose value is given from outside during a run."""
+
+    start: Number = 0.0
+    """Value until someone sets it."""
+    unit: str = "1"
+    """Its unit (SI)."""
+    description: str = ""
+    """What it is, in words."""
+    bandwidth: Annotated[float, Per("rad/s", POSITIVE)] = 100.0
+    """How fast a motion that it prescribes follows it (critically damped, rad/s)."""

@@ -1,0 +1,136 @@
+"""The scene as frozen dataclasses, with the same keys as the YAML file. This module exports the classes of its parts, too.
+
+Numbers are SI. A text with a unit ("45 deg", "30 mm", "60 rpm") is converted when it is read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic.dataclasses import dataclass
+
+from trunnion.basics.setting_declarations import RTOL
+from trunnion.runtime.integrators import METHODS
+from trunnion.scene.data_classes.assemblies import Assembly
+from trunnion.scene.data_classes.bodies import Body, Cylinder, Ground, Turn
+from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
+from trunnion.scene.data_classes.friction_keys import Wear
+from trunnion.scene.data_classes.joints import (
+    AxisAngle,
+    Coordinates,
+    EndStops,
+    Friction,
+    FrictionDefaults,
+    Joint,
+    JointType,
+    Side,
+    Spring,
+    Start,
+)
+from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
+from trunnion.scene.data_classes.realtime_steps import RealTime
+from trunnion.scene.data_classes.signals import (
+    BySpeed,
+    Constant,
+    Drive,
+    FromInput,
+    Harmonic,
+    InputCurve,
+    Latch,
+    Load,
+    LoadVector,
+    Motor,
+    Move,
+    Ramp,
+    Signal,
+    Table,
+)
+from trunnion.scene.units.quantities import Acceleration, Duration, Number, Per
+
+if TYPE_CHECKING:
+    MethodName = str
+else:
+    MethodName = Literal[METHODS]
+    """The registered methods: what the schema lists and the reader takes."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Simulation:
+    """Default settings of a run."""
+
+    until: Duration = 10.0
+    """End of the run."""
+    every: Duration | None = None
+    """Interval of the output; default: a thousandth of the run."""
+    rtol: Annotated[float, Per("1", RTOL)] = 1e-6
+    """Relative tolerance of the integration."""
+    method: MethodName = "auto"
+    """Integration method."""
+    jams: Literal["end", "impact"] = "end"
+    """What a jam does: end the run as ``jammed``, or stop the jammed pair by a tangential impact and continue."""
+    realtime: RealTime | None = None
+    """Fixed steps whose work is bounded; default: steps follow the tolerance."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Scene:
+    """A mechanism: bodies, joints, loads."""
+
+    bodies: dict[str, Body]
+    """Rigid bodies by name."""
+    joints: dict[str, Joint]
+    """Joints by name."""
+    name: str = "scene"
+    """Short name; default: that of the file or its folder."""
+    schema: Literal[1] = 1
+    """Version of this format."""
+    title: str = ""
+    """One line about the scene."""
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
+    """Acceleration of gravity in the world frame."""
+    ground: Ground = field(default_factory=Ground)
+    """The fixed world."""
+    friction: FrictionDefaults = field(default_factory=FrictionDefaults)
+    """Defaults of frictional joints."""
+    forces: dict[str, Applied] = field(default_factory=dict)
+    """Applied forces, torques and springs by name."""
+    inputs: dict[str, Input] = field(default_factory=dict)
+    """External inputs by name."""
+    outputs: tuple[str, ...] = ("*",)
+    """Patterns of the result columns wanted."""
+    simulation: Simulation = field(default_factory=Simulation)
+    """Settings of a run."""
+    tunable: tuple[str, ...] = ()
+    """Numbers (dotted paths, patterns) that stay run-time parameters even when they are zero as written."""
+    parameters: dict[str, Number] = field(default_factory=dict)
+    """Numbers by name, for use in expressions such as "{a/2 + 5 mm}", which may stand wherever a number may."""
+    include: Annotated[
+        Annotated[str, SCALAR] | Annotated[tuple[str, ...], LIST], either("the name of a file, or a list of them")
+    ] = ()
+    """Files beside this one whose keys are taken over where this one does not give them (one name, or a list); read by commands and
+    Python, not by servers. None is left once a scene is read."""
+    assemblies: dict[str, Assembly] = field(default_factory=dict)
+    """Parts that are used as a whole, also several times, by name. None is left once a scene is read: only bodies and joints."""
+    author: str = ""
+    """Who made it; FMUs of it say so."""
+    version: str = ""
+    """Its own version, such as "1.2"."""
+    date: str = ""
+    """Its own date, such as 2026-11-23."""
+
+    def law_of(self, friction: Friction) -> str:
+        """Friction law of a joint: its own, else the scene's."""
+        return friction.law or self.friction.law
+
+    def normal_force_of(self, friction: Friction) -> str:
+        """How the normal force of a joint is found: its own way, else the scene's."""
+        return friction.normal_force or self.friction.normal_force
+
+
+__all__ = [
+    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "Direction",
+    "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
+    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal",
+    "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
+]  # fmt: skip

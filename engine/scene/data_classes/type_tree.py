@@ -1,0 +1,104 @@
+"""The scene's classes as a tree of types: which class, unit or choice stands at a path.
+
+Used for hints ("known keys: …"), for units of parameters and for the published schema; validation itself is pydantic's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cache, lru_cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from trunnion.basics.number_declarations import ANY, Bound
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.units.quantities import AnyUnit
+
+NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("assemblies",))
+"""Groups of a scene whose keys are names that users choose."""
+
+
+@cache
+def hints(cls: type) -> dict[str, Any]:
+    """The annotations of a scene class by field name, with unions and unit markers."""
+    return get_type_hints(cls, include_extras=True)
+
+
+def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any, AnyUnit | None]]:
+    """The alternatives of an annotation, each with the unit marker that applies to it; None is left out."""
+    if get_origin(annotation) is Annotated:
+        inner, *extras = get_args(annotation)
+        marks = [e for e in extras if isinstance(e, AnyUnit)]
+        yield from members(inner, marks[0] if marks else unit)
+    elif get_origin(annotation) in (Union, UnionType):
+        for a in get_args(annotation):
+            yield from members(a, unit)
+    elif annotation is not NoneType:
+        yield annotation, unit
+
+
+def step(annotation: Any, key: str | int) -> Iterator[Any]:
+    """The annotations one key or index further down, from every alternative that has it."""
+    for a, _ in members(annotation):
+        if isinstance(key, str) and is_dataclass(a) and isinstance(a, type):
+            if key in hints(a):
+                yield hints(a)[key]
+        elif isinstance(key, str) and get_origin(a) is dict:
+            yield get_args(a)[1]
+        elif isinstance(key, int) and get_origin(a) is tuple:
+            args = get_args(a)
+            if args[-1] is Ellipsis or 0 <= key < len(args):
+                yield args[0] if args[-1] is Ellipsis else args[key]
+
+
+@lru_cache(maxsize=4096)  # users choose the names in a path: without a bound a service would remember all it was ever sent
+def at(path: Path) -> tuple[Any, ...]:
+    """Annotations that may stand at a path; empty when no scene has such a path."""
+    found: list[Any] = [Scene]
+    for key in path:
+        found = [b for a in found for b in step(a, key)]
+    return tuple(found)
+
+
+def shape(path: Path) -> Path:
+    """The path with names that users choose, and places in lists, replaced by a few fixed ones, so that few different paths are
+    ever looked up."""
+    named = path[:1] in NAMED and len(path) > 1
+    return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
+
+
+def classes_at(path: Path) -> list[type]:
+    """Scene classes that may stand at a path."""
+    return [a for annotation in at(path) for a, _ in members(annotation) if isinstance(a, type) and is_dataclass(a)]
+
+
+def keys_at(path: Path) -> list[str]:
+    """Keys a group at this path may have, in order, without repetition; empty for groups with free names."""
+    return list(dict.fromkeys(getattr(c, "__key_names__", {}).get(f.name, f.name) for c in classes_at(path) for f in fields(c)))
+
+
+def required_at(path: Path) -> list[str]:
+    """Keys a group at this path cannot do without."""
+    return [f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING]
+
+
+def unit_at(path: Path) -> AnyUnit | None:
+    """The unit marker of the number at a path, None when no number stands there."""
+    return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)
+
+
+def bound_at(path: Path) -> Bound:
+    """The values the number at a path may have."""
+    mark = unit_at(path)
+    return mark.bound if mark is not None else ANY
+
+
+def length_at(path: Path) -> int | None:
+    """Number of entries of a fixed list at a path; None when its length is free or no list stands there."""
+    for annotation in at(path):
+        for a, _ in members(annotation):
+            if get_origin(a) is tuple and get_args(a)[-1] is not Ellipsis:
+                return len(get_args(a))
+    return None

@@ -1,0 +1,1 @@
+"""Expressions of parameters in scenes."""

@@ -1,0 +1,219 @@
+"""Expressions as trees: their text read by a small grammar, in which there are only numbers, names, + - * / ^ and a few functions.
+
+    sum     = product (("+" | "-") product)*
+    product = sign (("*" | "/") sign)*
+    sign    = ("-" | "+") sign | power
+    power   = atom (("^" | "**") sign)?
+    atom    = number (unit | "SI")? | name | function "(" sum ("," sum)* ")" | "(" sum ")"
+
+A unit follows its number ("2.5 kN/m") and is read with it, exactly as in a number without an expression. "0.3 SI" is
+0.3 in the SI unit that is wanted there: copies of plain numbers are written so.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from trunnion.scene.findings.name_suggestions import did_you_mean, shown
+from trunnion.scene.units.unit_parser import ALIASES, NONE, UNITS, Dimension, UnitError, parse
+
+LONGEST = 2000
+"""Characters in an expression, at most."""
+DEEPEST = 40
+"""Levels of parentheses, signs and powers, at most."""
+FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")
+CONSTANTS = {"pi": math.pi}
+WHATEVER: Dimension = (99, 99, 99, 99, 99)
+"""Stands for the dimension of a number that is in SI, whatever is wanted."""
+RESERVED = {*UNITS, *ALIASES, *FUNCTIONS, *CONSTANTS, "SI"}
+"""Words that cannot name a parameter: an expression must have one meaning."""
+_COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
+_SYMBOL = "(?:" + "|".join(sorted(map(re.escape, {*UNITS, *ALIASES}), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
+_POWER = r"(?:\s*(?:\*\*|\^)\s*[+-]?\d(?![\d.]))?"
+_UNIT = re.compile(rf"\s*{_SYMBOL}{_POWER}(?:\s*[*/]\s*{_SYMBOL}{_POWER})*")
+_SI = re.compile(r"\s*SI(?![A-Za-z0-9_(])")
+_NUMBER = re.compile(r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_SIGN = re.compile(r"\*\*|[-+*/^(),]")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number as written; dimension: that of its unit."""
+
+    value: float
+    dimension: Dimension = NONE
+
+
+@dataclass(frozen=True)
+class Name:
+    """A parameter."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Call:
+    """An operation ("+", "-", "*", "/", "^", "neg") or function, and what it acts on."""
+
+    function: str
+    arguments: tuple[Node, ...]
+
+
+Node = Number | Name | Call
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An expression that was read. names: the parameters in it; plain: whether it has neither names nor units, so that it is a
+    number like one without unit."""
+
+    text: str
+    root: Node
+    names: frozenset[str]
+    plain: bool
+
+
+def parse_formula(text: str) -> Formula:
+    """The expression in a text. UnitError says why it is none."""
+    if len(text) > LONGEST:
+        raise UnitError(f"an expression of more than {LONGEST} characters", "give parts of it names, as parameters")
+    reader = _Reader(text)
+    root = reader.whole()
+    return Formula(text, root, frozenset(reader.names), not reader.names and not reader.united)
+
+
+class _Reader:
+    """Reads an expression by recursive descent."""
+
+    def __init__(self, text: str):
+        self.text = text.replace("−", "-").replace("·", "*")
+        self.at, self.depth, self.united = 0, 0, False
+        self.names: set[str] = set()
+
+    def whole(self) -> Node:
+        """The tree of the whole text."""
+        root = self.sum()
+        if self.at < len(self.text):
+            self.refuse()
+        return root
+
+    def refuse(self) -> None:
+        """UnitError about what stands here."""
+        rest = self.text[self.at :].strip()
+        what = f"cannot read {shown(self.text.strip())}" + (f" from {shown(rest, 20)} on" if rest else ": it ends too early")
+        raise UnitError(what, "expressions look like {a/2 + 5 mm}, {2*r*sin(angle)}")
+
+    def sign(self) -> str:
+        """The sign that comes next, '' when there is none."""
+        while self.at < len(self.text) and self.text[self.at].isspace():
+            self.at += 1
+        m = _SIGN.match(self.text, self.at)
+        return m[0] if m else ""
+
+    def take(self, sign: str) -> None:
+        """Go past a sign that must come next."""
+        if self.sign() != sign:
+            self.refuse()
+        self.at += len(sign)
+
+    def sum(self) -> Node:
+        """Products added and subtracted, from left to right."""
+        node = self.product()
+        while (sign := self.sign()) in ("+", "-"):
+            self.take(sign)
+            node = Call(sign, (node, self.product()))
+        return node
+
+    def product(self) -> Node:
+        """Factors multiplied and divided, from left to right."""
+        node = self.signed()
+        while (sign := self.sign()) in ("*", "/"):
+            self.take(sign)
+            node = Call(sign, (node, self.signed()))
+        return node
+
+    def signed(self) -> Node:
+        """A factor with its sign: -a^2 is -(a^2)."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise UnitError(f"{shown(self.text)} is nested more than {DEEPEST} deep", "give parts of it names, as parameters")
+        sign = self.sign()
+        if sign in ("-", "+"):
+            self.take(sign)
+            node = self.signed()
+            node = Call("neg", (node,)) if sign == "-" else node
+        else:
+            node = self.power()
+        self.depth -= 1
+        return node
+
+    def power(self) -> Node:
+        """An atom and its exponent."""
+        node = self.atom()
+        sign = self.sign()
+        if sign in ("^", "**"):
+            self.take(sign)
+            node = Call("^", (node, self.signed()))
+        return node
+
+    def atom(self) -> Node:
+        """A number with its unit, a name, a function of something, or something in parentheses."""
+        if self.sign() == "(":
+            self.take("(")
+            node = self.sum()
+            self.take(")")
+            return node
+        if m := _NUMBER.match(self.text, self.at):
+            return self.number(m)
+        m = _NAME.match(self.text, self.at)
+        if not m:
+            self.refuse()
+        assert m is not None
+        self.at = m.end()
+        return self.call(m[0]) if self.sign() == "(" else self.named(m[0])
+
+    def number(self, m: re.Match[str]) -> Node:
+        """A number and the unit behind it."""
+        if whatever := _SI.match(self.text, m.end()):
+            self.at = whatever.end()
+            return Number(float(m[0]), WHATEVER)
+        unit = _UNIT.match(self.text, m.end())
+        self.at = unit.end() if unit else m.end()
+        if (odd := re.compile(r"\s*([A-Za-z_]\w*)").match(self.text, self.at)) is not None:
+            raise UnitError(f'unknown unit "{odd[1]}" behind {m[0]}', f"a product is written {m[0]}*{odd[1]}")
+        value, given, _ = parse(self.text[m.start() : self.at])
+        self.united |= given is not None
+        return Number(value, given.dimension if given is not None else NONE)
+
+    def named(self, word: str) -> Node:
+        """A constant or parameter."""
+        if word in CONSTANTS:
+            return Number(CONSTANTS[word])
+        if word in RESERVED:
+            hint = f"1 {word}" if word not in FUNCTIONS else f"{word}(…)"
+            raise UnitError(f'"{word}" alone is no number', f"write {hint}")
+        self.names.add(word)
+        return Name(word)
+
+    def call(self, word: str) -> Node:
+        """A function of what stands in parentheses."""
+        if word not in FUNCTIONS:
+            raise UnitError(f'there is no function "{word}"', did_you_mean(word, FUNCTIONS, "functions"))
+        self.take("(")
+        arguments = [self.sum()]
+        while self.sign() == ",":
+            self.take(",")
+            arguments.append(self.sum())
+        self.take(")")
+        least, most = _COUNTS.get(word, (1, 1))
+        if not least <= len(arguments) <= most:
+            raise UnitError(f"{word} takes {least}, not {len(arguments)}" if least == most else f"{word} takes at most {most}")
+        return Call(word, tuple(arguments))
+
+
+def rename_names(text: str, names: dict[str, str]) -> str:
+    """An expression's text with other names for its parameters. Units, functions and constants are no names."""
+    return re.sub(r"(?<![A-Za-z0-9_.])[A-Za-z_][A-Za-z0-9_]*", lambda m: names.get(m[0], m[0]), text)

@@ -1,0 +1,104 @@
+"""Numbers of a scene that follow its parameters: their values at other values of the parameters, and their exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.expressions.formula_evaluation import Gradient, slope, value
+from trunnion.scene.expressions.formula_parser import Formula, parse_formula
+from trunnion.scene.expressions.parameter_evaluation import NAMED, expression_text, in_order
+from trunnion.scene.findings.findings_and_paths import Path, dotted, parse_path
+from trunnion.scene.units.quantities import Computed
+from trunnion.scene.units.unit_parser import UnitError
+
+
+def parameter(path: str) -> str:
+    """The parameter that a path names, '' when it names something else."""
+    steps = parse_path(path) or ()
+    return str(steps[1]) if len(steps) == 2 and steps[0] == NAMED else ""
+
+
+class DependentNumbers:
+    """The expressions of a scene. numbers: by path, those of the scene's own numbers; named: those of parameters, by name."""
+
+    def __init__(self, scene: Scene):
+        self.base = {n: float(v) for n, v in scene.parameters.items()}
+        self.numbers: dict[str, Formula] = {}
+        self.named: dict[str, Formula] = {}
+        for path, given in _computed(scene, ()):
+            found = parse_formula(expression_text(given.text))
+            if path[0] == NAMED:
+                self.named[str(path[1])] = found
+            else:
+                self.numbers[dotted(path)] = found
+        self.order = in_order(self.named, lambda n: self.named[n].names)
+
+    def of(self, changed: Collection[str]) -> list[str]:
+        """Paths of the numbers that follow any of these parameters, themselves or through other parameters."""
+        moved = set(changed)
+        for n in self.order:
+            if n not in changed and not moved.isdisjoint(self.named[n].names):
+                moved.add(n)
+        return [path for path, f in self.numbers.items() if not moved.isdisjoint(f.names)]
+
+    def values(self, changes: Mapping[str, float], paths: Collection[str]) -> list[float]:
+        """Values, SI, of the numbers at these paths when parameters have other values. SceneError names those that have none."""
+        known = self.base | dict(changes)
+        problems: list[Problem] = []
+        for n in self.order:
+            if n not in changes:
+                known[n] = _value_or(lambda f=self.named[n]: value(f.root, known), f"{NAMED}.{n}", problems, known[n])
+        out = [_value_or(lambda f=self.numbers[p]: value(f.root, known), p, problems, 0.0) for p in paths]
+        if problems:
+            raise SceneError(problems)
+        return out
+
+    def slopes(self, name: str) -> dict[str, float]:
+        """Derivatives of the numbers that follow a parameter by it, by their paths. SceneError where there is none."""
+        known = dict(self.base)
+        along: dict[str, Gradient] = {n: {} for n in known} | {name: {name: 1.0}}
+        problems: list[Problem] = []
+        for n in self.order:
+            if n != name:
+                along[n] = _value_or(lambda f=self.named[n]: slope(f.root, known, along)[1], f"{NAMED}.{n}", problems, {})
+        out = {}
+        for path in self.of([name]):
+            by = _value_or(lambda f=self.numbers[path]: slope(f.root, known, along)[1], path, problems, {})
+            out[path] = by.get(name, 0.0)
+        if problems:
+            raise SceneError(problems)
+        return out
+
+
+def unused_notes(scene: Scene) -> list[str]:
+    """A line for every parameter that nothing follows: perhaps a number was meant to."""
+    following = DependentNumbers(scene)
+    return [f"{NAMED}.{n}: no number of the scene depends on it" for n in scene.parameters if not following.of([n])]
+
+
+def _value_or(work: Any, where: str, problems: list[Problem], otherwise: Any) -> Any:
+    try:
+        return work()
+    except UnitError as e:
+        problems.append(Problem(where, e.what, e.hint))
+        return otherwise
+
+
+def _computed(part: Any, path: Path) -> Iterator[tuple[Path, Computed]]:
+    """(path, number) of every expression that has parameters in it."""
+    if isinstance(part, Computed):
+        if part.names:
+            yield path, part
+    elif isinstance(part, dict):
+        for k, v in part.items():
+            yield from _computed(v, (*path, k))
+    elif isinstance(part, tuple):
+        for i, v in enumerate(part):
+            yield from _computed(v, (*path, i))
+    elif is_dataclass(part):
+        for f in fields(part):
+            yield from _computed(getattr(part, f.name), (*path, f.name))

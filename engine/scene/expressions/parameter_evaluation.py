@@ -1,0 +1,170 @@
+"""Parameters and expressions of a scene: from plain data with texts such as "{a/2 + 5 mm}" to the same data with numbers that
+remember their expression."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from trunnion.scene.data_classes.type_tree import keys_at, shape, unit_at
+from trunnion.scene.expressions.formula_evaluation import dimension, value
+from trunnion.scene.expressions.formula_parser import RESERVED, WHATEVER, Formula, parse_formula
+from trunnion.scene.file_format.yaml_reader import DEEPEST
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.findings.name_suggestions import did_you_mean, shown
+from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
+from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
+
+NAMED = "parameters"
+MEND_FIRST = "mend it first"
+"""The hint of what is wrong only because a parameter is."""
+NOT_FORMED = "a letter, then letters, digits and _"
+
+
+def is_expression(given: Any) -> bool:
+    """Whether a value is written as an expression: text in braces."""
+    return isinstance(given, str) and given[:1] == "{" and given.strip()[-1:] == "}"
+
+
+def expression_text(text: str) -> str:
+    """The text between the braces."""
+    return text.strip()[1:-1]
+
+
+@dataclass
+class Parameters:
+    """The parameters of a scene. value, dimension: by name; wrong: those that have no value, and why."""
+
+    value: dict[str, float] = field(default_factory=dict)
+    dimension: dict[str, Dimension] = field(default_factory=dict)
+    wrong: dict[str, NoValue] = field(default_factory=dict)
+
+    def computed(self, text: str) -> Computed | NoValue:
+        """The value of an expression, with its braces."""
+        try:
+            return self._computed(text, parse_formula(expression_text(text)))
+        except UnitError as e:
+            return NoValue(text, e.what, e.hint)
+
+    def _computed(self, text: str, f: Formula) -> Computed | NoValue:
+        for name in sorted(f.names):
+            if name in self.wrong:
+                return NoValue(text, f"the parameter {name} has no value", MEND_FIRST)
+            if name not in self.value:
+                hint = did_you_mean(name, self.value, "parameters") or f"add parameters: {{{name}: …}}"
+                return NoValue(text, f"there is no parameter {shown(name)}", hint)
+        measured = dimension(f.root, self.dimension)
+        plain = f.plain or measured == WHATEVER
+        return Computed(value(f.root, self.value), NONE if plain else measured, text, f.names, plain)
+
+    def keep(self, name: str, given: float | NoValue) -> None:
+        """Take the value of a parameter."""
+        if isinstance(given, NoValue):
+            self.wrong[name] = given
+        else:
+            self.value[name] = float(given)
+            self.dimension[name] = given.dimension if isinstance(given, Quantity) else NONE
+
+
+def evaluate(data: Any) -> tuple[Any, list[Finding]]:
+    """The data with the value in place of every expression, and mistakes in the names of parameters. An expression that has no
+    value stays as a mark, which the reader of numbers turns into a mistake at its place."""
+    if not isinstance(data, dict):
+        return data, []
+    given = data.get(NAMED)
+    parameters = given if isinstance(given, dict) else {}
+    findings = list(_names(parameters))
+    known = parameters_of(parameters)
+    out = {k: _evaluate_below(v, (k,), known) for k, v in data.items() if k != NAMED}
+    if NAMED in data:
+        out[NAMED] = {n: _parameter_value(known, n, v) for n, v in parameters.items()} if isinstance(given, dict) else given
+    return out, findings
+
+
+def _parameter_value(known: Parameters, name: str, given: Any) -> Any:
+    if name in known.wrong and is_expression(given):
+        return known.wrong[name]
+    return known.computed(given) if is_expression(given) else given
+
+
+def _names(parameters: Mapping[str, Any]) -> Iterable[Finding]:
+    for name in parameters:
+        if name in RESERVED:
+            what = f'the name "{name}" is taken by a unit or function'
+            yield Finding((NAMED, name), what, "an expression must have one meaning: use a longer name")
+        elif not name.isidentifier() or not name.isascii() or name.startswith("_"):
+            yield Finding((NAMED, name), f"{shown(name)} cannot be the name of a parameter", NOT_FORMED)
+
+
+def parameters_of(given: Mapping[str, Any]) -> Parameters:
+    """The parameters' values. Those that are expressions of others come after them; circles are mistakes."""
+    known, texts = Parameters(), {n: v for n, v in given.items() if is_expression(v)}
+    for name, v in given.items():
+        if name not in texts:
+            try:
+                known.keep(name, number(v))
+            except UnitError as e:
+                known.keep(name, NoValue(shown(v), e.what, e.hint))
+    for name in in_order(texts, lambda n: _names_in(texts[n])):
+        known.keep(name, known.computed(texts[name]))
+    left = {n for n in texts if n not in known.value and n not in known.wrong}
+    for name in left:
+        circle = _circle(name, {n: sorted(_names_in(texts[n]) & left)[0] for n in left})
+        known.wrong[name] = NoValue(texts[name], f"it depends on itself: {circle}", "give one of them a number")
+    return known
+
+
+def _names_in(text: str) -> frozenset[str]:
+    try:
+        return parse_formula(expression_text(text)).names
+    except UnitError:
+        return frozenset()
+
+
+def in_order(names: Iterable[str], needs: Callable[[str], Iterable[str]]) -> list[str]:
+    """The names, each after those it needs; those in or behind a circle are left out."""
+    open_ = {n: set(needs(n)) for n in names}
+    for n in open_:
+        open_[n] &= open_.keys()
+    users: dict[str, list[str]] = {}
+    for n, wanted in open_.items():
+        for w in wanted:
+            users.setdefault(w, []).append(n)
+    ready, out = [n for n, wanted in open_.items() if not wanted], []
+    while ready:
+        done = ready.pop()
+        out.append(done)
+        for n in users.get(done, ()):
+            open_[n].discard(done)
+            if not open_[n]:
+                ready.append(n)
+    return out
+
+
+def _circle(name: str, needs: Mapping[str, str]) -> str:
+    """The circle that a name is in or leads to, in words."""
+    seen: dict[str, int] = {}
+    while name not in seen:
+        seen[name] = len(seen)
+        name = needs[name]
+    return " → ".join([*list(seen)[seen[name] :], name][:12])
+
+
+def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
+    """Whether a group is an expression without quotes: YAML reads {a/2} as a group with the key a/2 and no value."""
+    if not node or any(v is not None for v in node.values()) or unit_at(shape(path)) is None:
+        return False
+    return not set(node) & set(keys_at(shape(path)))
+
+
+def _evaluate_below(node: Any, path: Path, known: Parameters) -> Any:
+    if len(path) > DEEPEST:
+        return node
+    if isinstance(node, dict):
+        if _is_unquoted(node, path):
+            return NoValue(str(path[-1]), "an expression is text", f'put it in quotes: "{{{", ".join(node)}}}"')
+        return {k: _evaluate_below(v, (*path, k), known) for k, v in node.items()}
+    if isinstance(node, list | tuple):
+        return [_evaluate_below(v, (*path, i), known) for i, v in enumerate(node)]
+    return known.computed(node) if is_expression(node) and unit_at(shape(path)) is not None else node

@@ -1,0 +1,1 @@
+"""Scenes as YAML, their schema and the page of their keys."""

@@ -1,0 +1,58 @@
+"""The YAML parser's event stream, with its failures in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+
+
+class Unreadable(Exception):
+    """Raised when something is so wrong that the rest of the text is not worth reading."""
+
+    def __init__(self, line: int, what: str, hint: str = "", path: Path = ()):
+        super().__init__(what)
+        self.finding = Finding(path, what, hint, line)
+
+
+def events(text: str) -> Iterator[Any]:
+    """The parser's events, one after the other; every failure of the parser is raised as Unreadable."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    try:
+        yield from YAML(typ="safe", pure=True).parse(text)
+    except MarkedYAMLError as e:
+        mark = e.problem_mark or e.context_mark
+        raise Unreadable(mark.line + 1 if mark else 0, *_syntax(str(e.problem or e.context or ""))) from e
+    except YAMLError as e:
+        raise Unreadable(_line_of_character(e, text), "a character that is not allowed in YAML", "remove it") from e
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, NotImplementedError, AssertionError) as e:
+        # the parser is third-party code; on malformed directives and escapes it leaks its own slips
+        raise Unreadable(0, "not valid YAML") from e
+
+
+def _line_of_character(error: Exception, text: str) -> int:
+    position = getattr(error, "position", None)
+    return text.count("\n", 0, position) + 1 if isinstance(position, int) else 0
+
+
+_SYNTAX = {
+    "mapping values are not allowed": ("a colon where no key can stand", "check the indentation; put text with a colon in quotes"),
+    "could not find expected ':'": ("a key without a colon", 'write "key: value", with a blank after the colon'),
+    "cannot start any token": ("a character that cannot stand here", "indent with blanks, not tabs; put text in quotes"),
+    "expected <block end>": ("the indentation does not fit", "entries of one group start in the same column"),
+    "did not find expected": ("the brackets or the indentation do not fit", "look for a missing ], } or comma"),
+    "expected ',' or": ("a bracket is not closed", "look for a missing ], } or comma"),
+    "unexpected end of stream": ("the text ends inside quotes", "close the quotes"),
+    "found undefined alias": ("an alias (*name) without its anchor (&name)", ""),
+    "found duplicate anchor": ("an anchor (&name) is defined twice", ""),
+}
+
+
+def _syntax(message: str) -> tuple[str, str]:
+    for part, (what, hint) in _SYNTAX.items():
+        if part in message:
+            return f"not valid YAML: {what}", hint
+    return f"not valid YAML: {' '.join(message.split())}", ""

@@ -1,0 +1,1 @@
+"""Problems of a scene, with place, cause and remedy."""

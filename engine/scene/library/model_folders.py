@@ -1,0 +1,50 @@
+"""Bundled models: every folder of ``models`` that holds a scene.yaml; and designs, those of ``models/designer``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.scene.findings.name_suggestions import did_you_mean, shown
+
+SCENE_FILE = "scene.yaml"
+DESIGNS = "designer"
+"""The folder of mechanisms as a designer writes them, by parameters, placed bodies and copies."""
+
+
+def models_dir() -> Path:
+    """The folder of the bundled models: inside the installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parents[2]
+    installed = package / "_models"
+    return installed if installed.is_dir() else package.parent / "models"
+
+
+def model_names() -> list[str]:
+    """Names of the bundled models."""
+    folder = models_dir()
+    return sorted(p.parent.name for p in folder.glob(f"*/{SCENE_FILE}")) if folder.is_dir() else []
+
+
+def design_names() -> list[str]:
+    """Names of the bundled designs."""
+    return sorted(p.parent.name for p in (models_dir() / DESIGNS).glob(f"*/{SCENE_FILE}"))
+
+
+def bundled_names() -> list[str]:
+    """Names of the bundled models, then those of the designs."""
+    return [*model_names(), *design_names()]
+
+
+def model_folder(name: str) -> Path:
+    """The folder of a bundled model or design of that name, whether or not there is one."""
+    folder = models_dir() / DESIGNS / name
+    return folder if (folder / SCENE_FILE).is_file() else models_dir() / name
+
+
+def model_file(name: str) -> Path:
+    """The scene file of a bundled model or design; SceneError with close names when there is none."""
+    names = bundled_names()
+    if name not in names:
+        hint = did_you_mean(name, names, "bundled models")
+        raise SceneError([Problem(name, f"neither a file nor a bundled model is called {shown(name, 60)}", hint)])
+    return model_folder(name) / SCENE_FILE

@@ -1,0 +1,70 @@
+"""Mass properties of a body: from a solid shape and its density or mass, or as given."""
+
+from __future__ import annotations
+
+import math
+
+from trunnion.scene.data_classes.scene import Body, Cylinder
+
+Triple = tuple[float, float, float]
+Matrix = tuple[Triple, Triple, Triple]
+
+
+def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
+    """(mass, kg; mass centre in the body's frame, m; inertia about it in the body's axes, 3×3, kg m²) of a checked body."""
+    x, y, z = body.center
+    center = (float(x), float(y), float(z))
+    if body.inertia is not None:
+        if body.mass is None:
+            raise ValueError("an explicit inertia needs a mass")
+        return float(body.mass), center, matrix(body.inertia)
+    volume, gyration = solid(body)
+    if body.mass is None and body.density is None:
+        raise ValueError("a shape needs a density or a mass")
+    m = float(body.mass) if body.mass is not None else float(body.density or 0.0) * volume
+    a, b, c = (m * k for k in gyration)
+    return m, center, ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
+
+
+def matrix(inertia: tuple[float, ...]) -> Matrix:
+    """The symmetric 3×3 matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz)."""
+    xx, yy, zz, xy, xz, yz = (float(v) for v in (*inertia, 0.0, 0.0, 0.0)[:6])
+    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
+
+def solid(body: Body) -> tuple[float, Triple]:
+    """(volume, m³; inertia per mass about the centre: xx, yy, zz, m²) of the body's shape."""
+    if body.box is not None:
+        a, b, c = (float(v) for v in body.box)
+        return a * b * c, ((b * b + c * c) / 12, (a * a + c * c) / 12, (a * a + b * b) / 12)
+    if body.cylinder is not None:
+        return _cylinder(body.cylinder)
+    if body.sphere is not None:
+        r = float(body.sphere)
+        return 4 / 3 * math.pi * r**3, (0.4 * r * r, 0.4 * r * r, 0.4 * r * r)
+    raise ValueError("a body without a shape needs mass and inertia")
+
+
+def _cylinder(c: Cylinder) -> tuple[float, Triple]:
+    r, h = float(c.radius), float(c.length)
+    k = [(3 * r * r + h * h) / 12] * 3
+    k["xyz".index(c.axis[-1])] = r * r / 2
+    return math.pi * r * r * h, (k[0], k[1], k[2])
+
+
+def principal_moments(m: Matrix) -> Triple:
+    """Eigenvalues of a symmetric 3×3 matrix in rising order (Jacobi rotations; exact for diagonal ones)."""
+    a = [list(row) for row in m]
+    scale = max(abs(v) for row in a for v in row)
+    for _ in range(60):
+        p, q = max(((0, 1), (0, 2), (1, 2)), key=lambda pq: abs(a[pq[0]][pq[1]]))
+        if abs(a[p][q]) <= 1e-17 * scale:  # far below the 1e-9 the caller asks for
+            break
+        theta = 0.5 * math.atan2(2 * a[p][q], a[q][q] - a[p][p])
+        c, s = math.cos(theta), math.sin(theta)
+        for k in range(3):
+            a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
+        for k in range(3):
+            a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
+    low, mid, high = sorted(a[k][k] for k in range(3))
+    return low, mid, high

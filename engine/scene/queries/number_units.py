@@ -1,0 +1,132 @@
+"""Units of numbers, which may depend on the joint they belong to; and all numbers of a scene with path and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from trunnion.basics.number_declarations import Bound, Order
+from trunnion.elements.contact import sizes
+from trunnion.elements.friction import numbers as law_numbers
+from trunnion.elements.joints import REGISTRY, JointKind
+from trunnion.scene.data_classes.joints import ORDERS
+from trunnion.scene.data_classes.scene import Force, Scene
+from trunnion.scene.data_classes.type_tree import bound_at, shape, unit_at
+from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.units.dimension_names import unit_of as unit_text
+from trunnion.scene.units.quantities import Quantity
+
+PLAIN = "1"
+RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in group.items()}
+"""The numbers of laws and contact elements."""
+
+
+def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
+    """(path, value, SI unit) of every number the scene has."""
+    yield from _numbers(scene, (), scene)
+
+
+def _numbers(value: Any, path: Path, scene: Scene) -> Iterator[tuple[Path, float, str]]:
+    if isinstance(value, float):
+        yield path, value, unit_of(scene, path)
+    elif isinstance(value, dict):
+        for k, v in value.items():
+            yield from _numbers(v, (*path, k), scene)
+    elif isinstance(value, tuple):
+        for i, v in enumerate(value):
+            yield from _numbers(v, (*path, i), scene)
+    elif is_dataclass(value):
+        for f in fields(value):
+            yield from _numbers(getattr(value, f.name), (*path, f.name), scene)
+
+
+def unit_of(scene: Scene, path: Path) -> str:
+    """SI unit of the number at a path."""
+    mark = unit_at(shape(path))
+    if mark is not None and mark.unit:
+        return mark.unit
+    if path[0] == "joints" and path[2] == "mimic":
+        return _mimic_unit(scene, str(path[1]), str(path[-1]))
+    if path[0] == "joints":
+        return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
+    if path[0] == "forces":
+        if "at" in path:
+            return PLAIN  # a value of an input
+        return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
+    if path[0] == "parameters":
+        given = scene.parameters[str(path[1])]
+        return (unit_text(given.dimension) if isinstance(given, Quantity) else "") or PLAIN
+    return scene.inputs[str(path[1])].unit if path[0] == "inputs" else PLAIN
+
+
+def bound_of(path: Path) -> Bound:
+    """The values the number at a path may have, whatever the scene."""
+    return bound_at(shape(path))
+
+
+def order_of(path: Path) -> Order | None:
+    """The comparison in which the number at a path must be the higher one; None when there is none."""
+    owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
+    return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
+
+
+def _joint_unit(kind: JointKind, path: Path) -> str:
+    """Unit of a number below a joint, e.g. ("spring", 1, "stiffness")."""
+    field, rest = path[0], path[1:]
+    if field == "start":
+        return _start_unit(kind, rest)
+    if field == "friction":
+        return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
+    if field not in ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch"):
+        return PLAIN  # the components of a direction have no unit
+    k = rest[0] if rest and isinstance(rest[0], int) else 0
+    keys = tuple(str(key) for key in rest if not isinstance(key, int))
+    coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
+    if field == "drive":
+        return _drive_unit(keys, coordinate)
+    if (field, *keys[:1]) in (("motor", "signal"), ("latch", "release")):
+        return _load_unit(keys, PLAIN) if "end_rates" not in keys else "1/s"
+    if field == "effort":
+        return _load_unit(keys, effort) if "at" not in keys else PLAIN
+    if field == "rotor_inertia":
+        return "kg" if slides(kind, k) else "kg*m^2"
+    if field == "damping":
+        return f"{effort}*s/{coordinate}"
+    of_motor = {"holds": effort, "stall": effort, "no_load": f"{coordinate}/s"}
+    return {**of_motor, "stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
+
+
+def _mimic_unit(scene: Scene, name: str, key: str) -> str:
+    """Unit of a number of what follows a joint."""
+    j = scene.joints[name]
+    leader = scene.joints.get(j.mimic.joint) if j.mimic else None
+    own, led = ("m" if slides(REGISTRY[x.type], 0) else "rad" for x in (j, leader or j))
+    return own if key == "offset" else PLAIN if own == led else f"{own}/{led}"
+
+
+def slides(kind: JointKind, freedom: int) -> bool:
+    """Whether a freedom is a travel and not a rotation (a screw's freedom is its angle)."""
+    return 0 <= freedom < kind.nv and not kind.turns(freedom)
+
+
+def _start_unit(kind: JointKind, path: Path) -> str:
+    entry = path[1] if len(path) > 1 else 0
+    k = entry if isinstance(entry, int) else 0
+    if "axis" in path:
+        return PLAIN
+    if path[0] == "qd":
+        return "m/s" if slides(kind, k) else "rad/s"
+    return {"length": "m", "angle": "rad"}.get(kind.coordinates[k] if k < kind.nq else "", PLAIN)
+
+
+def _load_unit(keys: tuple[str | int, ...], effort: str) -> str:
+    """Unit of a number of a load: that of the load itself, or, for a table's rates at its ends, of the load per second."""
+    return f"{effort}/s" if "end_rates" in keys else effort
+
+
+def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
+    """Unit of a number of a drive. Rates of a constant or ramp, and a table's rates at its ends, are coordinates per second;
+    all other numbers are measured as the coordinate."""
+    rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"), ("table", "end_rates"))
+    return f"{coordinate}/s" if rate else coordinate

@@ -1,0 +1,163 @@
+"""From files, text and dicts to checked scenes. All problems are reported at once, each with file, line, path and hint.
+
+``source_of_…`` reads, ``scene_of`` walks the data once: parts, changed values, expressions, types, checks.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.scene.checks import findings
+from trunnion.scene.composition.whole_scene import compose
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.expressions.parameter_evaluation import MEND_FIRST, evaluate
+from trunnion.scene.file_format.yaml_reader import LARGEST, read
+from trunnion.scene.findings.findings_and_paths import Finding, Path, error_of
+from trunnion.scene.library.model_folders import SCENE_FILE, bundled_names, model_file
+from trunnion.scene.validation import build, plain_copy
+from trunnion.scene.value_changes import set_values
+
+SUFFIXES = (".yaml", ".yml", ".json")
+MOST_NAMED = 5
+"""How many files of a folder a hint names."""
+
+
+@dataclass
+class Source:
+    """The data of a scene before any walk. findings: problems of the reader; lines: line of every path; folder: place of the
+    files that the scene names, None where none may be read."""
+
+    data: dict[str, Any]
+    findings: list[Finding] = field(default_factory=list)
+    lines: dict[Path, int] = field(default_factory=dict)
+    file: str = ""
+    folder: FilePath | None = None
+
+
+def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
+    """Read a scene.
+
+    Args:
+        source: a YAML or JSON file, a folder with a ``scene.yaml``, or the name of a bundled model.
+        massless: whether bodies may lack masses. They then get some, for questions in which masses do not count.
+
+    Returns:
+        The checked scene, numbers in SI units.
+
+    Raises:
+        SceneError: with every problem of the scene.
+    """
+    return scene_of(source_of_file(source), massless)
+
+
+def source_of_file(source: str | os.PathLike[str]) -> Source:
+    """The content of a scene's file, named as for ``load_scene``. SceneError when no scene's data can be read from the file."""
+    path = _file(source)
+    try:
+        with path.open("rb") as f:
+            content = f.read(LARGEST + 1)  # one byte more than is allowed, so that the reader can tell and refuse it
+    except OSError as e:
+        raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
+    name = path.parent.name if path.name == SCENE_FILE else path.stem
+    return source_of_text(content, str(path), path.suffix.lower() == ".json", name, path.parent)
+
+
+def _file(source: str | os.PathLike[str]) -> FilePath:
+    """The file that a name means: an existing one, else a bundled model's."""
+    text = os.fspath(source)
+    path = FilePath(text)
+    try:
+        if path.is_dir() and (path / SCENE_FILE).is_file():
+            return path / SCENE_FILE
+        if path.exists() and not path.is_dir():
+            return path
+        others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
+    except (OSError, ValueError):  # the name is one that no file system takes
+        others = None
+    if others is not None and text not in bundled_names():
+        raise SceneError([_no_scene_in(path, others, text)])
+    if path.suffix.lower() in SUFFIXES or len(path.parts) > 1:
+        raise SceneError([Problem("scene", "there is no such file", "", text[:200])])
+    return model_file(text)
+
+
+def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Problem:
+    """The problem of a folder that holds no scene.yaml, or only scenes of other names."""
+    shown = ", ".join(map(str, others[:MOST_NAMED]))
+    hint = f"give the file itself: {shown}" if others else f"a scene's folder holds one; `trunnion new {folder.name}` writes one"
+    return Problem("scene", f"the folder has no {SCENE_FILE}", hint, text[:200])
+
+
+def scene_from_text(
+    content: bytes | str, file: str = "", is_json: bool = False, name: str = "", folder: FilePath | None = None
+) -> Scene:
+    """The scene in YAML (or JSON) text. name: used where the text gives none; folder: place of the files that the text names, none
+    of which are read without it."""
+    return scene_of(source_of_text(content, file, is_json, name, folder))
+
+
+def source_of_text(content: bytes | str, file: str, is_json: bool, name: str, folder: FilePath | None) -> Source:
+    """The data in a text, as for ``scene_from_text``. SceneError when the text holds no group of keys."""
+    doc = read(content, is_json)
+    if doc.data is None and not doc.findings:
+        doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))
+    if not isinstance(doc.data, dict):
+        if doc.data is not None:
+            doc.findings.append(Finding((), "a scene is a group of keys", "begin with bodies: and joints:", 1))
+        raise error_of(doc.findings, doc.lines, file)
+    if name and "name" not in doc.data:
+        doc.data["name"] = name
+    return Source(doc.data, doc.findings, doc.lines, file, folder)
+
+
+def scene_from_dict(data: Mapping[str, Any], massless: bool = False) -> Scene:
+    """Read a scene from plain data.
+
+    Args:
+        data: nested dicts and lists, as in a file.
+        massless: as for ``load_scene``.
+
+    Returns:
+        The checked scene, numbers in SI units.
+
+    Raises:
+        SceneError: with every problem of the scene.
+    """
+    return scene_of(Source(plain_copy(data)), massless)
+
+
+def _add_masses(data: dict[str, Any]) -> None:
+    """Give every body that has none a mass, and where it has no shape an inertia."""
+    bodies = data.get("bodies")
+    for body in bodies.values() if isinstance(bodies, dict) else ():
+        if isinstance(body, dict) and not {"mass", "density"} & set(body):
+            body["mass"] = 1.0
+            if not {"box", "cylinder", "sphere", "inertia"} & set(body):
+                body["inertia"] = [1.0, 1.0, 1.0]
+
+
+def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] | None = None) -> Scene:
+    """The checked scene of a source. massless: as for ``load_scene``; changes: values at dotted paths, set before anything is
+    computed from them.
+
+    The data is changed in place. SceneError lists all problems in the order of the file.
+    """
+    data, lines, composed = compose(source.data, source.lines, source.file, source.folder)
+    if changes and (wrong_paths := set_values(data, changes)):
+        raise SceneError([w.problem() for w in wrong_paths])
+    data, wrong = evaluate(data)
+    if massless:
+        _add_masses(data)
+    built = build(data)
+    told = {f.path for f in composed}
+    found = [*source.findings, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
+    if built.scene is not None and not composed:  # a part that is missing has consequences everywhere
+        found += [f for f in findings(built.scene) if not built.hides(f)]
+    if found or built.scene is None:
+        raise error_of(found, lines, source.file)
+    return built.scene

@@ -1,0 +1,161 @@
+"""Numbers with units, as the scene's fields take them: SI inside; text such as "45 deg" or "30 mm" is converted when it is read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+from typing import Annotated, Any
+
+from pydantic_core import core_schema
+
+from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
+from trunnion.scene.findings.name_suggestions import shown
+from trunnion.scene.units.dimension_names import QUANTITIES, described, fits
+from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError, parse, parse_unit
+
+
+class Quantity(float):
+    """A float (SI) that remembers the text it was written as, and the dimension of that text's unit."""
+
+    __slots__ = ("dimension", "text")
+
+    dimension: Dimension
+    text: str
+
+    def __new__(cls, value: float, dimension: Dimension, text: str) -> Quantity:
+        self = super().__new__(cls, value)
+        self.dimension, self.text = dimension, text
+        return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:  # type: ignore[override]
+        return float(self), self.dimension, self.text
+
+    def fits(self, wanted: Dimension) -> bool:
+        """Whether it may stand where a number of another dimension is wanted."""
+        return fits(self.dimension, wanted)
+
+
+class Computed(Quantity):
+    """The value of an expression. text: the expression as written, in braces; names: the parameters in it; plain: whether it has
+    neither parameters nor units, so that it counts as a number without unit."""
+
+    __slots__ = ("names", "plain")
+
+    names: frozenset[str]
+    plain: bool
+
+    def __new__(cls, value: float, dimension: Dimension, text: str, names: frozenset[str], plain: bool) -> Computed:
+        self = float.__new__(cls, value)
+        self.dimension, self.text, self.names, self.plain = dimension, text, names, plain
+        return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:  # type: ignore[override]
+        return float(self), self.dimension, self.text, self.names, self.plain
+
+    def fits(self, wanted: Dimension) -> bool:
+        """As for a quantity; besides, a ratio may be an angle (arc over radius), and radians may be left in what has other units
+        (radius times angle is a length)."""
+        given, rest = self.dimension, (*wanted[:3], wanted[4])
+        if self.plain or given == wanted:
+            return True
+        return (*given[:3], given[4]) == rest and (rest != (0, 0, 0, 0) or given == NONE)
+
+
+class NoValue(str):
+    """The text of an expression that has no value, until the reader of numbers tells why: ``what`` and ``hint``."""
+
+    __slots__ = ("hint", "what")
+
+    what: str
+    hint: str
+
+    def __new__(cls, text: str, what: str, hint: str = "") -> NoValue:
+        self = super().__new__(cls, text)
+        self.what, self.hint = what, hint
+        return self
+
+
+def parse_quantity(text: str) -> float:
+    """SI value of "VALUE" or "VALUE UNIT" (a Quantity when there is a unit). UnitError says what is wrong with other text."""
+    value, unit, _ = parse(text)
+    return value if unit is None else Quantity(value, unit.dimension, text.strip())
+
+
+def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
+    """A finite float (a Quantity for text with a unit) from a number or text. UnitError otherwise; it names what is ``wanted``
+    and an ``example``."""
+    if isinstance(value, Quantity):
+        return value
+    if isinstance(value, NoValue):
+        raise UnitError(value.what, value.hint)
+    if isinstance(value, str):
+        return parse_quantity(value)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise UnitError(f"{wanted} is wanted, not {shown(value)}", f"for example {example}")
+    try:
+        out = float(value)
+    except OverflowError as e:
+        raise UnitError(f"{shown(value)} is too large") from e
+    if not math.isfinite(out):
+        raise UnitError(f"{shown(value)} is not finite", f"for example {example}")
+    return out
+
+
+def agree(value: float, unit: str) -> None:
+    """UnitError when a Quantity's dimension does not fit the wanted SI unit."""
+    if not isinstance(value, Quantity):
+        return
+    wanted = parse_unit("" if unit == "1" else unit).dimension
+    if not value.fits(wanted):
+        name, example = QUANTITIES.get(unit, (described(wanted), f"1 {unit}"))
+        raise UnitError(f"{shown(value.text)} is {described(value.dimension)}; {name} is wanted", f'for example "{example}"')
+
+
+@dataclass(frozen=True)
+class AnyUnit:
+    """Marks a number whose dimension depends on where it stands, which is checked later (``contexts``). bound: the values it
+    may have, which are checked with the rest of the scene (``check.numbers``)."""
+
+    unit: str = ""
+    bound: Bound = ANY
+
+    def __call__(self, value: Any) -> float:
+        """Validate a value as a number of any dimension."""
+        return number(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        return {"type": ["number", "string"]}
+
+
+@dataclass(frozen=True)
+class Per(AnyUnit):
+    """Marks a number that is measured in ``unit`` (SI) and stored as a plain float, or as an expression of parameters."""
+
+    def __call__(self, value: Any) -> float:
+        """Validate a value and convert it to SI; UnitError when its dimension is not that of ``unit``."""
+        if value.__class__ is float and math.isfinite(value):
+            return value
+        name, example = QUANTITIES[self.unit]
+        out = number(value, name, f'"{example}"')
+        agree(out, self.unit)
+        return out if isinstance(out, Computed) and out.names else float(out)
+
+
+Number = Annotated[float, AnyUnit()]
+NotNegative = Annotated[float, AnyUnit(bound=NOT_NEGATIVE)]
+Positive = Annotated[float, AnyUnit(bound=POSITIVE)]
+Length = Annotated[float, Per("m")]
+Extent = Annotated[float, Per("m", POSITIVE)]
+Angle = Annotated[float, Per("rad")]
+Time = Annotated[float, Per("s")]
+Duration = Annotated[float, Per("s", POSITIVE)]
+Acceleration = Annotated[float, Per("m/s^2")]
+Mass = Annotated[float, Per("kg", POSITIVE)]
+Density = Annotated[float, Per("kg/m^3", POSITIVE)]
+Inertia = Annotated[float, Per("kg*m^2")]
+Stiffness = Annotated[float, Per("N/m", NOT_NEGATIVE)]
+Damping = Annotated[float, Per("N*s/m", NOT_NEGATIVE)]

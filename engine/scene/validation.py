@@ -1,0 +1,172 @@
+"""From plain data to a Scene, with every mistake of form. Broken parts are removed, so that the rest can be checked, too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.joints import FREE
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.file_format.yaml_reader import DEEPEST
+from trunnion.scene.file_format.yaml_scalars import whole_text
+from trunnion.scene.findings.findings_and_paths import CONNECTIONS, Finding, Path
+from trunnion.scene.validation_messages import findings_of
+
+ROUNDS = 12
+"""Attempts at setting broken parts aside before the rest is given up."""
+
+STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
+
+
+@dataclass
+class Built:
+    """A scene made of plain data, without its broken parts.
+
+    scene: None when nothing is usable. findings: mistakes of form. broken: paths of the removed parts; CONNECTIONS is one of them
+    when whole joints are missing.
+    """
+
+    scene: Scene | None
+    findings: list[Finding] = field(default_factory=list)
+    broken: set[Path] = field(default_factory=set)
+
+    def hides(self, f: Finding) -> bool:
+        """Whether a finding may follow from a removed part alone: its path or a path it depends on lies in a broken part, or
+        around one."""
+        return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
+
+    def _broken_around(self, path: Path) -> bool:
+        return any(path[:n] in self.broken for n in range(len(path) + 1))
+
+    @cached_property
+    def _around_broken(self) -> set[Path]:
+        """The paths of all parts that have something broken inside them."""
+        return {b[:n] for b in self.broken for n in range(len(b))}
+
+
+@cache
+def _adapter() -> TypeAdapter[Scene]:
+    return TypeAdapter(Scene)
+
+
+def build(data: Any) -> Built:
+    """Validate plain data; when there are mistakes, try again without the broken parts."""
+    try:
+        return Built(_adapter().validate_python(data))
+    except ValidationError as e:
+        errors = [dict(x) for x in e.errors(include_url=False)]
+    built = Built(None, findings_of(errors, data))
+    if not isinstance(data, dict):
+        return built
+    rest = plain_copy(data)
+    for _ in range(ROUNDS):
+        _remove_broken(rest, findings_of(errors, rest), built)
+        try:
+            built.scene = _adapter().validate_python(rest)
+        except ValidationError as e:
+            errors = [dict(x) for x in e.errors(include_url=False)]
+        else:
+            break
+    return built
+
+
+def _remove_broken(rest: dict[str, Any], found: list[Finding], built: Built) -> None:
+    """Remove the parts that the findings are about. Later findings in a removed part remove nothing more, so that a hundred wrong
+    entries of a list remove as much as one."""
+    gone: set[Path] = set()
+    for f in found:
+        if any(f.path[:n] in gone for n in range(len(f.path) + 1)):
+            continue
+        gone.add(_remove_part(rest, f.path, built) if f.meant is None else _remove_unknown_key(rest, f.path, f.meant, built))
+
+
+def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
+    """A copy made of nested dicts (keys as text) and lists. SceneError when they are nested too deep, or contain themselves."""
+    if isinstance(data, dict | Mapping):
+        inside = _next_level(deeper)
+        return {whole_text(str(k)): plain_copy(v, inside) for k, v in data.items()}
+    if isinstance(data, list | tuple):
+        inside = _next_level(deeper)
+        return [plain_copy(v, inside) for v in data]
+    return whole_text(data) if isinstance(data, str) else data
+
+
+def _next_level(deeper: int) -> int:
+    """The number of levels allowed inside. SceneError when it would be negative."""
+    if deeper <= 0:
+        raise SceneError([Problem("scene", f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")])
+    return deeper - 1
+
+
+def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
+    """Remove the smallest optional part around a mistake, and give its path. A body or joint without one becomes a stub."""
+    node, at = _deepest_group(data, path)
+    if len(at) <= 1:  # the mistake is in one of the scene's own keys
+        key = path[0] if path else ""
+        required = key in ("bodies", "joints")
+        data.pop(str(key), None)
+        if required:
+            data[str(key)] = {}
+            built.broken.add(CONNECTIONS)
+        built.broken.add(path[:1])
+        return path[:1]
+    if len(at) == 2:
+        _replace_by_stub(data, (str(at[0]), str(at[1])), built)
+        return at
+    del node[str(at[-1])]
+    built.broken.add(at)
+    return at
+
+
+def _remove_unknown_key(data: dict[str, Any], path: Path, meant: str, built: Built) -> Path:
+    """Remove an unknown key and give its path. The key it was meant to be counts as broken."""
+    node, at = _deepest_group(data, path)
+    if at == path:
+        del node[str(at[-1])]
+    built.broken.add((*path[:-1], meant) if meant else path)
+    return path
+
+
+def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Path]:
+    """The innermost group that has the mistake below one of its keys, and the path of that key."""
+    node: Any = data
+    group, end = data, 0
+    for i, key in enumerate(path):
+        if isinstance(node, dict) and key in node:
+            group, end = node, i + 1
+            node = node[key]
+        elif isinstance(node, list) and isinstance(key, int) and key < len(node):
+            node = node[key]
+        else:
+            break
+    return group, path[:end]
+
+
+def _replace_by_stub(data: dict[str, Any], path: tuple[str, str], built: Built) -> None:
+    """Replace a body by one without mistakes, a joint by one that still connects; remove anything else."""
+    section, name = path
+    old = data[section].pop(name)
+    known = old if isinstance(old, dict) else {}
+    built.broken.add(path)
+    if section == "bodies":
+        points = known.get("points")
+        names = points if isinstance(points, dict) else {}
+        data[section][name] = {**STUB_BODY, "points": {k: [0.0, 0.0, 0.0] for k in names}}
+    elif section == "inputs":
+        data[section][name] = {}
+    elif section == "joints":
+        ends = {k: _body_of(known.get(k)) for k in ("inboard", "outboard")}
+        if None in ends.values():
+            built.broken.add(CONNECTIONS)
+        else:
+            data[section][name] = {"type": FREE.name, **ends}
+
+
+def _body_of(side: Any) -> str | None:
+    body = side.get("body") if isinstance(side, dict) else side
+    return body.partition(".")[0] if isinstance(body, str) else None

@@ -1,0 +1,128 @@
+"""Mistakes of form (unknown keys, wrong types, missing keys, units) in plain English, with the path the user knows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from trunnion.scene.data_classes.loads import APPLIED
+from trunnion.scene.data_classes.type_tree import keys_at, length_at, required_at
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.findings.name_suggestions import closest, did_you_mean, shown
+from trunnion.scene.units.unit_parser import UnitError
+
+Error = dict[str, Any]
+_AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
+"""What follows the comma of a number such as "2,5 kg" is a key of its own between braces."""
+
+
+def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
+    """One finding for each mistake, in the order of the file's keys as far as the checker keeps it."""
+    return list(dict.fromkeys(_one(e, data) for e in errors))
+
+
+def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
+    """The path of an error: its location without the tags that tell alternatives of a type apart."""
+    path: list[str | int] = []
+    for key in loc:
+        if isinstance(key, str) and key.startswith("·") and not (isinstance(data, dict) and key in data):
+            continue
+        path.append(key)
+        inside = isinstance(data, dict) and key in data
+        listed = isinstance(data, list | tuple) and isinstance(key, int) and 0 <= key < len(data)
+        data = data[key] if inside or listed else None
+    return tuple(path)
+
+
+def _one(e: Error, data: Any) -> Finding:
+    path = path_of(e["loc"], data)
+    return _RULES.get(e["type"], _other)(path, e)
+
+
+def _unknown_key(path: Path, e: Error) -> Finding:
+    key, known = str(path[-1]), keys_at(path[:-1])
+    if _AFTER_COMMA.fullmatch(key) and e["input"] is None:
+        return Finding(path, f"unknown key {shown(key)}", "the end of a number with a decimal comma? Write 2.5, not 2,5", meant="")
+    hint = did_you_mean(key, known, "known keys")
+    return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known))
+
+
+def _missing(path: Path, e: Error) -> Finding:
+    if isinstance(path[-1], int):
+        return _length(path[:-1], e)
+    needed = ", ".join(required_at(path[:-1]))
+    return Finding(path, f'the key "{path[-1]}" is missing', f"needed here: {needed}" if needed else "")
+
+
+def _length(path: Path, e: Error) -> Finding:
+    given, wanted = e["input"], length_at(path)
+    count = len(given) if isinstance(given, list | tuple | dict) else 0
+    return Finding(path, f"{wanted} entries are wanted, not {count}")
+
+
+def _group(path: Path, e: Error) -> Finding:
+    known = keys_at(path)
+    hint = f"known keys: {', '.join(known)}" if known else "entries look like NAME: {…}"
+    return Finding(path, f"a group of keys is wanted, not {shown(e['input'])}", hint)
+
+
+def _list(path: Path, e: Error) -> Finding:
+    n = length_at(path)
+    kind = f"a list of {n}" if n else "a list"
+    return Finding(path, f"{kind} is wanted, not {shown(e['input'])}", "write it in brackets: [a, b, c]")
+
+
+def _choice(path: Path, e: Error) -> Finding:
+    known = re.findall(r"'([^']*)'", e["ctx"]["expected"]) or [e["ctx"]["expected"]]
+    if path == ("schema",):
+        return Finding(path, f"schema {shown(e['input'])} is not known", "this version reads schema: 1")
+    return Finding(path, f"{shown(e['input'])} is not known here", did_you_mean(str(e["input"]), known))
+
+
+def _text(path: Path, e: Error) -> Finding:
+    hint = "put it in quotes" if isinstance(e["input"], int | float) else ""
+    return Finding(path, f"text is wanted, not {shown(e['input'])}", hint)
+
+
+def _truth(path: Path, e: Error) -> Finding:
+    return Finding(path, f"true or false is wanted, not {shown(e['input'])}")
+
+
+def _value(path: Path, e: Error) -> Finding:
+    error = e["ctx"]["error"]
+    return Finding(path, error.what, error.hint) if isinstance(error, UnitError) else Finding(path, str(error))
+
+
+def _form(path: Path, e: Error) -> Finding:
+    return Finding(path, f"{e['msg']} is wanted, not {shown(e['input'])}")
+
+
+def _kind(path: Path, e: Error) -> Finding:
+    given = e["input"]
+    if not isinstance(given, dict):
+        return _group(path, e)
+    if "type" not in given:
+        return Finding(path, 'the key "type" is missing', f"known: {', '.join(APPLIED)}")
+    what = f"{shown(given['type'])} is not known here"
+    return Finding((*path, "type"), what, did_you_mean(str(given["type"]), APPLIED))
+
+
+def _other(path: Path, e: Error) -> Finding:
+    return Finding(path, f"{shown(e['input'])} does not fit here")
+
+
+_RULES: dict[str, Callable[[Path, Error], Finding]] = {
+    "unexpected_keyword_argument": _unknown_key,
+    "missing": _missing,
+    "too_long": _length,
+    "dataclass_type": _group,
+    "dict_type": _group,
+    "tuple_type": _list,
+    "literal_error": _choice,
+    "string_type": _text,
+    "bool_type": _truth,
+    "value_error": _value,
+    "wrong_form": _form,
+    "unknown_kind": _kind,
+}

@@ -1,0 +1,1 @@
+"""Runnable models, the loop of one run, and diagnosis of failures."""

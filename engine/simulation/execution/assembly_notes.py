@@ -1,0 +1,35 @@
+"""Notes about start values that assembly changed to close the loops."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trunnion.simulation.runtime_interface.simulation_block import Block
+from trunnion.system.construction.system_builder import Built
+from trunnion.system.structure.bodies_and_joints import state_coordinates
+
+NOTICE = 1e-9
+"""Largest change of a start value (rad; m relative to the length scale) that counts as round-off of the number in the file."""
+
+
+def assembly_notes(built: Built, block: Block) -> list[str]:
+    """A note for every given start value that assembly changed, and for every unused one."""
+    system, n = built.system, built.numbers
+    notes = list(n.ignored)
+    q, v = block.y[: system.nq], block.y[system.nq : system.nq + system.nv]
+    for j in system.tree:
+        states = state_coordinates(j)
+        was, now = n.q[j.q0 : j.q0 + len(states)], q[j.q0 : j.q0 + len(states)]
+        given = n.q_given[j.q0 : j.q0 + len(states)] != 0.0
+        if given.any() and np.abs(was - now).max() > NOTICE * max(1.0, n.length):
+            notes.append(f"{j.name}: start q moved from {_list(was)} to {_list(now)} so that the loops close")
+        was, now = n.v[j.v0 : j.v0 + len(j.free)], v[j.v0 : j.v0 + len(j.free)]
+        given = n.v_given[j.v0 : j.v0 + len(j.free)] != 0.0
+        if given.any() and np.abs(was - now).max() > NOTICE * n.rate * max(1.0, n.length):
+            notes.append(f"{j.name}: start qd moved from {_list(was)} to {_list(now)} so that the loops close")
+    return notes
+
+
+def _list(values: np.ndarray) -> str:
+    text = ", ".join(f"{x:.9g}" for x in values)
+    return text if len(values) == 1 else f"[{text}]"

@@ -1,0 +1,188 @@
+"""The loop of one run: assembly, start, steps in calls to C, collection of rows and events, until its end or an interrupt."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trunnion.basics.interrupts import Held, heed, held
+from trunnion.runtime.abi.tolerances import number
+from trunnion.simulation.execution.failure_diagnosis import diagnose
+from trunnion.simulation.execution.open_loop_report import open_loop
+from trunnion.simulation.results.audit import Audit, audit_of, judged
+from trunnion.simulation.results.certificate import Certificate, certificate, certificate_notes
+from trunnion.simulation.results.event_decoder import decode
+from trunnion.simulation.results.outcome import CANCELLED, DONE, Outcome
+from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy, redundancy_notes
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.results.result_data import Stats
+from trunnion.simulation.results.summary import marginal_note
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.simulation.settings.memory_limits import Room
+from trunnion.simulation.settings.realtime_steps import overrun_note
+
+if TYPE_CHECKING:
+    from trunnion.simulation.execution.runnable_model import Model
+
+log = logging.getLogger("trunnion.simulate")
+CHUNK_SECONDS = 0.03
+"""Target duration of a call into C: below 50 ms, after which progress, Ctrl-C and time limits must be served."""
+FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
+"""Least number of steps of the first call, and limits for later calls. The number of steps of a later call follows from the
+duration of the previous call."""
+FIRST_NUMBERS = 4000
+"""State size times steps of the first call: small mechanisms make more steps at once."""
+CHUNK_ROWS = 4096
+Progress = Callable[[float, float], None]
+"""progress(time, until), called a few times a second."""
+
+
+class OneRun:
+    """A run in progress: the rows and event records so far, and how long its parts took."""
+
+    def __init__(self, model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None):
+        self.model, self.until, self.every, self.settings, self.progress = model, until, every, settings, progress
+        self.rows: list[np.ndarray] = []
+        self.records: list[np.ndarray] = []
+        self.notes: list[str] = []
+        self.redundancy = Redundancy(0)
+        self.build = self.setup = self.wall = 0.0
+        self.roots = 1
+        self.began = False
+
+    def result(self) -> Result:
+        """Execute the run and return its result."""
+        started = time.perf_counter()
+        outcome = self._begin()
+        self.setup = time.perf_counter() - started + self.model.setup_seconds
+        if outcome is None:
+            outcome = self._step_until_interrupt()
+        block = self.model.block
+        data = np.concatenate(self.rows) if self.rows else np.zeros((0, block.width))
+        c = block.statistics()
+        stats = Stats(self.wall, self.model.build_seconds + self.build, self.setup, c["steps"], c["rejected"], c["rhs_evaluations"],
+                      c["jacobians"], c["events"], c)
+        s = self.settings
+        used = {"until": self.until, "every": self.every, "rtol": s.rtol, "method": s.method, "step": s.step}
+        used["kernel"] = self.model.kernel_kind
+        scene = self.model.built.scene
+        certified = certificate(block, self.model.system, self.roots, self.redundancy) if self.began else Certificate()
+        self.notes += certificate_notes(certified)
+        events = decode(self.model.system, np.concatenate(self.records)) if self.records else []
+        frictional = [j.name for j in self.model.system.frictional]
+        audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
+        outcome = judged(outcome, audit)
+        self.notes += [*audit.notes, *filter(None, [marginal_note(tuple(events)), overrun_note(c)])]
+        log.info("%s: %s", scene.name, outcome)
+        return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
+                      self.redundancy, certified, audit)
+
+    def _begin(self) -> Outcome | None:
+        """Close the loops, note changed start values, and evaluate the start. Returns an outcome where that fails."""
+        from trunnion.simulation.execution.assembly_notes import assembly_notes
+        from trunnion.simulation.execution.drive_motion import beginning_notes
+
+        model = self.model
+        model.block.configure(self.settings)
+        code = model.block.assemble()
+        if code != 1:
+            return open_loop(model, code)
+        self.notes += [*assembly_notes(model.built, model.block), *beginning_notes(model.built, against_data=True)]
+        first = np.zeros(model.block.width)
+        status = model.begin(self.settings, 0.0, self.until, self.every, first)
+        self.began = True
+        self.roots = model.block.roots() if model.system.neta else 1
+        if status != bl.OK:
+            return diagnose(model, status)
+        self.rows.append(first[None, :])
+        self.redundancy = redundancy(model.block)
+        self.notes += redundancy_notes(self.redundancy)
+        return None
+
+    def _step_until_interrupt(self) -> Outcome:
+        """Step to the end, or until Ctrl-C, which keeps rows and events."""
+        try:
+            with held() as interrupt, self.model.block.cancellable(lambda: interrupt.asked):
+                started = time.perf_counter()
+                try:
+                    return self._step(interrupt)
+                finally:
+                    self.wall = time.perf_counter() - started - self.build
+        except KeyboardInterrupt:
+            return Outcome.named(CANCELLED, max(self.model.block.time, float(self.rows[-1][-1, 0])), "")
+
+    def _step(self, interrupt: Held) -> Outcome:
+        """Step to the end in calls of about ``CHUNK_SECONDS``. KeyboardInterrupt is raised only between calls."""
+        block = self.model.block
+        rows_at_once = CHUNK_ROWS if self.every <= 0.0 else int(min(CHUNK_ROWS, self.until / self.every + 2))
+        buffer = np.empty((rows_at_once, block.width))
+        reported, steps = time.perf_counter(), self._first_steps()
+        room = Room(block.width, self.every <= 0.0)
+        while True:
+            began = time.perf_counter()
+            status, count = block.advance(self.until, steps, buffer)
+            if count:
+                self.rows.append(buffer[:count].copy())
+            events = block.take_events()
+            if len(events):
+                self.records.append(events)
+            if status == bl.DONE:
+                break
+            if status == bl.NEED_JACOBIAN:
+                self._attach_jacobian(interrupt)
+            elif status == bl.MORE:
+                steps = self._next_steps(steps, time.perf_counter() - began)
+            elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.CANCELLED, bl.OK):
+                failed = diagnose(self.model, status)
+                if interrupt.asked:  # the diagnosis may be incomplete
+                    raise KeyboardInterrupt
+                return failed
+            if full := room.take(count, len(events)):
+                return Outcome.named(full, float(self.rows[-1][-1, 0]), "")
+            heed()
+            if interrupt.asked:
+                raise KeyboardInterrupt
+            if self.progress and time.perf_counter() - reported > 0.1:
+                reported = time.perf_counter()
+                self.progress(block.time, self.until)
+        if self.every > 0.0 and self.until - self.rows[-1][-1, 0] > number("LAST_ROW") * self.until:
+            last = np.zeros(block.width)
+            code = block.row(last)
+            if code != bl.OK:
+                return diagnose(self.model, code)
+            self.rows.append(last[None, :])
+        return Outcome(DONE, self.until)
+
+    def _first_steps(self) -> int:
+        """Number of steps of the first call into C."""
+        return first_steps(self.model.block.ny)
+
+    def _next_steps(self, steps: int, seconds: float) -> int:
+        """Number of steps of the next call into C. steps, seconds: of the last call."""
+        return next_steps(steps, seconds)
+
+    def _attach_jacobian(self, interrupt: Held) -> None:
+        """Attach the Jacobian unit. An interrupt during its build leaves the block unchanged. The time taken counts as build
+        time."""
+        started = time.perf_counter()
+        try:
+            with interrupt.open():
+                self.model.block.kernel.jacobian()
+            self.model.block.attach_jacobian()
+        finally:
+            self.build += time.perf_counter() - started
+
+
+def first_steps(numbers: int) -> int:
+    """Number of steps of the first call into C. numbers: size of the state."""
+    return min(max(FIRST_STEPS, FIRST_NUMBERS // max(numbers, 1)), MOST_STEPS)
+
+
+def next_steps(steps: int, seconds: float) -> int:
+    """Number of steps of the next call into C. steps, seconds: of the last call."""
+    wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
+    return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))

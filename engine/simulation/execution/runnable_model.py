@@ -1,0 +1,89 @@
+"""Runnable models: structure, kernel and block of a scene."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from trunnion.basics.name_patterns import MOST_WILD, is_wild, unmatched
+from trunnion.basics.problems import MOST, Problem, SceneError
+from trunnion.kernel.interface.output_columns import Column, columns, current_patterns, needs_quadratures, select
+from trunnion.kernel.shared_libraries import Kernel, kernel
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.findings.name_suggestions import shown
+from trunnion.scene.units.python_arguments import Names, names_given
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.simulation.settings.kernel_choice import kernel_for
+from trunnion.system.construction.system_builder import Built, build
+from trunnion.system.structure.bodies_and_joints import System
+
+
+class Model:
+    """A scene with its structure, kernel and block, ready to run. Numbers may change between runs of the same structure.
+
+    scene: a checked scene; outputs: patterns of columns, default: the scene's; kernel: kind of kernel, None: chosen by the
+    structure and by ``runs``, the expected number of runs (infinite for long stepping). SceneError for unknown columns."""
+
+    def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1):
+        started = time.perf_counter()
+        self.built: Built = build(scene)
+        everything = columns(self.built.system)
+        wanted = names_given(outputs if outputs is not None else scene.outputs)
+        if problems := pattern_problems(everything, wanted):
+            raise SceneError(problems)
+        self.columns: list[Column] = select(everything, wanted)
+        self.build_seconds = 0.0
+        self.kernel_kind = kernel_for(kernel, self.built.system, runs)
+        self._load(redundant=False)
+        self.setup_seconds = time.perf_counter() - started - self.build_seconds
+
+    def _load(self, redundant: bool) -> None:
+        self.kernel = self.variant(redundant)
+        self.build_seconds += self.kernel.build_seconds
+        self.block = bl.Block(self.kernel, self.built.numbers, np.array(self.built.parameters.values))
+
+    def variant(self, redundant: bool) -> Kernel:
+        """The kernel, or its variant for friction with redundant loops."""
+        make: Callable[..., Kernel] = kernel
+        if self.kernel_kind == "parts":
+            from trunnion.parts.kernels.scene_kernel import parts_kernel
+
+            make = parts_kernel
+        return make(self.system, len(self.built.parameters.values), self.columns, needs_quadratures(self.columns), redundant)
+
+    def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray) -> int:
+        """Start a run from an assembled block; t, until, every: s. Fills ``row`` (columns + 1) and returns the ``Status``.
+
+        Where friction depends on reactions of redundant loops, the model continues with the redundant kernel in the same state."""
+        status = self.block.start(t, until, every, row)
+        if status != bl.NEED_REDUNDANT:
+            return status
+        y = self.block.y.copy()
+        self._load(redundant=True)
+        self.block.configure(settings)
+        self.block.y[:] = y
+        return self.block.start(t, until, every, row)
+
+    @property
+    def system(self) -> System:
+        """The structure of the mechanism."""
+        return self.built.system
+
+
+def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:
+    """A problem for every pattern that matches no column; the first ones suggest similar names."""
+    from difflib import get_close_matches
+
+    patterns = tuple(current_patterns(patterns, everything))
+    wild = sum(map(is_wild, patterns))
+    if wild > MOST_WILD:
+        return [Problem(where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "one with * matches many columns")]
+    problems: list[Problem] = []
+    names = [c.name for c in everything]
+    for p in unmatched((p for p in patterns if p != "*"), names):
+        near = get_close_matches(p[:80], names, 3, 0.4) if len(problems) < MOST else []
+        hint = f"did you mean {', '.join(near)}?" if near else "see `trunnion check SCENE --columns` for the names"
+        problems.append(Problem(where, f"pattern {shown(p, 80)} matches no column", hint))
+    return problems

@@ -1,0 +1,56 @@
+"""Additional step ends in the tighter of two runs. Without them both runs would begin with the same steps, and the difference of
+the runs would not show the errors of these steps."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from trunnion.simulation.execution.runnable_model import Model
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.runtime_interface.simulation_block import Block
+
+APART = 0.41
+"""Position of an additional step end within a step of the first run, relative to the step's length."""
+FEW = 4
+"""Largest number of steps between two common step ends for which a second additional step end is needed."""
+MORE = 0.3
+"""Largest number of additional step ends, relative to the first run's number of steps. The longest steps get them first."""
+NEAR = 1e-9
+"""Distance, relative to the duration of the run, below which two step ends count as one."""
+CORNERS = ("separation",)
+"""Kinds of events at which friction has a kink but no step ends."""
+
+
+def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray) -> Model:
+    """The model of the tighter run, with additional step ends where both runs would otherwise make the same steps. These steps
+    follow the start, kinks of signals, and events. times: known step ends of the first run, s."""
+    numbers = model.built.numbers
+    events = [e.time for e in run.events if e.kind not in CORNERS]
+    marks = np.unique([0.0, *(t for t in numbers.breaks if t < until), *(t for t in events if t < until), until])
+    marks = marks[np.diff(marks, prepend=-until) > NEAR * until]
+    added = [t for _, t in sorted(_inside(marks, times), reverse=True)[: max(1, int(MORE * run.stats.steps))]]
+    corners = [e.time for e in run.events if e.kind in CORNERS and 0.0 < e.time < until]
+    ends = np.unique([*added, *corners])
+    known = np.unique([*numbers.breaks, *ends])
+    if len(known) == len(numbers.breaks):
+        return model
+    numbers = replace(numbers, breaks=tuple(float(t) for t in known))
+    other = copy(model)
+    other.built = replace(model.built, numbers=numbers)
+    other.block = Block(model.kernel, numbers, np.array(model.block.parameters))
+    return other
+
+
+def _inside(marks: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
+    """(length of a step, s; additional end in it, s) of the first step after each mark, and of the longest of up to FEW steps."""
+    out = []
+    for a, b in pairwise(marks):
+        ends = np.array([a, *times[(times > a) & (times < b)], b])
+        steps = np.diff(ends)
+        some = {0, int(np.argmax(steps))} if len(steps) <= FEW else {0}
+        out += [(float(steps[i]), float(ends[i] + APART * steps[i])) for i in some]
+    return out

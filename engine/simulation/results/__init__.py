@@ -1,0 +1,1 @@
+"""Results of runs: columns, events, outcome, audit, error statement, and their files."""

@@ -1,0 +1,137 @@
+"""The audit of a run: how well it obeyed the laws of its model, with time and joint of each figure (theory, "Audit")."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from trunnion.runtime.abi import Law, Status, Verdict
+from trunnion.simulation.results.outcome import Outcome, from_status
+
+WORDS = {v: v.name.lower() for v in Verdict}
+"""Words of the verdicts."""
+VIOLATIONS = {
+    Law.CLOSURE: "a loop is open (relative to its length)",
+    Law.CONE: "friction exceeds the limit of its law (relative to this limit)",
+    Law.DRIVES: "friction adds energy to the motion (power, relative to the largest power of friction)",
+    Law.CREEPS: "a sticking pair moves (relative to the speed scale of the scene)",
+    Law.UNREST: "a sticking pair accelerates (relative to the accelerations that should cancel)",
+    Law.FRICTION: "the equations of friction have a residual (relative to the largest friction)",
+}
+"""The violation of each law; in brackets the reference of its figure."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """The largest violation of a law in a run.
+
+    Attributes:
+        size: violation, relative to the reference that ``trunnion.runtime.abi.Law`` gives for the law; at worst 1.
+        time: time, s; None where it is unknown.
+        joint: name of the joint; "" without one.
+    """
+
+    size: float = 0.0
+    time: float | None = None
+    joint: str = ""
+
+
+@dataclass(frozen=True)
+class Audit:
+    """The verdict on a run, with its figures.
+
+    Attributes:
+        verdict: "within" (every figure within the tolerance), "note" (some are not, see ``notes``), "inaccurate" (the energy error
+            exceeds 1000 times the tolerance or a tenth, relative to ``turned_over``; the outcome is then not ``done``) or "none"
+            (the run did not start).
+        tolerance: reference of the figures.
+        energy: largest energy error, J, positive for gained energy; None without an energy balance.
+        energy_time: its time, s.
+        jump_time: time of the largest increase of the energy error, s.
+        jump_joint: joint of the event before ``jump_time``; "" without one.
+        turned_over: energy turned over, J.
+        share: energy error relative to ``turned_over``.
+        laws: largest violation of every other law, by its name in ``trunnion.runtime.abi.Law``.
+        notes: figures beyond the tolerance.
+    """
+
+    verdict: str = "none"
+    tolerance: float = 0.0
+    energy: float | None = None
+    energy_time: float | None = None
+    jump_time: float | None = None
+    jump_joint: str = ""
+    turned_over: float = 0.0
+    share: float = 0.0
+    laws: dict[str, Figure] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """The audit as plain data."""
+        return asdict(self) | {"notes": list(self.notes)}
+
+    def __str__(self) -> str:
+        balance = f"energy within {self.share:.1g} of {self.turned_over:.3g} J"
+        if self.energy is None:
+            balance = "no energy balance (add energy.* to outputs)"
+        return f"{self.verdict}: {balance}, tolerance {self.tolerance:.1g}"
+
+
+def audit_of(record: np.void, joints: Sequence[str]) -> Audit:
+    """The audit of a run from the runtime's record (``tr_judgement``). joints: names of the joints with friction."""
+    known, verdict = bool(record["judged"]), Verdict(int(record["verdict"]))
+    laws = {law: _figure(record["law"][law], joints) for law in Law}
+    audit = Audit(
+        verdict=WORDS[verdict],
+        tolerance=float(record["tolerance"]),
+        energy=float(record["lost"]) if known else None,
+        energy_time=_time(record["lost_time"]),
+        jump_time=_time(record["jump_time"]),
+        jump_joint=_joint(record["jump_joint"], joints),
+        turned_over=float(record["turned"]) if known else 0.0,
+        share=float(record["share"]) if known else 0.0,
+        laws={law.name.lower(): f for law, f in laws.items()},
+    )
+    if verdict is Verdict.WITHIN:
+        return audit
+    notes = [_energy_note(audit)] if known and record["share"] > record["noted_energy"] else []
+    notes += [_law_note(law, f) for law, f in laws.items() if f.size > record["noted"]]
+    return replace(audit, notes=tuple(notes))
+
+
+def _time(t: float) -> float | None:
+    return float(t) if t >= 0.0 else None
+
+
+def _joint(number: float, joints: Sequence[str]) -> str:
+    return joints[int(number) - 1] if number > 0.0 else ""
+
+
+def _figure(worst: np.void, joints: Sequence[str]) -> Figure:
+    return Figure(float(worst["size"]), _time(worst["time"]), _joint(worst["joint"], joints))
+
+
+def _law_note(law: Law, f: Figure) -> str:
+    where = f", joint {f.joint}" if f.joint else ""
+    return f"audit at t = {f.time or 0.0:.6g} s{where}: {VIOLATIONS[law]}: {f.size:.1g}"
+
+
+def _energy_note(a: Audit) -> str:
+    word = "gained" if (a.energy or 0.0) > 0.0 else "lost"
+    where = f", joint {a.jump_joint}" if a.jump_joint else ""
+    most = f"{abs(a.energy or 0.0):.3g} J of {a.turned_over:.3g} J turned over {word}"
+    return (
+        f"audit at t = {a.jump_time or 0.0:.6g} s{where}: {most} by the end, mostly before this time (relative error {a.share:.1g})"
+    )
+
+
+def judged(outcome: Outcome, audit: Audit) -> Outcome:
+    """The outcome after the audit: ``inaccurate`` in place of ``done`` where the audit's verdict is that."""
+    if not outcome.ok or audit.verdict != WORDS[Verdict.INACCURATE]:
+        return outcome
+    time = outcome.time if audit.jump_time is None else audit.jump_time
+    plain = from_status(Status.INACCURATE, time, audit.jump_joint)
+    return replace(plain, numbers={"energy": audit.energy or 0.0, "turned_over": audit.turned_over, "share": audit.share})

@@ -1,0 +1,211 @@
+"""Results as Arrow tables, CSV and Parquet files, with units and the origin of the run.
+
+A CSV file begins with lines ``# key: value``: version, scene, settings, outcome, events, notes, audit as JSON. The last one is
+``# units: s,m,…``, a unit for every name in the header line below it. Each further line is a row. Read it with
+``load_result_table``, or with ``pandas.read_csv(file, comment="#")``. Parquet and Arrow have the same keys in the schema's
+metadata, units and descriptions in that of the fields. A file depends on the run alone, without dates or timings. It is written
+atomically.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trunnion.basics import arrow_columns
+from trunnion.basics.atomic_files import writing
+from trunnion.basics.number_declarations import ZERO_BELOW
+from trunnion.basics.optional_packages import brought
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.version import version
+from trunnion.simulation.results.error_columns import with_errors
+from trunnion.simulation.results.event import Event
+from trunnion.simulation.results.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pyarrow
+
+    from trunnion.scene.data_classes.scene import Scene
+    from trunnion.simulation.results.result_data import ResultData
+
+SUFFIXES = (".csv", ".parquet")
+FORMAT = "trunnion result 1"
+AT_ONCE = 4096
+"""Rows of a CSV file that are formatted at once."""
+ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit", "certainty")
+"""Metadata keys whose values are JSON; the others are plain text."""
+
+
+def metadata(result: ResultData) -> dict[str, str]:
+    """The origin of a result as text: format, version, scene, settings, outcome, events, notes, audit."""
+    from trunnion.scene.file_format.yaml_writer import scene_to_dict
+
+    encoded = {
+        "scene": scene_to_dict(result.scene),
+        "settings": result.settings,
+        "outcome": asdict(result.outcome),
+        "events": [asdict(e) for e in result.events],
+        "notes": list(result.notes),
+        "audit": result.audit.document(),
+    }
+    if result.certainty is not None:
+        encoded["certainty"] = result.certainty.document()
+    plain = {"format": FORMAT, "version": version(), "name": result.scene.name}
+    return plain | {k: json.dumps(finite(v), ensure_ascii=False) for k, v in encoded.items()}
+
+
+def finite(value: Any) -> Any:
+    """Nested data for JSON: None for NaN and infinite numbers, lists for tuples, numbers of Python for those of NumPy."""
+    if isinstance(value, dict):
+        return {str(k): finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(v) for v in value]
+    plain = value.item() if isinstance(value, np.generic) else value
+    return None if isinstance(plain, float) and not math.isfinite(plain) else plain
+
+
+def to_arrow(result: ResultData) -> pyarrow.Table:
+    """An Arrow table of float64, with columns of stated errors last. Each field's metadata has ``unit`` and ``description``, the
+    schema's metadata the origin."""
+    pa = brought("pyarrow", "tables", "to_arrow()")
+    about_run, result = metadata(result), with_errors(result)
+    about = [("s", "time"), *((c.unit, c.description) for c in result.columns)]
+    fields = [
+        pa.field(name, pa.float64(), nullable=False, metadata={"unit": unit, "description": text})
+        for name, (unit, text) in zip(result.names, about, strict=True)
+    ]
+    arrays = [arrow_columns.numbers(column) for column in result.data.T]
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=about_run))
+
+
+def save(result: ResultData, path: str | os.PathLike[str]) -> Path:
+    """Write CSV or Parquet, by suffix. SceneError for another suffix or an unwritable folder."""
+    with writing(path, SUFFIXES) as work:
+        if work.suffix.lower() == ".csv":
+            _write_csv(result, work)
+        else:
+            _write_parquet(result, work)
+    return Path(path)
+
+
+def _write_parquet(result: ResultData, path: Path) -> None:
+    import pyarrow.parquet as pq
+
+    pq.write_table(to_arrow(result), path, compression="zstd")
+
+
+def _write_csv(result: ResultData, path: Path) -> None:
+    head = [f"# {key}: {text}" for key, text in metadata(result).items()]
+    result = with_errors(result)
+    units = ",".join(result.units.values())
+    lines = [*(" ".join(line.split("\n")) for line in head), f"# units: {units}", ",".join(result.names)]
+    with path.open("wb") as f:
+        f.write(("\n".join(lines) + "\n").encode())
+        for first in range(0, len(result.data), AT_ONCE):
+            rows = result.data[first : first + AT_ONCE]
+            f.write(lines_of(np.where(np.abs(rows) < ZERO_BELOW, 0.0, rows)).encode())
+
+
+def lines_of(data: np.ndarray) -> str:
+    """Rows as lines of a CSV file, each number in the fewest digits that restore it. It takes 1 µs a number; Parquet a sixth."""
+    return "".join(",".join(map(repr, row)) + "\n" for row in data.tolist())
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """A result from a file.
+
+    Attributes:
+        names: names of the columns (c), ``time`` first.
+        units: unit of each column.
+        data: values (n × c).
+        metadata: origin of the result, decoded.
+    """
+
+    names: tuple[str, ...]
+    units: dict[str, str]
+    data: np.ndarray
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Output times (n), s."""
+        return self["time"]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.data[:, self.names.index(name)]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.names
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was run."""
+        from trunnion.scene.scene_loader import scene_from_dict
+
+        return scene_from_dict(self.metadata["scene"])
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended."""
+        return Outcome(**self.metadata["outcome"])
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """The events of the run."""
+        return tuple(_event(e) for e in self.metadata["events"])
+
+
+def _event(e: dict[str, Any]) -> Event:
+    before, after, turn, (margin,) = (
+        tuple(math.nan if a is None else float(a) for a in x) for x in (e["before"], e["after"], e["turn"], (e.get("margin"),))
+    )
+    return Event(e["time"], e["kind"], e["joint"], e["part"], before, after, turn, margin, e.get("marginal", False))
+
+
+def load_result_table(path: str | os.PathLike[str]) -> ResultTable:
+    """Read a file that ``save`` wrote. SceneError for other files."""
+    file = Path(path)
+    reader = {".csv": _read_csv, ".parquet": _read_parquet}.get(file.suffix.lower())
+    if reader is None:
+        raise SceneError([Problem("file", f"{str(path)!r} is not a result file", f"give a {' or '.join(SUFFIXES)} file")])
+    try:
+        return reader(file)
+    except (OSError, ValueError, KeyError, StopIteration) as e:
+        raise SceneError([Problem("file", f"cannot read {str(path)!r}: {e}", "was it written by Trunnion?")]) from e
+
+
+def _decoded(texts: dict[str, str]) -> dict[str, Any]:
+    return {k: json.loads(v) if k in ENCODED else v for k, v in texts.items()}
+
+
+def _read_csv(path: Path) -> ResultTable:
+    texts: dict[str, str] = {}
+    with path.open(encoding="utf-8", newline="") as f:
+        while (line := next(f)).startswith("#"):
+            key, _, text = line[1:].partition(":")
+            texts[key.strip()] = text.strip()
+        names = tuple(next(csv.reader([line])))
+        body = f.read().split("\n")[:-1]
+    data = np.loadtxt(body, delimiter=",", ndmin=2) if body else np.zeros((0, len(names)))
+    units = texts.pop("units").split(",")
+    return ResultTable(names, dict(zip(names, units, strict=True)), data, _decoded(texts))
+
+
+def _read_parquet(path: Path) -> ResultTable:
+    pq = brought("pyarrow.parquet", "tables", "reading Parquet")
+    table = pq.read_table(path)
+    texts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    if texts.get("format") != FORMAT:
+        raise ValueError("metadata of a result is missing")
+    units = {f.name: f.metadata[b"unit"].decode() for f in table.schema}
+    columns = [c.to_numpy() for c in table.columns]
+    data = np.column_stack(columns) if columns else np.zeros((table.num_rows, 0))
+    return ResultTable(tuple(table.column_names), units, data, _decoded(texts))

@@ -1,0 +1,33 @@
+"""Columns of tables: CSV files with a line of names, or result files of ``simulate -o``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.simulation.results.csv_and_parquet import load_result_table
+
+
+def columns_of(file: str, where: str) -> tuple[list[str], np.ndarray]:
+    """(names, numbers (rows × names)) of a table. where: the option that names it. SceneError for an unreadable file."""
+    path = Path(file)
+    try:
+        read = load_result_table(path)
+        return ["time", *read.names], np.column_stack([read.time, *(read[n] for n in read.names)])
+    except SceneError as refused:
+        if path.suffix.lower() != ".csv":
+            raise
+        try:
+            with path.open(encoding="utf-8") as lines:
+                names = [n.strip() for n in next(x for x in lines if x.strip() and not x.startswith("#")).split(",")]
+            return names, np.atleast_2d(np.loadtxt(path, delimiter=",", skiprows=_head(path), comments="#"))
+        except (OSError, ValueError, StopIteration) as e:
+            raise SceneError([Problem(where, f"cannot read {file!r}: {e}", "a CSV file: names first, then numbers")]) from refused
+
+
+def _head(path: Path) -> int:
+    """Number of lines up to the line of names, inclusive."""
+    with path.open(encoding="utf-8") as lines:
+        return 1 + next(i for i, x in enumerate(lines) if x.strip() and not x.startswith("#"))

@@ -1,0 +1,109 @@
+"""Outcomes of runs: name, time, joint and remedy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from trunnion.elements.friction import DEFAULT, twin_of
+from trunnion.runtime.abi import Status
+from trunnion.runtime.integrators import AUTO, METHODS
+
+DONE, CANCELLED = "done", "cancelled"
+DEAD_CENTRE = "dead_centre"
+"""The outcome of a loop without friction whose equations have no solution in its position."""
+OVERLAP_LOST = "overlap_lost"
+"""The outcome of two parts that have slid off each other."""
+TOO_MANY_ROWS, TOO_MANY_EVENTS = "too_many_rows", "too_many_events"
+"""Outcomes of results that fill the memory allowed for them."""
+NAMES: dict[int, str] = {
+    Status.FAIL_NOT_FINITE: "not_finite",
+    Status.FAIL_STEP: "step_underflow",
+    Status.FAIL_STALLED: "no_progress",
+    Status.FAIL_MULTIPLIERS: "no_solution",
+    Status.FAIL_CLOSURE: "open_loop",
+    Status.FAIL_MAX_STEPS: "max_steps",
+    Status.FAIL_GIMBAL: "gimbal_lock",
+    Status.FAIL_MODES: "inconsistent",
+    Status.FAIL_METHOD: "unknown_method",
+    Status.FAIL_TIME: "out_of_time",
+    Status.INACCURATE: "inaccurate",
+}
+ADVICE = {
+    "not_finite": "a freedom has no inertia, or numbers are far out of range: check masses, inertias and start values of the "
+    f"joint; with a fixed step, use a smaller step or method {AUTO.stiff.name}",
+    "step_underflow": "the steps became too small: the motion is singular here, or too stiff for the tolerance; "
+    f"try method {AUTO.stiff.name}, a looser rtol, or look at the mechanism at this time",
+    "no_progress": "thousands of trial steps did not advance the time: try another rtol or method "
+    f"({', '.join(METHODS[1:])}), and look at the mechanism at this time",
+    "no_solution": "the equations of friction have no solution: the joint jams, or its friction law has no solution here "
+    "(Painlevé's paradox); lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint",
+    "jammed": "friction grows without bound and stops the sliding suddenly (an impact without a collision): "
+    "lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint. "
+    "To continue beyond the jam, set simulation.jams: impact",
+    "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé's paradox, or a jam): "
+    f"lower mu or radius, lengthen the guide, or use the friction law {twin_of(DEFAULT)}",
+    "undecided": "too many pairs are at rest here to try all combinations of sticking and slipping, and none of those tried "
+    "satisfies Coulomb's law: lower mu or radius, remove friction that hardly affects the motion, or "
+    f"use the friction law {twin_of(DEFAULT)}",
+    "open_loop": "the loops cannot be kept closed: the mechanism reached a position from which it cannot move further; check the "
+    "lengths along the loop and the range of its drives; with a fixed step, try a smaller one",
+    "gimbal_lock": "all free axes of rotation of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of "
+    "its reach), so the loop cannot turn as its drives demand: avoid this position, or add a rotation axis outside that plane",
+    DEAD_CENTRE: "the loop is at a dead centre: the drives demand an acceleration that its joints cannot follow, or could follow "
+    "in two ways; start beside this position, drive another joint, or give the drives a motion that rests here",
+    "max_steps": f"the run reached its largest number of steps: raise max_steps, or try method {AUTO.stiff.name}",
+    "out_of_time": "the case exceeded its time budget; its reductions cover the rows computed so far: raise cpu_limit, look at the "
+    f"mechanism at this time for joints that alternate between sticking and slipping without end, "
+    f"or try a looser rtol or method {AUTO.stiff.name}",
+    "unknown_method": f"unknown method: use one of {', '.join(METHODS)}",
+    TOO_MANY_ROWS: "the rows at all steps of the solver fill the memory allowed for a result; the rows so far are kept: set "
+    "every to the time between rows, end earlier, or compute fewer columns (outputs)",
+    TOO_MANY_EVENTS: "the events of the run fill the memory allowed for a result; the rows and events so far are kept: end "
+    "earlier, or find out why a joint sticks and slips so often (the last events name it)",
+    "inaccurate": "the run reached its end, but gained or lost energy far beyond its tolerance; its results are kept "
+    f"but unreliable: try a tighter rtol, another method ({', '.join(METHODS[1:])}), or error control in place of a fixed step",
+    OVERLAP_LOST: "one part of the joint slid off the other: lengthen one of them (inboard_length, outboard_length), or give "
+    "the joint end stops",
+    CANCELLED: "cancelled on request; results up to then are kept",
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The end of a run.
+
+    Attributes:
+        name: "done" or the name of a failure.
+        time: time, s.
+        joint: name of the joint; "" for the whole mechanism.
+        advice: remedy.
+        numbers: figures of the failure by name.
+    """
+
+    name: str
+    time: float
+    joint: str = ""
+    advice: str = ""
+    numbers: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def named(cls, name: str, time: float, joint: str, numbers: dict[str, float] | None = None) -> Outcome:
+        """An outcome with its standard advice."""
+        return cls(name, time, joint, ADVICE[name], numbers or {})
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run reached its end."""
+        return self.name == DONE
+
+    def __str__(self) -> str:
+        if self.ok:
+            return f"done at t = {self.time:g} s"
+        where = f" in joint {self.joint}" if self.joint else ""
+        return f"{self.name}{where} at t = {self.time:.6g} s: {self.advice}"
+
+
+def from_status(status: int, time: float, joint: str) -> Outcome:
+    """The outcome of a ``Status`` of the runtime."""
+    name = NAMES.get(status, f"status_{status}")
+    return Outcome(name, time, joint, ADVICE.get(name, "please report this"))

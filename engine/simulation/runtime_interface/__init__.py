@@ -1,0 +1,1 @@
+"""The runtime's block of memory and its functions in Python."""

@@ -1,0 +1,26 @@
+"""Names of sliding pairs, end stops and latches by the runtime's numbers."""
+
+from __future__ import annotations
+
+from trunnion.system.structure.bodies_and_joints import System
+
+
+def slider_names(system: System) -> list[tuple[str, int]]:
+    """(joint, part from 1) of every sliding pair, in the order of their flags."""
+    out: list[tuple[str, int]] = []
+    for j in system.frictional:
+        assert j.friction is not None
+        out += [(j.name, i + 1) for i, _ in enumerate(j.friction.sliders)]
+    return out
+
+
+def stop_names(system: System) -> list[tuple[str, int]]:
+    """(joint, freedom from 1) of every end stop, latch contact and latch hook, in the order of their flags."""
+    found: dict[int, tuple[str, int]] = {}
+    for j in system.joints:
+        for k, d in enumerate(j.devices):
+            if d.stop is not None:
+                found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}
+            if d.latch is not None:
+                found |= dict.fromkeys((d.latch.pressed, system.hook(d.latch.hook)), (j.name, k + 1))
+    return [found[i] for i in sorted(found)]

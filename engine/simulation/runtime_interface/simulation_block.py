@@ -1,0 +1,272 @@
+"""A simulation block of the runtime, called through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.kernel.shared_libraries import Kernel
+from trunnion.runtime.abi import Array, Breaks, Status
+from trunnion.runtime.abi.kernel_records import OUTPUTS
+from trunnion.runtime.abi.run_records import CERTIFICATE, EVENT, HELD, JUDGEMENT, SETTINGS, STATS
+from trunnion.runtime.integrators import METHODS as NAMES
+from trunnion.simulation.runtime_interface.c_signatures import library
+from trunnion.simulation.runtime_interface.cancellation import cancellable
+from trunnion.system.construction.start_values_and_scales import Numbers
+from trunnion.system.signals.signal_tables import table_block
+
+METHODS = {name: number for number, name in enumerate(NAMES)}
+EVENT_CAPACITY = 1024
+NO_EVENTS = np.zeros(0, EVENT.dtype)
+OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
+NEED_JACOBIAN, DONE, NEED_REDUNDANT = Status.NEED_JACOBIAN, Status.DONE, Status.NEED_REDUNDANT
+CANCELLED = Status.CANCELLED
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the steps of a run.
+
+    Attributes:
+        rtol: relative tolerance; absolute, too, in the scene's scales.
+        method: integration method.
+        step: fixed step, s, without error control; 0: error control.
+        max_step: longest step, s.
+        max_steps: most steps; 0: no limit.
+        locate: whether events are located.
+        project: whether loops are closed after each step.
+        through_jams: whether a tangential impact stops a jammed joint and the run continues.
+        evaluations: most evaluations of a bounded step.
+        iterations: most Newton iterations of a bounded step.
+        events: most events of a bounded step.
+    """
+
+    rtol: float = 1e-6
+    method: str = "auto"
+    step: float = 0.0
+    max_step: float = float("inf")
+    max_steps: int = 0
+    locate: bool = True
+    project: bool = True
+    through_jams: bool = False
+    evaluations: int = 0
+    iterations: int = 0
+    events: int = 0
+
+    def record(self, **scales: float) -> Any:
+        """The runtime's record of the settings. scales: length, m, rate, 1/s, energy, J. SceneError for an unknown method."""
+        if self.method not in METHODS:
+            raise SceneError([Problem("method", f"{self.method!r} is unknown", f"one of {', '.join(METHODS)}")])
+        return SETTINGS.ctype(*SETTINGS.row(
+            rtol=self.rtol, hmax=self.max_step, hmin=0.0, hfixed=self.step, method=METHODS[self.method], project=self.project,
+            locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, evaluations=self.evaluations,
+            iterations=self.iterations, events=self.events, **scales,
+        ))  # fmt: skip
+
+
+def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
+    """Write time t, s, and ``count`` signals at that time into the external values x (contiguous). x[1], a time in the step,
+    selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
+    library().tr_signals(tables.ctypes.data, count, t, x.ctypes.data)
+
+
+class Block:
+    """A simulation block: the runtime's memory of one run. Array attributes are views into it."""
+
+    def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray, event_capacity: int = EVENT_CAPACITY):
+        self.kernel, self.numbers, self.lib = kernel, numbers, library()
+        k, o = kernel.address("kernel"), kernel.address("outputs")
+        self._sizes = (len(numbers.breaks), len(table_block(numbers.tables)), event_capacity)
+        self._has_jacobian = False
+        self._allocate(None)
+        if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
+            raise RuntimeError("the kernel and the runtime belong to different versions of Trunnion: delete the cache of kernels")
+        self.ny = sum(kernel.sizes[n] for n in ("nq", "nv", "nb"))
+        self._views()
+        self.width = 1 + OUTPUTS.ctype.from_address(o).nout
+        self.take(numbers, parameters)
+
+    def _allocate(self, jacobian: int | None) -> None:
+        k, o = self.kernel.address("kernel"), self.kernel.address("outputs")
+        self.bytes = self.lib.tr_size(k, o, jacobian, *self._sizes)
+        self._memory = (ctypes.c_double * (self.bytes // 8 + 8))()
+        self.at = -(-ctypes.addressof(self._memory) // 64) * 64  # aligned to cache lines
+
+    def _views(self) -> None:
+        s = self.kernel.sizes
+        self.parameters = self._view(Array.PARAMETERS, s["np"])
+        self.y = self._view(Array.STATE, self.ny + s["works"])
+        self.x = self._view(Array.SIGNALS, s["nx"])
+        self._tables = self.lib.tr_array(self.at, Array.TABLES)
+        self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
+
+    def attach_jacobian(self) -> None:
+        """Attach the Jacobian unit, which is built where needed. The run's state is kept."""
+        old, old_at = self._memory, self.at
+        j = self.kernel.jacobian()
+        self._allocate(j)
+        if not self.lib.tr_attach_jacobian(self.at, old_at, j, self._sizes[1]):
+            raise RuntimeError(
+                "the Jacobian unit and the runtime belong to different versions of Trunnion: delete the cache of kernels"
+            )
+        del old
+        self._has_jacobian = True
+        self._views()
+
+    def _view(self, which: Array, n: int) -> np.ndarray:
+        address = self.lib.tr_array(self.at, which)
+        return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
+
+    def take(self, numbers: Numbers, parameters: np.ndarray) -> None:
+        """Replace parameters, start values, tables and breakpoints by others of the same structure. ``assemble`` and ``start``
+        must be called afterwards."""
+        self.numbers = numbers
+        self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
+        tables = table_block(numbers.tables)
+        self._view(Array.TABLES, len(tables))[:] = tables
+        self.parameters[:] = parameters
+        self.prepare()
+
+    def signals(self, t: float, x: np.ndarray) -> None:
+        """Write time t, s, and every table at t into external values x (contiguous, nx). x[1] selects the interval."""
+        self.lib.tr_signals(self._tables, self.kernel.sizes["ntables"], t, x.ctypes.data)
+
+    def prepare(self) -> None:
+        """Recompute the constants after a change of ``parameters``."""
+        self.lib.tr_set_parameters(self.at)
+
+    def configure(self, s: Settings) -> None:
+        """Set tolerances and method."""
+        n = self.numbers
+        settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
+        self.lib.tr_configure(self.at, ctypes.addressof(settings))
+
+    def assemble(self, t: float = 0.0) -> int:
+        """Move the start values so that the loops close at t, s. Returns 1; 0 for open positions, −1 for open velocities."""
+        n = self.numbers
+        self.y[:] = 0.0
+        self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
+        given = [np.ascontiguousarray(a, float) for a in (n.q_given_by_rate, n.v_given)]
+        with self.cancellable():
+            return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
+
+    def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
+        """Begin a run from t to t_stop with output spacing ``every``, all s. Fills the first row (width) and returns the
+        ``Status``."""
+        with self.cancellable():
+            return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
+
+    def cancellable(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
+        """Allow ``stop`` and Ctrl-C to end long work in the block (``cancellation.cancellable``)."""
+        return cancellable(self.lib, lambda: self.at, stop)
+
+    def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
+        """Step towards ``target``, s, by at most ``max_steps`` steps. Returns (``Status``, number of rows written to ``rows``)."""
+        count = ctypes.c_long(0)
+        code = self.lib.tr_advance(self.at, target, max_steps, rows.ctypes.data, len(rows), ctypes.addressof(count))
+        return code, count.value
+
+    def row(self, out: np.ndarray) -> int:
+        """Write the output row at the present time to ``out`` (width). Returns OK, or the ``Status`` of the failure."""
+        return self.lib.tr_row(self.at, out.ctypes.data)
+
+    def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
+        """(ẏ (ny), multipliers) at the present state."""
+        sizes = self.kernel.sizes
+        dy, z = np.zeros(self.ny + sizes["works"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
+        if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
+            raise RuntimeError("no multipliers")
+        return dy[: self.ny], z[:-1]
+
+    def derivatives(self) -> np.ndarray:
+        """∂ẏ/∂[y, t] at the present state (ny × (ny + 1)). Attaches the Jacobian unit where it is missing."""
+        if not self._has_jacobian:
+            self.attach_jacobian()
+        out = np.zeros((self.ny + 1, self.ny))
+        if not self.lib.tr_derivatives(self.at, out.ctypes.data):
+            raise RuntimeError("the derivatives do not exist at this state")
+        return out.T
+
+    def redundancy(self) -> np.ndarray:
+        """Reaction patterns that the motion leaves open: scaled loop reactions (loop rows × count), orthonormal columns."""
+        rows = sum(n for _, n in self.kernel.facts["loop_rows"])
+        out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
+        count = self.lib.tr_redundancy(self.at, out.ctypes.data)
+        return out[: max(count, 0), :rows].T
+
+    def hold(self) -> np.ndarray | None:
+        """Statics at the present state with every frictional pair held. ``start`` must be called before. Returns one ``tr_held``
+        for each
+        pair; None where the statics have no solution."""
+        out = np.zeros(self.kernel.sizes["nsliders"] + 1, HELD.dtype)
+        with self.cancellable():
+            return out[:-1] if self.lib.tr_hold_all(self.at, out.ctypes.data) else None
+
+    def multipliers(self) -> np.ndarray:
+        """The friction multipliers η (neta) of the last solution."""
+        s = self.kernel.sizes
+        return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[s["active"] :]
+
+    def why(self) -> tuple[int, int]:
+        """After a failure of friction: (``Why``, index of the responsible pair or −1)."""
+        pair = ctypes.c_int(-1)
+        return self.lib.tr_diagnose_friction(self.at, ctypes.addressof(pair)), pair.value
+
+    def open_row(self) -> tuple[int, float]:
+        """After a failure of the loops: (responsible constraint row or −1, independence of the rows: 1 full, 0 singular, −1 where
+        it is not the reason)."""
+        number = ctypes.c_double(-1.0)
+        return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
+
+    def gap(self) -> tuple[np.ndarray, np.ndarray]:
+        """(residuals (rows), m or sine of an angle; their time derivatives (rows)) of the loops' constraints at the present
+        state."""
+        rows = self.kernel.sizes["rows"]
+        flat = np.zeros(2 * rows + 1)
+        self.lib.tr_gap(self.at, flat.ctypes.data)
+        return flat[:rows], flat[rows : 2 * rows]
+
+    def broken(self, deciding: bool = False) -> set[Breaks]:
+        """The laws that the present state, modes and multipliers violate. deciding: whether they are checked as a decision about
+        resting pairs instead of as the end of a step."""
+        bits = self.lib.tr_verify(self.at, int(deciding))
+        return {law for law in Breaks if bits & law}
+
+    def roots(self) -> int:
+        """Number of roots of the complement equations found at the present state."""
+        return self.lib.tr_roots(self.at)
+
+    def certificate(self) -> Any:
+        """The certificate of the run so far (``tr_certificate``)."""
+        out = CERTIFICATE.ctype()
+        self.lib.tr_certify_run(self.at, ctypes.addressof(out))
+        return out
+
+    def judgement(self) -> np.void:
+        """The audit of the finished run (``tr_judgement``)."""
+        out = np.zeros(1, JUDGEMENT.dtype)
+        self.lib.tr_audit_end(self.at)
+        self.lib.tr_judge(self.at, out.ctypes.data)
+        return out[0]
+
+    @property
+    def time(self) -> float:
+        """Time of the state, s."""
+        return self.lib.tr_time(self.at)
+
+    def statistics(self) -> dict[str, int]:
+        """The run's counters by name: those of ``tr_stats``, and the number of steps of each method."""
+        stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
+        counted = {n: int(getattr(stats, n)) for n in STATS.names if n != "of_method"}
+        return counted | {n: int(stats.of_method[i]) for n, i in METHODS.items() if n != "auto"}
+
+    def take_events(self) -> np.ndarray:
+        """The events since the last call (n ``tr_event``)."""
+        n = self.lib.tr_events_take(self.at)
+        return self.events[:n].copy() if n else NO_EVENTS

@@ -1,0 +1,1 @@
+"""Settings of runs: reading, defaults, checks, choice of the kernel."""

@@ -1,0 +1,94 @@
+"""Bounded steps for real time: settings, checks, static bounds of operations (theory, "Bounded steps")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from trunnion.basics.problems import Problem
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.joints import REGISTRY as JOINTS
+from trunnion.kernel.interface.operation_counts import Work, most, work
+from trunnion.runtime.abi import Overrun
+from trunnion.runtime.integrators import AUTO, METHODS, Rosenbrock
+from trunnion.runtime.integrators import REGISTRY as INTEGRATORS
+from trunnion.scene.data_classes.scene import Scene
+
+if TYPE_CHECKING:
+    from trunnion.kernel.shared_libraries import Kernel
+
+ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
+"""Default of the most Newton iterations of a step: a constant, and more for each freedom with friction. Measured in examples 8.1 to
+8.3: a step with an event takes 40 to 50 with one such freedom, 45 to 60 with three, 60 to 75 with four."""
+WHOLE = 1e-9
+"""Largest deviation of the spacing of rows from a whole number of steps, relative to this number of steps."""
+COUNTERS = {Overrun.BY_IMPULSES: "by_impulses", Overrun.RELAXED: "relaxed"}
+
+
+def bounds_of(scene: Scene) -> dict[str, Any]:
+    """Fields of ``Settings`` for a scene's bounded steps; {} without them."""
+    asked = scene.simulation.realtime
+    if asked is None:
+        return {}
+    rubbing = sum(JOINTS[j.type].nv for j in scene.joints.values() if j.friction)
+    iterations = ITERATIONS + ITERATIONS_A_FREEDOM * rubbing if asked.iterations is None else asked.iterations
+    counts = {"events": int(asked.events), "evaluations": int(asked.evaluations), "iterations": int(iterations)}
+    return {"step": float(asked.step), **counts}
+
+
+def method_of(scene: Scene, method: str) -> str:
+    """The method of a run; the default method of bounded steps where the scene has them and ``method`` is the default."""
+    return AUTO.loose.name if scene.simulation.realtime is not None and method == METHODS[0] else method
+
+
+def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
+    """Contradictions between a scene's bounded steps and a request. every: spacing of rows, s (0: a row a step); step: requested
+    step, s, or 0."""
+    asked = scene.simulation.realtime
+    if asked is None:
+        return
+    laws = sorted({law for j in scene.joints.values() if j.friction if not LAWS[law := scene.law_of(j.friction)].steps})
+    if laws:
+        able = " or ".join(name for name, law in LAWS.items() if law.steps)
+        why = f"the friction law {laws[0]} is stiff near rest, and fixed steps do not resolve this"
+        yield Problem("simulation.realtime", why, f"use law {able}")
+    if method in {m.name for m in INTEGRATORS if isinstance(m, Rosenbrock)}:
+        able = ", ".join(m.name for m in INTEGRATORS if not isinstance(m, Rosenbrock))
+        yield Problem("method", f"the work of a step of {method} has no upper bound", f"use {able}, or auto")
+    if step > 0.0 and step != asked.step:
+        yield Problem("step", f"contradicts simulation.realtime.step = {asked.step:g} s", "give one of them")
+    ratio = every / float(asked.step)
+    if abs(ratio - round(ratio)) > WHOLE * max(ratio, 1.0) or (0.0 < ratio < 0.5):
+        why = f"{every:g} s is not a multiple of the step, {asked.step:g} s"
+        yield Problem("every", why, "rows are written at the ends of steps: give a multiple of the step")
+
+
+def overrun_note(counters: Mapping[str, int]) -> str:
+    """A note about bounded steps that reached a limit; "" without any. counters: of the runtime."""
+    found = [f"{counters[name]} {kind.about}" for kind, name in COUNTERS.items() if counters.get(name)]
+    return f"bounded steps that reached a limit of their work: {'; '.join(found)}" if found else ""
+
+
+def work_of(kernel: Kernel) -> Work | None:
+    """Operations of the parts of a step; None for a bytecode kernel, whose operations are not counted."""
+    operations = kernel.facts["operations"]
+    return work(operations, kernel.sizes) if operations else None
+
+
+def most_operations(scene: Scene, kernel: Kernel) -> int | None:
+    """The static bound: most floating-point operations of a bounded step, its output row included. None where steps have no
+    bound, or operations are not counted."""
+    asked, counted = bounds_of(scene), work_of(kernel)
+    if not asked or counted is None:
+        return None
+    return most(counted, asked["evaluations"], asked["iterations"], kernel.sizes["nsliders"])
+
+
+def promise(scene: Scene, kernel: Kernel) -> str:
+    """The note of an export about the cost of its steps; "" without a bound."""
+    bound = most_operations(scene, kernel)
+    if bound is None:
+        return ""
+    asked = bounds_of(scene)
+    counts = f"{asked['events']} events, {asked['evaluations']} evaluations, {asked['iterations']} iterations"
+    return f"bounded steps of {asked['step']:g} s: at most {bound:,} floating-point operations each ({counts})"

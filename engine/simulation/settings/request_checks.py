@@ -1,0 +1,48 @@
+"""Checks of the settings of a run, common to the command line, Python, sweeps and the service."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.kernel.interface.output_columns import columns, select
+from trunnion.runtime.integrators import REGISTRY as METHODS
+from trunnion.runtime.integrators import Impulses
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.simulation.settings.memory_limits import NEVER_MANY, expected_rows, row_problems
+from trunnion.simulation.settings.realtime_steps import problems as bounded
+from trunnion.simulation.settings.run_settings import settings_read
+from trunnion.system.construction.system_builder import build
+
+
+def check_settings(
+    until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None, step: float = 0.0
+) -> None:
+    """SceneError with every problem of a run's settings for this scene.
+
+    until: end time, s; every: output spacing, s; outputs: patterns of stored columns, None without stored rows; step: requested
+    fixed step, s, or 0."""
+    asked = {"until": until, "every": every, "rtol": s.rtol, "method": s.method, "step": s.step}
+    _, problems = settings_read("trunnion.simulate", asked)
+    laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
+    if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
+        problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))
+    stiff = sorted(law for law in laws if not LAWS[law].steps)
+    if s.method in {m.name for m in METHODS if isinstance(m, Impulses)} and stiff:
+        able = " or ".join(name for name, law in LAWS.items() if law.steps)
+        problems.append(
+            Problem("method", f"{s.method} cannot integrate the friction law {stiff[0]}", f"use law {able}, or method auto")
+        )
+    problems += bounded(scene, s.method, every, step)
+    if problems:
+        raise SceneError(problems)
+
+
+def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:
+    """Stored numbers of a row, with its time; 0 without stored rows, or for too few rows to matter."""
+    if outputs is None or rows <= NEVER_MANY:
+        return 0
+    return 1 + len(select(columns(build(scene).system), tuple(outputs)))

@@ -1,0 +1,122 @@
+"""Settings of runs from any interface: units, bounds, descriptions."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.setting_declarations import Setting, offered
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.runtime.integrators import METHODS
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.units.python_arguments import Amounts
+from trunnion.simulation.settings.realtime_steps import method_of
+
+F = TypeVar("F", bound=Callable[..., Any])
+KERNELS = ("auto", "compiled", "lanes", "parts")
+"""Kinds of kernels; "auto" chooses by structure and request (``kernel_choice``)."""
+ALONE = tuple(k for k in KERNELS if k != "lanes")
+"""Kinds of kernels for a single run, as in an FMU."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Settings of a run, or of all runs of a batch; None: the scene's own.
+
+    Attributes:
+        until: end time, s.
+        every: spacing of rows, s.
+        rtol: relative tolerance.
+        method: integration method.
+        kernel: kind of kernel.
+        cpu_limit: most processor time of a case, s; None: no limit.
+        max_steps: most steps of the solver; None: no limit.
+    """
+
+    until: float | None = None
+    every: float | None = None
+    rtol: float | None = None
+    method: str | None = None
+    kernel: str | None = None
+    cpu_limit: float | None = None
+    max_steps: float | None = None
+
+    def of(self, scene: Scene) -> tuple[float, float, float]:
+        """(until, s; every, s; rtol) of a run of this scene."""
+        sim = scene.simulation
+        until = float(sim.until if self.until is None else self.until)
+        every = sim.every if self.every is None else self.every
+        return until, until / 1000.0 if every is None else float(every), float(sim.rtol if self.rtol is None else self.rtol)
+
+    def method_of(self, scene: Scene) -> str:
+        """The method of a run of this scene."""
+        return method_of(scene, self.method or scene.simulation.method)
+
+
+def known_words() -> dict[str, tuple[str, ...]]:
+    """Names in the registries, by the word that settings have for each."""
+    return {"methods": tuple(METHODS), "laws": tuple(LAWS), "kernels": KERNELS}
+
+
+def told(setting: Setting, who: str) -> str:
+    """The description of a setting for one interface."""
+    return setting.told(who).format_map({k: ", ".join(v) for k, v in known_words().items()})
+
+
+def described(who: str) -> Callable[[F], F]:
+    """A decorator that appends the descriptions of its settings to a function's docstring. who: name of the interface."""
+
+    def add(function: F) -> F:
+        lines = [f"    {s.name}: {told(s, who)}" for s in offered(who)]
+        function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__ or ""), "", "Settings:", *lines])
+        return function
+
+    return add
+
+
+def settings_read(
+    who: str, given: Mapping[str, Any], where: Callable[[str], str] = str
+) -> tuple[dict[str, Any], list[Problem]]:
+    """(SI values of all settings of an interface, None for missing or wrong ones; all problems).
+
+    who: name of the interface; given: numbers or texts by name, other names are ignored; where: the place in a problem by name."""
+    values: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for s in offered(who):
+        asked = given.get(s.name)
+        if who in s.several:
+            read = [_read(s, who, x, where(s.name), problems) for x in asked or ()]
+            values[s.name] = tuple(x for x in read if x is not None)
+        else:
+            values[s.name] = None if asked is None else _read(s, who, asked, where(s.name), problems)
+    return values, problems
+
+
+def settings_given(who: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """SI values of the settings; SceneError with all problems."""
+    values, problems = settings_read(who, given)
+    if problems:
+        raise SceneError(problems)
+    return values
+
+
+def _read(s: Setting, who: str, given: Any, where: str, problems: list[Problem]) -> Any:
+    """One value of a setting; None for a wrong one, which appends a problem."""
+    if s.words:
+        known = known_words()[s.words]
+        if given in known:
+            return given
+        near = get_close_matches(str(given).lower()[:80], known, 1)
+        hint = f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}"
+        problems.append(Problem(where, f"{given!r} is unknown", hint))
+        return None
+    read, bound = Amounts(), s.bound_at(who)
+    value = read.number(given, where, s.unit)
+    problems += read.problems
+    if not read.problems and not bound.holds(value):
+        problems.append(Problem(where, bound.refusal(s.name, value), bound.advice))
+    return value if not read.problems and bound.holds(value) else None

@@ -1,0 +1,56 @@
+"""From the values of a cam's profile to the pieces of its curve (theory, "Cams")."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from trunnion.scene.data_classes.joint_couplings import Profile as Given
+from trunnion.system.signals.signal_tables import spline_moments
+from trunnion.system.structure.joint_couplings import Profile
+from trunnion.system.structure.parameter_table import Leaf
+
+TURN = 2 * math.pi
+AROUND = 1e-9
+"""How nearly angles go around once, rad, and the last radius is the first, as a part: they may be computed from parameters."""
+
+
+def closed(given: Given) -> bool:
+    """Whether a profile goes around and closes on itself."""
+    around = abs(given.angle[-1] - given.angle[0] - TURN) < AROUND
+    return around and abs(given.radius[-1] - given.radius[0]) < AROUND * given.radius[0]
+
+
+def profile(given: Given, roller: Leaf) -> Profile:
+    """The cubic spline through a checked profile: periodic where it is closed, else without curvature at its ends."""
+    angle, radius = np.array(given.angle, float), np.array(given.radius, float)
+    if closed(given):
+        angle[-1], radius[-1] = angle[0] + TURN, radius[0]
+        moments = periodic_moments(angle, radius)
+    else:
+        moments = spline_moments(angle, radius)
+    middle = 0.5 * (angle[0] + angle[-1])
+    h, bend = np.diff(angle), np.diff(moments)
+    slope = np.diff(radius) / h - h * (2 * moments[:-1] + moments[1:]) / 6
+    pieces = np.column_stack([radius[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)])
+    starts = angle[:-1] - middle
+    if not closed(given):  # straight on beyond the ends
+        end = slope[-1] + h[-1] * (0.5 * moments[-2] + 0.5 * moments[-1])
+        before = [radius[0], slope[0], 0.0, 0.0]
+        pieces = np.vstack([before, pieces, [radius[-1], end, 0.0, 0.0]])
+        starts = np.array([starts[0], *starts, angle[-1] - middle])
+    return Profile((math.cos(middle), math.sin(middle)), roller, tuple(map(float, starts)), tuple(map(tuple, pieces.tolist())))
+
+
+def periodic_moments(angle: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Second derivatives at the knots (n) of the cubic spline that closes on itself; the last is the first."""
+    n = len(angle) - 1
+    h, slope = np.diff(angle), np.diff(radius) / np.diff(angle)
+    before = np.roll(h, 1)
+    A = np.diag((before + h) / 3)
+    for k in range(n):
+        A[k, (k + 1) % n] += h[k] / 6
+        A[k, k - 1] += before[k] / 6
+    found = np.linalg.solve(A, slope - np.roll(slope, 1))
+    return np.append(found, found[0])

@@ -1,0 +1,156 @@
+"""Springs, dampers, stops, efforts and drives of joints, and signals, as leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from trunnion.basics.monotone_curves import filled
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes import scene as sm
+from trunnion.system.construction.point_curve_spline import length
+from trunnion.system.structure.bodies_and_joints import Device, Latch, Motor, Signal, Stop
+from trunnion.system.structure.parameter_table import Leaf, ParameterTable
+
+FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch")
+
+ENDLESS = 1e300
+"""What a latch holds that says nothing of it."""
+
+
+class Builder:
+    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops and
+    hooks of latches."""
+
+    def __init__(self, scene: sm.Scene, table: ParameterTable):
+        self.scene, self.table = scene, table
+        self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
+        """("input", input) of every external input, then ("drive" or "load", data) of every table signal. An input that prescribes
+        a motion becomes "tracked": the motion follows it smoothly."""
+        self.stops = self.hooks = 0
+        self.inputs = {n: i for i, n in enumerate(scene.inputs)}
+
+    def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
+        """The devices of a joint, one Device for each of its freedoms."""
+        kind = REGISTRY[j.type]
+        return tuple(self.device(name, j, k, not kind.turns(k)) for k in range(kind.nv))
+
+    def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
+        """The devices along freedom k of a joint, as leaves whose paths are those of the scene; ``slides`` chooses the units
+        (of a travel, else of an angle)."""
+        u, f = ("m", "N") if slides else ("rad", "N*m")
+        s = self.table.own
+
+        def mine(field: str) -> tuple[str, Any]:
+            value = getattr(j, field)
+            if isinstance(value, tuple):
+                return f"joints.{name}.{field}[{k + 1}]", value[k]
+            return f"joints.{name}.{field}", value
+
+        (ps, spring), (pd, damping), (pi, inertia), (pt, stops) = map(mine, FIELDS[:4])
+        (pe, effort), (pv, drive), (pm, motor), (pl, latch) = map(mine, FIELDS[4:])
+        return Device(
+            spring=None if spring is None else (
+                s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
+            damping=None if damping is None else s(pd, damping, f"{f}*s/{u}"),
+            inertia=None if inertia is None else s(pi, inertia, "kg" if slides else "kg*m^2"),
+            stop=None if stops is None else self.stop(pt, at_ends(j, stops), u, f),
+            effort=None if effort is None else self.load(pe, effort, f),
+            drive=None if drive is None else self.drive(pv, drive, u),
+            motor=None if motor is None else Motor(
+                s(f"{pm}.stall", motor.stall, f), s(f"{pm}.no_load", motor.no_load, f"{u}/s"),
+                self.load(f"{pm}.signal", motor.signal, "1")),
+            latch=None if latch is None else self.latch(pl, latch, u, f),
+        )
+
+    def stop(self, path: str, st: sm.EndStops, u: str, f: str) -> Stop:
+        """The end stops of a freedom and the flags that say whether they are engaged."""
+        flags = [-1, -1]
+        bounds: list[Leaf | None] = []
+        for side, bound in enumerate((st.lower, st.upper)):
+            if bound is None:
+                bounds.append(None)
+                continue
+            flags[side] = self.stops
+            self.stops += 1
+            bounds.append(self.table.own(f"{path}.{('lower', 'upper')[side]}", bound, u))
+        return Stop(
+            self.table.own(f"{path}.stiffness", st.stiffness, f"{f}/{u}"),
+            self.table.own(f"{path}.damping", st.damping, f"s/{u}"),
+            bounds[0], bounds[1], (flags[0], flags[1]),
+        )
+
+    def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
+        """The latch of a freedom, and its flags."""
+        s, self.stops, self.hooks = self.table.own, self.stops + 1, self.hooks + 1
+        holds: Leaf = ENDLESS if x.holds is None else s(f"{path}.holds", x.holds, f)
+        return Latch(
+            s(f"{path}.at", x.at, u), 1.0 if x.keeps == "above" else -1.0, s(f"{path}.stiffness", x.stiffness, f"{f}/{u}"),
+            s(f"{path}.damping", x.damping, f"s/{u}"), holds, self.load(f"{path}.release", x.release, "1"),
+            self.stops - 1, self.hooks - 1, int(x.down), 0.0 if x.pitch is None else s(f"{path}.pitch", x.pitch, u),
+        )  # fmt: skip
+
+    def load(self, path: str, value: sm.Load, unit: str) -> Signal:
+        """A load as a function of time: a number, an input or a signal."""
+        if isinstance(value, sm.FromInput):
+            index = self.inputs[value.input]
+            return Signal("table", index=index) if value.curve is None else self.through(f"{path}.curve", value.curve, unit, index)
+        if isinstance(value, sm.Signal):
+            return self.signal(path, value, unit, "load")
+        return Signal("value", (self.table.own(path, value, unit),))
+
+    def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
+        """What an input is made into by a curve."""
+        at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
+        value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
+        return Signal("through", (*filled(at), *filled(value)), index)
+
+    def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
+        """A component of a load vector; None, which removes terms from the code, where it is exactly 0 as written."""
+        if isinstance(value, float | int):
+            leaf: Leaf = self.table.component(path, float(value), unit)
+            return None if leaf == 0.0 else Signal("value", (leaf,))
+        return self.load(path, value, unit)
+
+    def drive(self, path: str, d: sm.Drive, unit: str) -> Signal:
+        """A prescribed motion as a function of time."""
+        if d.constant is not None:
+            s = self.table.own
+            return Signal("rate", (s(f"{path}.constant.start", d.constant.start, unit),
+                                   s(f"{path}.constant.rate", d.constant.rate, f"{unit}/s")))
+        if d.move is not None:
+            s, kink, m = self.table.own, self.table.scalar, d.move
+            return Signal(f"move_{m.profile}", (
+                s(f"{path}.move.start", m.start, unit), s(f"{path}.move.end", m.end, unit),
+                kink(f"{path}.move.begin", m.begin, "s"), kink(f"{path}.move.duration", m.duration, "s")))
+        if d.input is not None:
+            index = self.inputs[d.input]
+            self.tables[index] = ("tracked", self.tables[index][1])
+            return Signal("table", index=index)
+        return self.signal(path, d, unit, "drive")
+
+    def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
+        """A ramp, harmonic or table as a function of time."""
+        s, kink = self.table.own, self.table.scalar  # the integrator stops at kinks, so their times act elsewhere too
+        if d.ramp is not None:
+            r = d.ramp
+            rate = f"{unit}/s" if use == "drive" else unit
+            return Signal("begun" if r.begin < 0.0 else "ramp", (
+                s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate),
+                kink(f"{path}.ramp.begin", r.begin, "s"), kink(f"{path}.ramp.duration", r.duration, "s"),
+                s(f"{path}.ramp.origin", r.origin, unit)))
+        if d.harmonic is not None:
+            h = d.harmonic
+            return Signal("harmonic", (
+                s(f"{path}.harmonic.amplitude", h.amplitude, unit), s(f"{path}.harmonic.frequency", h.frequency, "Hz"),
+                s(f"{path}.harmonic.phase", h.phase, "rad"), s(f"{path}.harmonic.offset", h.offset, unit)))
+        assert d.table is not None, path
+        self.tables.append((use, d.table))
+        return Signal("table", index=len(self.tables) - 1)
+
+
+
+def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
+    """Stops that give no bounds are at both ends of a curve."""
+    given = stops.lower is not None or stops.upper is not None
+    return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))

@@ -1,0 +1,67 @@
+"""From the points of a curve to the pieces of its spline (theory, "Points on curves")."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trunnion.scene.data_classes.joint_couplings import Curve as Given
+from trunnion.system.construction.cam_profile_spline import periodic_moments
+from trunnion.system.signals.signal_tables import spline_moments
+from trunnion.system.structure.joint_couplings import ENDLESS, NODES, WEIGHTS, Curve, Piece
+
+
+def curve(given: Given) -> Curve:
+    """The cubic spline through checked points, by the lengths of the lines between them: periodic where it is closed, else without
+    curvature at its ends and straight on beyond."""
+    points = np.array(given.points, float)
+    if given.closed:
+        points = np.vstack([points, points[:1]])
+    u = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    both = [_pieces(u, x, given.closed) for x in points.T]
+    ways = np.concatenate([[0.0], np.cumsum([_length(p, q, h) for p, q, h in zip(*both, np.diff(u), strict=True)])])
+    pieces = [
+        Piece(float(a), float(b), float(w), tuple(map(float, p)), tuple(map(float, q)))
+        for a, b, w, p, q in zip(u[:-1], u[1:], ways[:-1], *both, strict=True)
+    ]
+    if given.closed:
+        return Curve(tuple(pieces), float(u[-1]))
+    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])), 0.0)
+
+
+def _pieces(u: np.ndarray, x: np.ndarray, closed: bool) -> np.ndarray:
+    """Coefficients (n × 4) of the spline through x at u."""
+    moments = periodic_moments(u, x) if closed else spline_moments(u, x)
+    h, bend = np.diff(u), np.diff(moments)
+    slope = np.diff(x) / h - h * (2 * moments[:-1] + moments[1:]) / 6
+    return np.column_stack([x[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)])
+
+
+def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> Piece:
+    """The piece before the first (h = 0) or behind the last one, h on from whose start it begins."""
+    e2, e3 = ((c[0] + h * (c[1] + h * (c[2] + h * c[3])), c[1] + h * (2 * c[2] + 3 * h * c[3])) for c in (x[k] for x in both))
+    return Piece(float(at), 0.0 if k == 0 else ENDLESS, float(way), (*map(float, e2), 0.0, 0.0), (*map(float, e3), 0.0, 0.0))
+
+
+def _length(p: np.ndarray, q: np.ndarray, h: float) -> float:
+    x = 0.5 * h * (np.array(NODES) + 1)
+    return float(0.5 * h * np.array(WEIGHTS) @ np.hypot(*(c[1] + x * (2 * c[2] + 3 * x * c[3]) for c in (p, q))))
+
+
+def length(given: Given) -> float:
+    """How long a curve is, m."""
+    made = curve(given)
+    last = made.pieces[-1]
+    return last.way if not given.closed else last.way + _length(np.array(last.e2), np.array(last.e3), last.end - last.start)
+
+
+def along(given: Given, stations: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places of a curve (n × 2), m, so many between two of its points, and the way it goes there (n × 2, of length 1)."""
+    real = [p for p in curve(given).pieces if p.start < p.end < ENDLESS]
+    both = []
+    for k, p in enumerate(real):
+        ends = k == len(real) - 1 and not given.closed
+        x = (p.end - p.start) * np.linspace(0.0, 1.0, stations + 1)[: None if ends else -1, None]
+        a, b, c, d = (np.array(of) for of in zip(p.e2, p.e3, strict=True))
+        both.append((a + x * (b + x * (c + x * d)), b + x * (2 * c + 3 * x * d)))
+    place, way = (np.concatenate(x) for x in zip(*both, strict=True))
+    return place, way / np.hypot(*way.T)[:, None]

@@ -1,0 +1,112 @@
+"""Which joints form the tree and which are cut (paper §4: "each closed loop is opened by cutting a joint")."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes.scene import Joint, Scene
+from trunnion.scene.queries.body_references import body_of
+from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
+from trunnion.scene.queries.mass_properties import mass_properties
+
+LIGHT = 1e-6
+"""Of the heaviest body's mass: below it six of sixteen digits of what a cut joint pulls along are lost."""
+BY_ANGLE = ("spring", "end_stops", "latch")
+"""Devices whose force depends on a coordinate."""
+DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
+
+
+@dataclass(frozen=True)
+class Spanning:
+    """A spanning tree. Its joints stand depth-first (so do the bodies they carry); the joints that are cut are named in ``cut``."""
+
+    tree: tuple[tuple[str, str, bool], ...]
+    """(joint, child body, forward): forward when the child is the outboard part."""
+    cut: tuple[str, ...]
+
+
+def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
+    """The cost of cutting a joint, compared entry by entry.
+
+    First entry: whether the joint may be cut (``tied``: it follows or leads another), forces that depend on its angle, the user's
+    wish, a light body, devices. The angle of a cut joint is measured within ±π, so such forces would be wrong beyond. Second
+    entry: friction, given start values, and the number of new multipliers. A spherical joint adds three and saves a quaternion,
+    which makes it the best cut.
+    """
+    kind = REGISTRY[j.type]
+    never = 0 if may_be_cut(j) and not tied else 16
+    devices = sum(getattr(j, d) is not None for d in DEVICES)
+    wish = {None: 0, True: -8, False: 8}[j.cut]
+    soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
+    by_angle = 12 if any(map(kind.turns, range(kind.nv))) and any(getattr(j, d) is not None for d in BY_ANGLE) else 0
+    first = never + by_angle + wish + (3 if light else 0) + min(devices, 2)
+    return (first, 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
+
+
+def light_bodies(scene: Scene) -> set[str]:
+    """Bodies too light for the end of a chain: round-off of their large accelerations would hide the motion of other bodies."""
+    made = {n: mass_properties(b) for n, b in scene.bodies.items()}
+    heaviest = max((m for m, _, _ in made.values()), default=0.0)
+    return {n for n, (m, _, inertia) in made.items() if m < LIGHT * heaviest or not any(map(any, inertia))}
+
+
+def span(scene: Scene) -> Spanning:
+    """The spanning tree, without light bodies at its ends where that can be."""
+    made = _span(scene, set())
+    carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
+    loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying
+    light = light_bodies(scene)
+    return made if light.isdisjoint(loose) else _span(scene, light)
+
+
+def _span(scene: Scene, light: set[str]) -> Spanning:
+    """The spanning tree, grown from the ground, always along the joint that is worst to cut. Ties go to the body nearest the
+    ground, then by name, so that the order of the file does not matter."""
+    ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
+    at: dict[str, list[str]] = {}
+    for n, (a, b) in ends.items():
+        if REGISTRY[scene.joints[n].type].bodiless:
+            continue  # it carries no body
+        at.setdefault(a, []).append(n)
+        at.setdefault(b, []).append(n)
+    depth, together = {"ground": 0}, tied(scene)
+    used: set[str] = set()
+    tree: list[tuple[str, str, bool]] = []
+    heap: list[tuple[tuple[int, int], int, str, str]] = []
+
+    def reach(body: str) -> None:
+        for n in at.get(body, ()):
+            if n not in used:
+                cost = cutting_cost(scene.joints[n], not light.isdisjoint(ends[n]), n in together)
+                heapq.heappush(heap, ((-cost[0], -cost[1]), depth[body], n, body))
+
+    reach("ground")
+    while heap:
+        _, _, n, body = heapq.heappop(heap)
+        a, b = ends[n]
+        other = b if a == body else a
+        if n in used or other in depth:
+            continue
+        used.add(n)
+        depth[other] = depth[body] + 1
+        tree.append((n, other, other == b))
+        reach(other)
+    return Spanning(_by_branch(tree, ends), tuple(sorted(n for n in ends if n not in used)))
+
+
+def _by_branch(tree: list[tuple[str, str, bool]], ends: dict[str, tuple[str, str]]) -> tuple[tuple[str, str, bool], ...]:
+    """The tree's joints depth-first, so that the bodies of a chain are neighbours in memory."""
+    children: dict[str, list[tuple[str, str, bool]]] = {}
+    for entry in sorted(tree):
+        n, child, _ = entry
+        a, b = ends[n]
+        children.setdefault(a if child == b else b, []).append(entry)
+    order: list[tuple[str, str, bool]] = []
+    stack = list(reversed(children.get("ground", [])))
+    while stack:
+        entry = stack.pop()
+        order.append(entry)
+        stack.extend(reversed(children.get(entry[1], [])))
+    return tuple(order)

@@ -1,0 +1,146 @@
+"""Numbers of one run that are not parameters of the code: start values, tables, break points of signals, scales."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.queries.body_poses import poses_of, sides_of
+from trunnion.scene.queries.loads_and_signals import signals
+from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.system.construction.device_builder import Builder
+from trunnion.system.construction.joint_frames import direction
+from trunnion.system.signals.motion_profiles import PROFILES
+from trunnion.system.signals.signal_tables import Curve, Outside, curve
+from trunnion.system.structure.bodies_and_joints import System, state_coordinates
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What one run starts from. q (nq), v (nv): start values, zero (the identity for quaternions) where the scene gives none;
+    q_given, v_given: 1 where it does. tables: those of the inputs first. breaks: times at which a signal has a kink, s. length,
+    m, and rate, 1/s: scales for tolerances. inputs: start values of the external inputs."""
+
+    q: np.ndarray
+    v: np.ndarray
+    q_given: np.ndarray
+    v_given: np.ndarray
+    tables: tuple[Curve | Outside, ...]
+    breaks: tuple[float, ...]
+    length: float
+    rate: float
+    energy: float
+    """Mass of all bodies · (length · rate)², J."""
+    inputs: np.ndarray
+    ignored: tuple[str, ...]
+    """Start values and cuts that are not used, and why."""
+    q_given_by_rate: np.ndarray
+    """q_given, rate by rate (nv)."""
+
+
+def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
+    """The numbers of a run of this scene."""
+    q, v = np.zeros(system.nq), np.zeros(system.nv)
+    q_given, v_given, by_rate = np.zeros(system.nq), np.zeros(system.nv), np.zeros(system.nv)
+    for j in system.tree:
+        kind, start = j.kind, scene.joints[j.name].start
+        values = np.zeros(kind.nq)
+        if kind.quaternion >= 0:
+            values[kind.quaternion] = 1.0
+        given = start is not None and start.q is not None
+        if start is not None and start.q is not None:
+            values = coordinates(start.q, kind.nq, kind.quaternion)
+        states = state_coordinates(j)
+        q[j.q0 : j.q0 + len(states)] = values[list(states)]
+        q_given[j.q0 : j.q0 + len(states)] = given
+        by_rate[j.v0 : j.v0 + len(j.free)] = given
+        if start is not None and start.qd is not None:
+            rates = np.atleast_1d(np.array(start.qd, float))
+            v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
+            v_given[j.v0 : j.v0 + len(j.free)] = 1
+    ignored = tuple(
+        [f"start of {j.name}: not used, the loop is cut there" for j in system.joints if j.cut
+           and scene.joints[j.name].start is not None]
+        + [f"cut of {j.name}: not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
+           for j in system.joints if scene.joints[j.name].cut and not j.cut]
+        + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
+           and scene.joints[j.name].start is not None]
+    )
+    tables = tuple(_table(use, t) for use, t in devices.tables)
+    length = length_scale(scene)
+    inputs = np.array([float(i.start) for i in scene.inputs.values()])
+    rate = rate_scale(scene, v / np.where(turning(system), 1.0, length), length)
+    speed = length * rate
+    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # a power would raise where it overflows
+    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
+
+
+def _table(use: str, t: sm.Table | sm.Input) -> Curve | Outside:
+    if isinstance(t, sm.Input):
+        return Outside(use == "tracked", float(t.start), float(t.bandwidth))
+    return curve(t, use == "drive")
+
+
+def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
+    """Start coordinates as an array (nq); a rotation given by axis and angle becomes a unit quaternion."""
+    if isinstance(q, sm.AxisAngle):
+        a = 0.5 * float(q.angle)
+        e = np.concatenate([[math.cos(a)], math.sin(a) * direction(q.axis)])
+        return np.concatenate([np.zeros(nq - 4), e])
+    out = np.atleast_1d(np.array(q, float))
+    if quaternion >= 0:
+        out[quaternion : quaternion + 4] /= np.linalg.norm(out[quaternion : quaternion + 4])
+    return out
+
+
+def breaks(scene: sm.Scene) -> tuple[float, ...]:
+    """Sorted times at which a ramp or table has a kink; the integrator stops there."""
+    times: set[float] = set()
+    for _, s in signals(scene):
+        if s.ramp is not None:
+            times |= {float(s.ramp.begin), float(s.ramp.begin + s.ramp.duration)}
+        if isinstance(s, sm.Drive) and s.move is not None:
+            times |= {float(s.move.begin + u * s.move.duration) for u in PROFILES[s.move.profile].knots}
+        if s.table is not None:
+            times |= {float(t) for t in s.table.time}
+    return tuple(sorted(times))
+
+
+def length_scale(scene: sm.Scene) -> float:
+    """Length scale, m: the largest distance between joint points, mass centre and shape corners of one body (1 when all are
+    zero)."""
+    sizes = [0.0]
+    for b in scene.bodies.values():
+        pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
+        sizes += [float(np.linalg.norm(p - r)) for p in pts for r in pts]
+        if b.box is not None:
+            sizes.append(max(float(x) for x in b.box))
+        if b.cylinder is not None:
+            sizes.append(max(float(b.cylinder.length), 2 * float(b.cylinder.radius)))
+        if b.sphere is not None:
+            sizes.append(2 * float(b.sphere))
+    for j in scene.joints.values():
+        for side in (j.inboard, j.outboard):
+            if isinstance(side, sm.Side) and not isinstance(side.point, str) and side.body != "ground":
+                b = scene.bodies[side.body]
+                sizes.append(float(np.linalg.norm(np.array(side.point, float) - np.array(b.center, float))))
+        for found in sides_of(scene, j) if poses_of(scene, j) is not None else ():
+            if found.body != "ground":
+                sizes.append(math.dist(found.point, scene.bodies[found.body].center))
+    return max(sizes) or 1.0
+
+
+def turning(system: System) -> np.ndarray:
+    """Which rates of the state are of angles (nv); the others are of travels, m/s."""
+    return np.array([j.kind.turns(k) for j in system.tree for k in j.free], bool)
+
+
+def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
+    """Rate scale, 1/s: √(g/length), or 1 without gravity; never less than the largest start rate. v: start rates, those of travels
+    over the length."""
+    g = float(np.linalg.norm(np.array(scene.gravity, float)))
+    base = math.sqrt(g / length) if g else 1.0
+    return max([base, *np.abs(v).tolist()])

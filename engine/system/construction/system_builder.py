@@ -1,0 +1,145 @@
+"""Scene → System (structure), parameter table (run-time numbers) and the numbers of one run (start values, tables, scales)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from trunnion.basics.problems import SceneError
+from trunnion.elements.contact.contact_element import OVERLAP
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_references import body_of
+from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.system.construction.cam_profile_spline import profile
+from trunnion.system.construction.friction_builder import element
+from trunnion.system.construction.joint_frames import frame
+from trunnion.system.construction.load_builder import load
+from trunnion.system.construction.mimic_couplings import ties
+from trunnion.system.construction.point_curve_spline import curve
+from trunnion.system.construction.point_parameters import Points
+from trunnion.system.construction.spanning_tree import Spanning, span
+from trunnion.system.construction.start_values_and_scales import Numbers, numbers_of
+from trunnion.system.construction.wheel_placement import misfits, stands, wheels
+from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, System, state_coordinates
+from trunnion.system.structure.parameter_table import Param, ParameterTable
+
+INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+@dataclass(frozen=True)
+class Built:
+    """What a scene becomes: structure, run-time parameters, numbers of the run."""
+
+    scene: sm.Scene
+    system: System
+    parameters: ParameterTable
+    numbers: Numbers
+
+
+def fit(j: sm.Joint) -> Fit:
+    """Which part of a joint is inside, and which has the ends."""
+    out = j.pin == "outboard"
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # parts that do not slide have theirs at one point
+        return Fit(out)
+    if j.ends == OVERLAP:
+        return Fit(out, OVERLAP if j.friction is not None else "pin")
+    return Fit(out, "pin" if j.ends == j.pin else "bearing")
+
+
+def build(scene: sm.Scene) -> Built:
+    """Reduce a checked scene to the data of its system. No symbolic expression is made here."""
+    table = ParameterTable(scene.tunable)
+    spanning = span(scene)
+    maker = _Maker(scene, table, spanning)
+    system = maker.system()
+    return Built(scene, system, table, numbers_of(scene, system, maker.devices))
+
+
+class _Maker(Points):
+    """Builds the parts of a system in order."""
+
+    def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
+        super().__init__(scene, table, spanning)
+        rolls = any(REGISTRY[scene.joints[n].type].rolls for n in spanning.cut)
+        self.stands = stands(scene, spanning) if rolls else {}
+        wrong = misfits(scene, spanning, self.stands) if rolls else []
+        if wrong:
+            raise SceneError(wrong)
+
+    def system(self) -> System:
+        """The whole structure."""
+        gravity = self.table.vector("gravity", self.scene.gravity, "m/s^2")
+        bodies = tuple(self.body(i, name, child) for i, (name, child, _) in enumerate(self.spanning.tree))
+        names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)
+        joints = tuple(self.joint(name) for name in names)
+        joints = self.place(joints)
+        loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
+        ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
+        return System(
+            bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables),
+            self.devices.stops + self.devices.hooks, tuple(self.scene.outputs), ground,
+            ties(self.scene, self.table, joints), self.devices.hooks, self.scene.simulation.realtime is not None,
+        )
+
+    def body(self, i: int, joint: str, name: str) -> Body:
+        """Body ``name``, number i in the tree, carried by ``joint``: its mass, centre and inertia as leaves."""
+        b = self.scene.bodies[name]
+        m, center, inertia = mass_properties(b)
+        shaped = b.inertia is None
+        six = [inertia[0][0], inertia[1][1], inertia[2][2], inertia[0][1], inertia[0][2], inertia[1][2]]
+        unit = "m^2" if shaped else "kg*m^2"
+        label = "gyration" if shaped else "inertia"
+        leaves = tuple(
+            self.table.component(f"bodies.{name}.{label}.{n}", float(x) / m if shaped else float(x), unit)
+            for n, x in zip(INERTIA_NAMES, six, strict=True)
+        )
+        points = tuple((n, self.relative(name, self.named(name, n), p)) for n, p in b.points.items())
+        j = self.scene.joints[joint]
+        parent = body_of(j.inboard if body_of(j.outboard) == name else j.outboard)
+        mass = self.table.scalar(f"bodies.{name}.mass", m, "kg")
+        middle = self.relative(name, f"bodies.{name}.center", tuple(float(c) for c in center))
+        return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
+
+    def joint(self, name: str) -> Joint:
+        """A joint, still without its offsets in the state and among the constraint rows."""
+        j = self.scene.joints[name]
+        kind = REGISTRY[j.type]
+        a, b = sides_of(self.scene, j)
+        frames = [frame(s.axis, s.reference) for s in (a, b)]
+        pitch = self.table.own(f"joints.{name}.pitch", j.pitch or 0.0, "m") if kind.pitched else None
+        stiffness = self.table.own(f"joints.{name}.stiffness", j.stiffness, "N/m") if j.stiffness is not None else None
+        roller = self.table.own(f"joints.{name}.roller", j.roller, "m") if j.roller is not None else 0.0
+        return Joint(
+            name, j.type, self.index[a.body], self.index[b.body],
+            self.relative(a.body, a.named or f"joints.{name}.inboard.point", a.point),
+            self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
+            frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
+            stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
+            profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
+        )
+
+    def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
+        """The joints with what depends on their order: children, and offsets of coordinates, rates, constraint rows and
+        friction multipliers."""
+        q = v = rows = eta = flag = 0
+        out = []
+        for n, j in enumerate(joints):
+            new = replace(j, q0=q, v0=v, rows=rows)
+            if j.cut:
+                rows += j.kind.rows
+            else:
+                _, child, forward = self.spanning.tree[n]
+                new = replace(new, child=self.index[child], forward=forward)
+                q += len(state_coordinates(new))
+                v += len(new.free)
+            if self.scene.joints[j.name].friction is not None:
+                e = element(self.scene, self.devices, new, eta, flag)
+                new = replace(new, friction=e)
+                eta += j.kind.nv
+                flag += len(e.sliders)
+            out.append(new)
+        return tuple(out)
+
+
+__all__ = ["Built", "Param", "build"]

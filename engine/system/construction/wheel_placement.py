@@ -1,0 +1,123 @@
+"""Wheels that roll on each other: their numbers, and how they stand where they mesh (theory, "Rolling")."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.basics.problems import Problem
+from trunnion.elements.joints import REGISTRY
+from trunnion.elements.joints.declaration_checks import Numeric
+from trunnion.elements.joints.wheel_pairs import phase
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.queries.body_poses import JointSide, sides_of
+from trunnion.scene.queries.body_references import GROUND, body_of
+from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
+from trunnion.system.construction.joint_frames import frame, matrix
+from trunnion.system.construction.spanning_tree import Spanning
+from trunnion.system.structure.joint_couplings import Wheels
+from trunnion.system.structure.parameter_table import ParameterTable
+
+ASKEW = 1e-9
+"""Sine of an angle between directions that counts as none."""
+NEAR = 1e-6
+"""Part of the larger wheel's radius by which wheels may stand wrong."""
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Where a body's frame stands in the world. R (3×3), r (3), m."""
+
+    R: np.ndarray
+    r: np.ndarray
+
+    def side(self, s: JointSide) -> tuple[np.ndarray, np.ndarray]:
+        """The joint frame (columns) and the point of one side of a joint, in the world."""
+        return self.R @ matrix(frame(s.axis, s.reference)), self.R @ np.array(s.point, float) + self.r
+
+
+def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
+    """Where all bodies stand while every coordinate of the tree is 0: there the two frames of each of its joints coincide."""
+    found = {GROUND: Stand(np.eye(3), np.zeros(3))}
+    for name, child, forward in spanning.tree:
+        a, b = sides_of(scene, scene.joints[name])
+        near, far = (a, b) if forward else (b, a)
+        (E, p), own = found[near.body].side(near), matrix(frame(far.axis, far.reference))
+        R = E @ own.T
+        found[child] = Stand(R, p - R @ np.array(far.point, float))
+    return found
+
+
+def misfits(scene: sm.Scene, spanning: Spanning, where: dict[str, Stand]) -> list[Problem]:
+    """What is wrong with how wheels stand to each other. Those whose places a closed loop decides are not looked at."""
+    out: list[Problem] = []
+    ways = {name: _way(scene, spanning, name) for name in spanning.cut}
+    loops = {step for name, way in ways.items() if not REGISTRY[scene.joints[name].type].rolls for step in way}
+    for name, way in ways.items():
+        j = scene.joints[name]
+        if REGISTRY[j.type].rolls and not way & loops:
+            out += [Problem(f"joints.{name}", *wrong) for wrong in _misfit(scene, j, where)]
+    return out
+
+
+def _way(scene: sm.Scene, spanning: Spanning, name: str) -> set[str]:
+    """The tree joints between the two bodies of a joint."""
+    carried = {child: (joint, body_of(j.inboard if forward else j.outboard))
+               for joint, child, forward in spanning.tree for j in (scene.joints[joint],)}  # fmt: skip
+    ways: list[set[str]] = []
+    for side in (scene.joints[name].inboard, scene.joints[name].outboard):
+        body, way = body_of(side), set()
+        while body != GROUND:
+            joint, body = carried[body]
+            way.add(joint)
+        ways.append(way)
+    return ways[0] ^ ways[1]
+
+
+def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[tuple[str, str]]:
+    """What is wrong between two wheels, and a remedy."""
+    (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
+    a, b, s, of = Ea[:, 0], Eb[:, 0], pb - pa, sizes(j)
+    r1, r2 = (0.5 * of.module * z for z in of.teeth)
+    size, rolls = max(abs(r1), abs(r2)), rolls_of(j)
+    if rolls.touch == "cones":
+        if float(np.linalg.norm(np.cross(a, b))) < ASKEW:
+            yield "the axes of the two wheels are parallel", "use type: gear, or give each side its own axis"
+        if float(np.linalg.norm(s)) > NEAR * size:
+            yield f"its two points are {np.linalg.norm(s):.3g} m apart", "put both where the two axes meet"
+        return
+    if rolls.touch == "straight":
+        if abs(float(a @ b)) > ASKEW:
+            yield "the rack is not at a right angle to the wheel's axis", "the outboard axis is the direction of the rack"
+            return
+        gap = abs(float(s @ np.cross(a, b))) - r1
+        if abs(gap) > NEAR * size:
+            yield f"the rack is {abs(gap):.3g} m {'too far from' if gap > 0 else 'too near to'} the wheel's axis", (
+                f"its point is on its pitch line, {r1:.6g} m from there")
+        return
+    if float(np.linalg.norm(np.cross(a, b))) > ASKEW:
+        yield "the axes of its two wheels are not parallel", "give both sides the same axis; bevel_gear is for axes that meet"
+        return
+    apart = float(np.linalg.norm(s - (s @ a) * a))
+    wanted = abs(r1 + r2)
+    if rolls.size == "pitch":
+        if apart <= NEAR * size or apart < abs(r1 + r2) * (1 - NEAR):
+            yield f"its pulleys' axes are {apart:.3g} m apart, nearer than {wanted:.3g} m", "move them apart"
+    elif abs(apart - wanted) > NEAR * size:
+        yield f"the axes of its wheels are {apart:.6g} m apart; teeth and module ask for {wanted:.6g} m", (
+            "change the module, or move the wheels")
+
+
+def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name: str) -> Wheels:
+    """The numbers of a pair. where: all bodies while every coordinate is 0 (``stands``): there it meshes."""
+    j = scene.joints[name]
+    of = sizes(j)
+    (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
+    met = phase(rolls_of(j).touch, Ea.T.tolist(), Eb.T.tolist(), (pb - pa).tolist(), of, Numeric)
+    return Wheels(  # a module that changes without the places of wheels is a mistake: who changes it builds the scene anew
+        table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
+        table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
+    )  # fmt: skip

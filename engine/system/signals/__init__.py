@@ -1,0 +1,1 @@
+"""Signals as tables, and how fast they change."""

@@ -1,0 +1,74 @@
+"""Joints with friction as the complement equations take them (theory, "Complement equations"): which components of its reaction the
+contact forms of each need, and where its numbers lie. No symbolic library here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.contact import ContactElement
+from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP, SPAN
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.runtime.abi import PairKind
+from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, System
+
+
+@dataclass
+class Element:
+    """A joint with friction and where its numbers lie: ``needs``: the components of f_c, m_c its forms use, which are rows n0, n0
+    + 1, … of the N block; rate0: the first of its freedoms among the rates of all such joints."""
+
+    joint: Joint
+    contact: ContactElement
+    needs: tuple[str, ...]
+    n0: int
+    rate0: int
+
+    @property
+    def friction(self) -> FrictionElement:
+        """The joint's friction data."""
+        assert self.joint.friction is not None
+        return self.joint.friction
+
+    @property
+    def eta(self) -> list[int]:
+        """Indices of its multipliers, one a freedom."""
+        return list(self.friction.eta)
+
+    @property
+    def law_kind(self) -> PairKind:
+        """What the law does at rest and at its kink."""
+        law = LAWS[self.friction.law]
+        if law.bristles:
+            return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH
+        return PairKind.SET if law.sets else PairKind.KINK if law.kinks else PairKind.SMOOTH
+
+    @property
+    def sets(self) -> bool:
+        """Whether the law is set-valued."""
+        return self.law_kind == PairKind.SET
+
+
+def everything(j: Joint) -> tuple[str, ...]:
+    """All that contact forms of a joint may need: the components of f_c and m_c, and the span where that changes."""
+    return (*COMPONENTS, SPAN) if j.fit.ends == OVERLAP else COMPONENTS
+
+
+def elements(system: System) -> list[Element]:
+    """All joints with friction, in the system's order."""
+    out: list[Element] = []
+    n0 = rate0 = 0
+    for j in system.frictional:
+        f = j.friction
+        assert f is not None
+        contact = CONTACTS[f.contact]
+        needs = contact.needs([name for name, _ in f.numbers], f.adams)
+        out.append(Element(j, contact, needs, n0, rate0))
+        n0 += len(needs)
+        rate0 += j.kind.nv
+    return out
+
+
+def any_sets(system: System) -> bool:
+    """Whether some law of the system is set-valued at rest."""
+    return any(j.friction is not None and LAWS[j.friction.law].sets for j in system.frictional)

@@ -1,0 +1,65 @@
+"""The numbers in a system's expressions: structural constants, which generated code contains as they are, and run-time parameters,
+which it reads from memory.
+
+A component of a vector or matrix that is exactly 0 as written is structure: it removes terms. Every other number, and every
+single-number field whatever its value, is a run-time parameter. ``tunable`` patterns turn zeros into parameters too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trunnion.basics.name_patterns import matcher
+
+
+@dataclass(frozen=True)
+class Param:
+    """A run-time parameter, by its index in the table."""
+
+    index: int
+
+
+Leaf = float | Param
+Leaves = tuple[Leaf, ...]
+
+
+class ParameterTable:
+    """The run-time parameters in the order in which they were made: path (that of the scene where there is one), value, unit."""
+
+    def __init__(self, tunable: Sequence[str] = ()):
+        self.paths: list[str] = []
+        self.values: list[float] = []
+        self.units: list[str] = []
+        self._tunable = matcher(tunable)
+        self._index: dict[str, int] = {}
+        self._own: set[str] = set()
+
+    def scalar(self, path: str, value: float, unit: str) -> Param:
+        """A run-time parameter; asking twice for one path gives the same one."""
+        if path not in self._index:
+            self._index[path] = len(self.paths)
+            self.paths.append(path)
+            self.values.append(float(value))
+            self.units.append(unit)
+        return Param(self._index[path])
+
+    def own(self, path: str, value: float, unit: str) -> Param:
+        """A run-time parameter that equals the scene's number at this path. The number acts on nothing else, such as scales, start
+        values, times of kinks or other parameters."""
+        self._own.add(path)
+        return self.scalar(path, value, unit)
+
+    def place(self, path: str) -> int | None:
+        """Index of the parameter that equals a number of the scene. None for other numbers (see ``own``)."""
+        return self._index[path] if path in self._own else None
+
+    def component(self, path: str, value: float, unit: str) -> Leaf:
+        """A component of a vector: a structural 0 when it is exactly zero and not tunable, else a parameter."""
+        if value == 0.0 and not self._tunable(path):
+            return 0.0
+        return self.scalar(path, value, unit)
+
+    def vector(self, path: str, values: Sequence[float], unit: str) -> Leaves:
+        """Leaves of a vector, whose components are named path[1], path[2], …"""
+        return tuple(self.component(f"{path}[{i + 1}]", v, unit) for i, v in enumerate(values))

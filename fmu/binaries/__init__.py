@@ -1,0 +1,1 @@
+"""Libraries of an FMU, per platform and flavour."""

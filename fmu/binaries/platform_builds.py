@@ -1,0 +1,257 @@
+"""Libraries of an exported model for all platforms; ``ziglang`` builds each from any other."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shutil
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
+from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers
+from trunnion.parts.primitives.primitive_cache import BYTECODE, INTERPRETER
+
+NATIVE = Path(__file__).resolve().parents[1] / "native"
+FLAGS = (*(f for f in c_compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-s")
+
+PARTS: dict[str, tuple[str, ...]] = {"parts": (), "long_parts": c_compiler.STRAIGHT}
+"""Units of parts, and their flags in addition to ``FLAGS``, as in the engine (``c_compiler.part_flags``)."""
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A folder of ``binaries``: suffix of its library and compiler targets (two are joined into one file)."""
+
+    suffix: str
+    targets: tuple[tuple[str, str], ...]
+
+
+PLATFORMS = {
+    "linux64": Platform(".so", (("x86_64-linux-gnu.2.17", "x86_64"),)),
+    "win64": Platform(".dll", (("x86_64-windows-gnu", "x86_64"),)),
+    "darwin64": Platform(".dylib", (("x86_64-macos.10.15", "x86_64"), ("aarch64-macos.11.0", "apple_m1"))),
+    "aarch64-darwin": Platform(".dylib", (("aarch64-macos.11.0", "apple_m1"),)),
+    "aarch64-linux": Platform(".so", (("aarch64-linux-gnu.2.17", "generic"),)),
+}
+NAMES = {
+    "2.0": {n: n for n in ("linux64", "win64", "darwin64", "aarch64-darwin")},
+    "3.0": {
+        "linux64": "x86_64-linux",
+        "win64": "x86_64-windows",
+        "darwin64": "x86_64-darwin",
+        "aarch64-darwin": "aarch64-darwin",
+        "aarch64-linux": "aarch64-linux",
+    },
+}
+"""Names of platforms in each standard."""
+SYSTEM_LIBRARIES = {
+    "linux": ("-nostdlib", "-lm", "-lc"),
+    "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
+}
+"""Linker options for the system's C library, without the compiler's start files and libraries: for Windows, building these takes
+over a minute. ``native/windows_libc.c`` holds the needed functions."""
+SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
+"""Macro that is defined when ``native/shell.c`` is compiled, by kind of export: a standard, or a plain C library."""
+HOSTS = {
+    ("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64",
+    ("Darwin", "x86_64"): "darwin64", ("Darwin", "arm64"): "darwin64",
+}  # fmt: skip
+
+
+def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
+    """Platforms for the given words ("host", "all", names of either standard); SceneError for others."""
+    out: list[str] = []
+    folders = NAMES[standard]
+    also = {folder: name for name, folder in NAMES["3.0"].items()}
+    for name in names or ("host",):
+        if name == "host":
+            name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
+        name = also.get(name, name)
+        if name in PLATFORMS and name not in folders:
+            raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "--fmi 3 has")])
+        if name != "all" and name not in folders:
+            known = f"all, host, {', '.join(folders)}"
+            raise SceneError([Problem("--platform", f"{name!r} is not a supported platform", known)])
+        out += list(folders) if name == "all" else [name]
+    return [p for p in folders if p in out]
+
+
+def headers() -> Path:
+    """Folder of the FMI headers, which fmpy provides."""
+    found = importlib.util.find_spec("fmpy")
+    if found is None or found.origin is None:
+        missing = "fmpy, which brings the FMI headers, is not installed"
+        raise SceneError([Problem("trunnion fmu", missing, "pip install 'trunnion[fmu]'")])
+    return Path(found.origin).parent / "c-code"
+
+
+def library(name: str, identifier: str, sources: dict[str, str], standard: str = "2.0") -> bytes:
+    """Library of a platform, cached or built: a standard's shell, the runtime, and ``sources``."""
+    place = PLATFORMS[name]
+    parts = [_part(target, cpu, identifier, sources, place.suffix, standard) for target, cpu in place.targets]
+    return parts[0] if len(parts) == 1 else fat(parts)
+
+
+def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0") -> None:
+    """Compile the objects of several platforms in parallel; cached ones cost nothing. Ctrl-C ends all compilers."""
+    targets = list(dict.fromkeys(t for n in names for t in PLATFORMS[n].targets))
+    files = [f for f in sources if f != "model"]
+    with side_by_side(os.cpu_count() or 1) as submit:
+        for job in [submit(_constant, *t) for t in targets]:
+            awaited(job)
+        jobs = [submit(_object, *t, f, sources[f]) for f in sorted(files, key=lambda f: -len(sources[f])) for t in targets]
+        jobs += [submit(_shell, *t, standard) for t in targets]
+        jobs += [submit(_interpreter, *t) for t in targets if "parts" in sources]
+        for job in jobs:
+            awaited(job)
+
+
+def shell_key() -> str:
+    """Digest of the constant C sources of shell and runtime."""
+    return library_cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.rglob("*.[ch]"))), *FLAGS)
+
+
+def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str, standard: str) -> bytes:
+    flags = {file: c_compiler.optimised_flags(file, text) for file, text in sources.items()}
+    interpreter = [f.read_bytes() for f in INTERPRETER] if "parts" in sources else []
+    texts = [x for f in sorted(sources) for x in (f, sources[f], *flags[f])]
+    key = library_cache.digest(shell_key(), standard, *interpreter, target, cpu, identifier, *texts)
+
+    def make(folder: Path) -> None:
+        constant, shell = _constant(target, cpu), _shell(target, cpu, standard)
+        for file, text in sources.items():
+            if file == "model":
+                _unit(target, cpu, folder, file, text, flags[file])
+            else:
+                shutil.copyfile(_object(target, cpu, file, text), folder / f"{file}.o")
+        interpreter = [] if "parts" not in sources else sorted(_interpreter(target, cpu).glob("*.o"))
+        objects = [*sorted(constant.glob("*.o")), *shell.glob("*.o"), *interpreter, *(folder / f"{file}.o" for file in sources)]
+        link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
+        if _system(target) == "macos":
+            link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
+        _compile(target, cpu, constant, ["-shared", *map(str, objects), "-o", str(folder / f"library{suffix}"), *link])
+
+    folder, _ = library_cache.entry(f"fmu-{key}", make)
+    return (folder / f"library{suffix}").read_bytes()
+
+
+def _object(target: str, cpu: str, file: str, text: str) -> Path:
+    """Object of a generated file other than the model's tables, cached or compiled."""
+    if file in PARTS:
+        return _parts(target, cpu, file, text)
+    return _kept(target, cpu, file, text, c_compiler.optimised_flags(file, text))
+
+
+def _unit(target: str, cpu: str, folder: Path, file: str, text: str, flags: Sequence[str]) -> None:
+    (folder / f"{file}.c").write_text(text)
+    _compile(target, cpu, _constant(target, cpu), [*flags, "-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")])
+
+
+def _kept(target: str, cpu: str, file: str, text: str, flags: Sequence[str]) -> Path:
+    """Object of a generated file that FMUs of both standards share."""
+
+    def make(folder: Path) -> None:
+        _unit(target, cpu, folder, file, text, flags)
+
+    return library_cache.entry(f"unit-{library_cache.digest(shell_key(), target, cpu, file, text, *flags)}", make)[0] / f"{file}.o"
+
+
+def _constant(target: str, cpu: str) -> Path:
+    """Folder of generated headers and the runtime's objects, which all FMUs of a target share."""
+
+    def make(folder: Path) -> None:
+        write_headers(folder)
+        own = [NATIVE / "windows_libc.c"] if _system(target) == "windows" else []
+        for source in (RUNTIME / "runtime.c", *own):
+            _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
+
+    return library_cache.entry(f"runtime-{library_cache.digest(shell_key(), target, cpu)}", make)[0]
+
+
+def _shell(target: str, cpu: str, standard: str) -> Path:
+    """Folder of the object of a standard's shell, which all FMUs of a target share."""
+    name = SHELL_NAMES[standard]
+
+    def make(folder: Path) -> None:
+        unit = [f"-D{name}", "-c", str(NATIVE / "shell.c"), "-o", str(folder / "shell.o")]
+        _compile(target, cpu, _constant(target, cpu), unit)
+
+    return library_cache.entry(f"shell-{library_cache.digest(shell_key(), name, target, cpu)}", make)[0]
+
+
+def loader(name: str) -> bytes:
+    """Library of the python flavour that hosts load (``native/pythonfmu_loader.c``), the same in every FMU of a platform."""
+    place, ((target, cpu),) = PLATFORMS[name], PLATFORMS[name].targets
+    more = ["-lkernel32"] if _system(target) == "windows" else ["-ldl"]
+
+    def make(folder: Path) -> None:
+        own = [NATIVE / "windows_libc.c"] if _system(target) == "windows" else []
+        for source in (NATIVE / "pythonfmu_loader.c", *own):
+            _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
+        link = [*map(str, sorted(folder.glob("*.o"))), *SYSTEM_LIBRARIES[_system(target)], *more]
+        _compile(target, cpu, folder, ["-shared", "-o", str(folder / f"loader{place.suffix}"), *link])
+
+    return (
+        library_cache.entry(f"loader-{library_cache.digest(shell_key(), target, cpu)}", make)[0] / f"loader{place.suffix}"
+    ).read_bytes()
+
+
+def _interpreter(target: str, cpu: str) -> Path:
+    """Folder of the interpreter's objects, for models made of parts."""
+
+    def make(folder: Path) -> None:
+        for source in (f for f in INTERPRETER if f.suffix == ".c"):
+            unit = ["-c", str(source), "-o", str(folder / f"{source.stem}.o")]
+            _compile(target, cpu, _constant(target, cpu), [f"-I{BYTECODE}", *unit])
+
+    return library_cache.entry(
+        f"interpreter-{library_cache.digest(shell_key(), *(f.read_bytes() for f in INTERPRETER), target, cpu)}", make
+    )[0]
+
+
+def _parts(target: str, cpu: str, file: str, text: str) -> Path:
+    """Object of a model's parts, shared by models with the same kinds of parts."""
+    flags = PARTS[file]
+
+    def make(folder: Path) -> None:
+        (folder / "parts.c").write_text(text)
+        _compile(target, cpu, folder, [*flags, "-c", str(folder / "parts.c"), "-o", str(folder / "parts.o")])
+
+    return (
+        library_cache.entry(
+            f"parts-{library_cache.digest(text, target, cpu, c_compiler.compiler_version(), *FLAGS, *flags)}", make
+        )[0]
+        / "parts.o"
+    )
+
+
+def _system(target: str) -> str:
+    """Operating system of a target: "linux" of "x86_64-linux-gnu.2.17"."""
+    return target.split("-")[1].partition(".")[0]
+
+
+def _compile(target: str, cpu: str, generated: Path, arguments: list[str]) -> None:
+    """Run the compiler with the common options of a target; ``generated``: folder of generated headers."""
+    include = [f"-I{p}" for p in (RUNTIME, NATIVE, generated, headers())]
+    c_compiler.run(["-target", target, f"-mcpu={cpu}", *FLAGS, *arguments, *include], library_cache.cache_folder())
+
+
+CPU_TYPES = {b"\x07\x00\x00\x01": 0x01000007, b"\x0c\x00\x00\x01": 0x0100000C}
+
+
+def fat(parts: list[bytes]) -> bytes:
+    """Mach-O files of several processors as one universal file: a header of big-endian (type, subtype, offset, size, alignment)."""
+    align = 14
+    offset, records, body = 1 << align, b"", b""
+    for part in parts:
+        cpu, subtype = CPU_TYPES[part[4:8]], struct.unpack("<I", part[8:12])[0]
+        records += struct.pack(">IIIII", cpu, subtype, offset + len(body), len(part), align)
+        body += part + bytes(-len(part) % (1 << align))
+    head = struct.pack(">II", 0xCAFEBABE, len(parts)) + records
+    return head + bytes(offset - len(head)) + body

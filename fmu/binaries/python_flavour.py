@@ -1,0 +1,63 @@
+"""The python flavour: built with pythonfmu; its slave needs the standard library only and calls the native library beside it."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+from string import Template
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.fmu.binaries.platform_builds import PLATFORMS as NATIVE
+from trunnion.fmu.binaries.platform_builds import loader
+
+PLATFORMS = ("linux64", "win64")
+SLAVE = Path(__file__).with_name("python_flavour_slave.py.txt")
+DEPENDENCIES = """This FMU runs Python code in its host's process.
+
+Linux: libpython (3.9 or newer) in the process, as in a Python host; another host finds one on its library path, or preloads it:
+    LD_PRELOAD=libpython3.11.so.1.0 host …
+Windows: python3.dll must be on the PATH.
+No Python packages are needed beyond the standard library.
+The native flavour of the same FMU needs none of this.
+"""
+REQUIREMENTS = "# the standard library only\n"
+
+
+def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
+    """Files of the FMU by path in the archive, without its description and documents."""
+    try:
+        from pythonfmu.builder import FmuBuilder
+    except ImportError as e:
+        raise SceneError([Problem("--flavour", f"pythonfmu cannot be loaded: {e}", "pip install 'trunnion[fmu]'")]) from e
+    unique = f"trunnion_{guid.replace('-', '')}"
+    text = Template(SLAVE.read_text(encoding="utf-8")).substitute(unique=unique, identifier=identifier)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        script = folder / f"{unique}.py"
+        script.write_text(text, encoding="utf-8")
+        parts = []
+        for platform, data in libraries.items():
+            part = folder / platform
+            part.mkdir()
+            (part / f"{unique}{NATIVE[platform].suffix}").write_bytes(data)
+            parts.append(part)
+        path, modules = list(sys.path), set(sys.modules)
+        try:
+            built = FmuBuilder.build_FMU(script, folder / "built.fmu", parts)
+        finally:
+            sys.path[:] = path
+            for module in set(sys.modules) - modules:
+                if module == unique:
+                    del sys.modules[module]
+        with zipfile.ZipFile(built) as z:
+            files = {n: z.read(n) for n in z.namelist() if n != "modelDescription.xml" and not n.endswith("/")}
+    files = {n: b for n, b in files.items() if not n.startswith("binaries/") or n.split("/")[1] in libraries}
+    for platform in libraries:
+        suffix = NATIVE[platform].suffix
+        files[f"binaries/{platform}/pythonfmu-export{suffix}"] = files[f"binaries/{platform}/{identifier}{suffix}"]
+        files[f"binaries/{platform}/{identifier}{suffix}"] = loader(platform)
+    files["resources/requirements.txt"] = REQUIREMENTS.encode()
+    files["documentation/externalDependencies.txt"] = DEPENDENCIES.encode()
+    return files

@@ -1,0 +1,67 @@
+"""C texts of an exported model; each includes no file of ours but ``NAME.h``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+
+from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES
+from trunnion.fmu.c_source.layout_sizes import Sizes
+from trunnion.fmu.c_text.constant_length_arrays import fixed
+from trunnion.fmu.c_text.dead_code_and_ascii import ascii_only, definitions, nothing_unused, renamed, used_only
+from trunnion.fmu.c_text.include_expansion import in_folders, one_file
+from trunnion.kernel.c_code.code_generator import MATH
+from trunnion.kernel.shared_libraries import RUNTIME
+from trunnion.runtime.abi.c_header import header
+from trunnion.runtime.integrators.method_c_code import header as tables
+
+LEFT = ("fmi2Functions.h", "fmi3Functions.h")
+"""Headers that compilers of an FMU provide (FMI 2.0, 2.3; 3.0, 2.5.1.2)."""
+UNUSED = ("hosts/batch.c", "hosts/batch_coroutines.c", "hosts/static_margin.c", "output/wear.c")
+"""Files of the runtime that exported models do not call."""
+EXPORT = re.compile(r"^#if defined _WIN32\n#define FMU_EXPORT .*?^#endif\n", re.MULTILINE | re.DOTALL)
+TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
+
+
+def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checked: bool = False) -> dict[str, str]:
+    """C files by name. units: generated texts (``Made.sources``); kind: a key of SHELL_NAMES; prefix: begins the names that other
+    files see; checked: arrays of the runtime are held against the lengths they are asked for (``constant_length_arrays.fixed``)."""
+    shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
+    runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
+    made = {"runtime": runtime, "shell": shell} | {n: _unit(text) for n, text in units.items()}
+    names = {n: f"{prefix}_{n}" for n in _seen(made)}
+    if kind == "library":
+        names |= {n: re.sub("mechanism", prefix, n) for n in set(re.findall(r"\bmechanism\w*", shell))}
+        names |= {n: re.sub("MECHANISM", prefix.upper(), n) for n in set(re.findall(r"\bMECHANISM_\w+", shell))}
+    head = sizes.text() + (NATIVE / "portable_compiler_settings.h").read_text()
+    out = {f"{prefix}_{name}.c": renamed(_begin(name, kind, prefix) + head + text, names) for name, text in made.items()}
+    return dict(sorted(out.items()))
+
+
+def _begin(name: str, kind: str, prefix: str) -> str:
+    """First lines of the shell: for FMI, the prefix of function names."""
+    if name != "shell":
+        return ""
+    return f'#include "{prefix}.h"\n' if kind == "library" else f"#define FMI{kind[0]}_FUNCTION_PREFIX {prefix}_\n"
+
+
+def _unit(text: str) -> str:
+    """A generated file."""
+    return finished(text.replace(MATH, "#include <math.h>\n").replace("__attribute__((noinline)) ", ""))
+
+
+@lru_cache(maxsize=8)
+def finished(start: str, shell: str = "", checked: bool = False) -> str:
+    """A C text and all it includes of ours as C99 for any compiler. shell: a name of ``native/shell.c``, where the text has one."""
+    given = {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
+    text = one_file(start, in_folders([RUNTIME, NATIVE], given, LEFT), shell)
+    text = EXPORT.sub("#define FMU_EXPORT\n", re.sub(r"\brestrict\b", "TR_RESTRICT", text))
+    return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))
+
+
+def _seen(made: Mapping[str, str]) -> set[str]:
+    """Names visible to other files, without those of standards and libraries."""
+    functions = {d.name for text in made.values() for d in definitions(text) if not d.static}
+    tables = {t for text in made.values() for t in TABLE.findall(text)}
+    return {n for n in functions | tables if not n.startswith(("fmi2", "fmi3", "mechanism_"))}

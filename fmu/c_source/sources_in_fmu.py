@@ -1,0 +1,63 @@
+"""C sources inside an FMU, and the lines of the descriptions that list them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
+
+from trunnion.fmu.c_source.layout_sizes import sizes_of
+from trunnion.fmu.c_source.source_files import texts
+from trunnion.simulation.run import Model
+
+HEAD = b'<?xml version="1.0" encoding="UTF-8"?>\n'
+INTERFACES = ("ModelExchange", "CoSimulation")
+
+
+class Exported(Protocol):
+    """An exported model (``trunnion.fmu.scene_export.Made``)."""
+
+    sources: dict[str, str]
+    model: Model
+    standard: str
+    identifier: str
+
+
+def with_sources(documents: Mapping[str, bytes], made: Exported) -> dict[str, bytes]:
+    """The documents of an FMU with its C sources, listed where the standard requires."""
+    files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
+    out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}
+    if made.standard == "3.0":
+        out["sources/buildDescription.xml"] = build_description(made.identifier, list(files))
+    else:
+        out["modelDescription.xml"] = listing_sources(documents["modelDescription.xml"], list(files))
+    return out
+
+
+def listing_sources(description: bytes, files: Sequence[str]) -> bytes:
+    """``modelDescription.xml`` of FMI 2.0 that lists the files to compile."""
+    root = fromstring(description)
+    for interface in [e for e in root if e.tag in INTERFACES]:
+        named = Element("SourceFiles")
+        for file in files:
+            SubElement(named, "File", {"name": file})
+        interface.insert(0, named)
+    return _written(root)
+
+
+def build_description(identifier: str, files: Sequence[str]) -> bytes:
+    """``buildDescription.xml`` of FMI 3.0."""
+    root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    how = SubElement(root, "BuildConfiguration", {"modelIdentifier": identifier})
+    together = SubElement(how, "SourceFileSet", {"language": "C99"})
+    for file in files:
+        SubElement(together, "SourceFile", {"name": file})
+    alone = {"name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "value": "1", "optional": "true"}
+    SubElement(together, "PreprocessorDefinition", alone | {"description": "for a shared library: names without the model's"})
+    SubElement(how, "Library", {"name": "m", "external": "false"})
+    return _written(root)
+
+
+def _written(root: Element) -> bytes:
+    indent(root, " ")
+    return HEAD + tostring(root, encoding="utf-8") + b"\n"

@@ -1,0 +1,145 @@
+"""Arrays of variable length become arrays of their largest length, in C99 that every compiler accepts.
+
+The length of an array is a number of the mechanism (``k->neta``), known at export, or a count with such a bound
+(``array_length_bounds``). Exported sources define these numbers as ``TR_MAX_NETA`` and so on."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from trunnion.fmu.c_text.array_length_bounds import BOUNDS, CALLS, FIELDS
+from trunnion.fmu.c_text.dead_code_and_ascii import definitions
+from trunnion.runtime.abi.kernel_records import KERNEL
+
+KINDS = r"double|int|char|tr_\w+"
+DECLARED = re.compile(rf"^( +)(?:const )?({KINDS}) ([^;]*);", re.MULTILINE)
+NUMBERS = re.compile(r"\b(?:const )?int (?!\*)([^;()]*(?:\([^;]*\)[^;()]*)*);")
+WORD = re.compile(r"TR_DOUBLES\(\w+\)|(?:[A-Za-z]\w*(?:->|\.))*(?:[a-z]\w*\(\w*\)|[A-Za-z_]\w*)")
+
+
+class BoundMissing(ValueError):
+    """An array has a length without a known bound: add one in ``fmu/c_text/array_length_bounds.py``."""
+
+
+@dataclass
+class Function:
+    """A C function. numbers: initial values of its constant local integers; lengths: original lengths of its arrays, by name."""
+
+    name: str
+    body: str
+    numbers: dict[str, str] = field(default_factory=dict)
+    lengths: dict[str, str] = field(default_factory=dict)
+
+
+def fixed(text: str, checked: bool = False) -> str:
+    """The text without arrays of variable length. checked: add checks of each length against its bound by ``TR_FITS``, which the
+    compiler must define. BoundMissing for an unknown length."""
+    out, at = [], 0
+    for d in definitions(text):
+        made = Function(d.name, text[d.body : d.end])
+        made.numbers = _numbers(made.body)
+        out += [text[at : d.body], _without(made, checked)]
+        at = d.end
+    return "".join(out) + text[at:]
+
+
+def _numbers(body: str) -> dict[str, str]:
+    """Local integers with their initial values, if they never change."""
+    found: dict[str, str] = {}
+    for declared in NUMBERS.finditer(body):
+        for one in split(declared[1]):
+            name, _, value = one.partition(" = ")
+            if value and name.isidentifier():
+                found[name] = "" if name in found else value
+    changed = {
+        n for n in found if re.search(rf"(?<![\w.>])(?:{n} [-+*/]?= |{n}\+\+|\+\+{n}\b|{n}--|--{n}\b)", _assignments(body, n))
+    }
+    return {n: v for n, v in found.items() if v and n not in changed}
+
+
+def _assignments(body: str, name: str) -> str:
+    """The body without the declaration of a number."""
+    return re.sub(rf"(int [^;]*?)\b{name} = ", r"\1", body, count=1)
+
+
+def split(declarators: str) -> list[str]:
+    """The parts between commas outside brackets."""
+    out, depth, begin = [], 0, 0
+    for i, c in enumerate(declarators):
+        depth += (c in "([{") - (c in ")]}")
+        if c == "," and depth == 0:
+            out.append(declarators[begin:i].strip())
+            begin = i + 1
+    return [*out, declarators[begin:].strip()]
+
+
+def _without(made: Function, checked: bool) -> str:
+    """The body of a function with arrays of fixed length."""
+
+    def declaration(found: re.Match[str]) -> str:
+        if "[" not in found[3]:
+            return found[0]
+        before = set(made.lengths)
+        items = [_declarator(made, one) for one in split(found[3])]
+        new = [n for n in made.lengths if n not in before]
+        if not new:
+            return found[0]
+        line = found[0][: found.start(3) - found.start()] + ", ".join(items) + ";"
+        firsts = "".join(f"{first(i)} = " for i in items if "[TR_ROOM(" in i) if found[2] in ("double", "int") else ""
+        checks = "".join(f" TR_FITS({made.lengths[n]}, {most(made, made.lengths[n])});" for n in new) if checked else ""
+        return f"{line}{f' {firsts}0;' if firsts else ''}{checks}"
+
+    body = DECLARED.sub(declaration, made.body)
+    for name, length in made.lengths.items():
+        body = re.sub(rf"\bsizeof {name}\b", f"(sizeof {name}[0] * (size_t)({length}))", body)
+    return _all_used(made, body)
+
+
+def _all_used(made: Function, body: str) -> str:
+    """The body with a use of each number that only array lengths used, so that compilers do not report it as unused."""
+    named = {w for length in made.lengths.values() for w in re.findall(r"(?<![\w>.])(?!size_t)[a-z]\w*\b(?!\()", length)}
+    for word in sorted(named):
+        it = rf"(?<![\w>.]){word}\b"
+        if len(re.findall(it, body)) == 1:
+            body = re.sub(rf"^( +[^;\n]*{it}[^;]*;)", rf"\1 (void){word};", body, count=1, flags=re.MULTILINE)
+    return body
+
+
+def first(declarator: str) -> str:
+    """The first element of an array. It gets a value, so that compilers do not report the array as uninitialised."""
+    name, *sizes = re.split(r"\[", declarator.partition("[TR_ROOM(")[0] + "[")
+    return name + "[0]" * len(sizes)
+
+
+def _declarator(made: Function, one: str) -> str:
+    """One declarator with its length fixed, if it is an array whose length varies."""
+    found = re.match(r"(\w+)((?:\[\w+\])*)\[(.+?)\]( = .*)?$", one)
+    if not found or re.fullmatch(r"[\dA-Z_ +*]*|TR_DOUBLES\(\w+\)|[A-Z_]+ \+ 1", found[3]):
+        return one
+    length = found[3]
+    made.lengths[found[1]] = length
+    return f"{found[1]}{found[2]}[TR_ROOM({most(made, length)})]{found[4] or ''}"
+
+
+def most(made: Function, length: str) -> str:
+    """Upper bound of an array length, as a C constant."""
+
+    def word(found: re.Match[str]) -> str:
+        it = found[0]
+        if it.isupper() or it == "size_t" or it.startswith("TR_DOUBLES("):
+            return it
+        if it in BOUNDS.get(made.name, {}):
+            return f"({BOUNDS[made.name][it]})"
+        if it in made.numbers:
+            return f"({most(made, made.numbers[it])})"
+        if it in CALLS:
+            return CALLS[it]
+        owner, _, name = it.rpartition("->")
+        if owner in ("k", "s->k") and name in KERNEL.integers:
+            return f"TR_MAX_{name.upper()}"
+        if it in FIELDS:
+            return FIELDS[it]
+        raise BoundMissing(f"{made.name}: {it} of [{length}]")
+
+    return re.sub(r"(?<!\w)\((TR_\w+)\)", r"\1", WORD.sub(word, length))

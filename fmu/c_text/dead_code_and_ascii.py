@@ -1,0 +1,118 @@
+"""C text for any compiler: no unused code, ASCII only."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+COMMENT = r"(?:/\*(?:[^*]|\*(?!/))*\*/\n)?"
+HEAD = re.compile(COMMENT + r"^(?!typedef|struct|enum|extern|#)([A-Za-z_][^;={}#\"]*?\b(\w+)\(([^;{}]*)\)) ?\{", re.MULTILINE)
+BRACE = re.compile(r'[{}]|"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
+WORD = re.compile(r"[A-Za-z_]\w*")
+SIGNS = {
+    "MINUS SIGN": "-", "EN DASH": "-", "MIDDLE DOT": "*", "MULTIPLICATION SIGN": "x", "RIGHTWARDS ARROW": "->",
+    "LEFTWARDS ARROW": "<-",
+    "LESS-THAN OR EQUAL TO": "<=", "GREATER-THAN OR EQUAL TO": ">=", "PLUS-MINUS SIGN": "+-", "N-ARY SUMMATION": "sum",
+    "PARTIAL DIFFERENTIAL": "d", "SQUARE ROOT": "sqrt", "SUPERSCRIPT TWO": "^2", "SUPERSCRIPT THREE": "^3",
+    "MODIFIER LETTER CAPITAL T": "^T", "SUPERSCRIPT PLUS SIGN": "^+", "SUPERSCRIPT MINUS": "^-",
+}  # fmt: skip
+"""Signs by Unicode name, in ASCII."""
+PROTOTYPE = re.compile(COMMENT + r"^static [^;{}=#()]*\b(\w+)\([^;{}]*\);\n", re.MULTILINE)
+CONSTANT = re.compile(r"^static const [^=;(]*?\b(\w+)(?:\[\w*\])? = [^;]*;\n", re.MULTILINE)
+TOKEN = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/|[A-Za-z_]\w*', re.DOTALL)
+STRING = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Definition:
+    """Position of a function: comment, head, body, end; name and parameters."""
+
+    start: int
+    head: int
+    body: int
+    end: int
+    name: str
+    parameters: str
+    static: bool
+
+
+def definitions(text: str) -> Iterator[Definition]:
+    """The function definitions of a text, in order."""
+    at = 0
+    while found := HEAD.search(text, at):
+        end = _closing(text, found.end())
+        yield Definition(found.start(), found.start(1), found.end(), end, found[2], found[3], found[1].startswith("static"))
+        at = end
+
+
+def _closing(text: str, at: int) -> int:
+    """Position after the end of the block that is open at a position, with the rest of an empty line."""
+    depth = 1
+    for found in BRACE.finditer(text, at):
+        depth += (found[0] == "{") - (found[0] == "}")
+        if depth == 0:
+            return found.end() + (text[found.end() : found.end() + 1] == "\n")
+    raise ValueError("a brace is never closed")
+
+
+def used_only(text: str) -> str:
+    """The text without unused static functions, their prototypes, and tables that only they use."""
+    while True:
+        count = Counter(WORD.findall(STRING.sub("", text)))
+        told = Counter(m[1] for m in PROTOTYPE.finditer(text))
+        idle = {d.name: d for d in definitions(text) if d.static and count[d.name] == 1 + told[d.name]}
+        tables = {m[1] for m in CONSTANT.finditer(text) if count[m[1]] == 1}
+        if not idle and not tables:
+            return text
+        for d in reversed(idle.values()):
+            text = text[: d.start] + text[d.end :]
+        for kind, names in ((PROTOTYPE, set(idle)), (CONSTANT, tables)):
+            text = _dropped(text, kind, names)
+
+
+def _dropped(text: str, kind: re.Pattern[str], names: set[str]) -> str:
+    """The text without the matches of a pattern for these names."""
+    return kind.sub(lambda found: "" if found[1] in names else found[0], text)
+
+
+def nothing_unused(text: str) -> str:
+    """The text in which every function uses all its parameters and generated arrays, so that compilers do not report unused ones.
+    """
+    out, at = [], 0
+    for d in definitions(text):
+        body = text[d.body : d.end]
+        names = [WORD.findall(p)[-1] for p in d.parameters.split(",") if len(WORD.findall(p)) > 1 and "(" not in p]
+        idle = set(names) - set(WORD.findall(STRING.sub("", body)))
+        body = re.sub(r"^(double (\w+)\[\d+\];)$", r"\1 (void)\2;", body, flags=re.MULTILINE)
+        out += [text[at : d.body], "".join(f" (void){n};" for n in names if n in idle), body]
+        at = d.end
+    return "".join(out) + text[at:]
+
+
+def ascii_only(text: str) -> str:
+    """The text in ASCII: spelled out in comments, as bytes in strings."""
+
+    def spelt(found: re.Match[str]) -> str:
+        part = found[0]
+        if part.startswith('"'):
+            return "".join(c if ord(c) < 128 else "".join(f"\\{b:03o}" for b in c.encode()) for c in part)
+        return "".join(c if ord(c) < 128 else _in_ascii(c) for c in part)
+
+    return STRING.sub(spelt, text)
+
+
+def _in_ascii(letter: str) -> str:
+    """A letter in a comment: Greek letters by name, others without accents."""
+    name = unicodedata.name(letter, "")
+    if name.startswith("GREEK"):
+        word = name.partition(" WITH ")[0].split()[-1].lower()
+        return word.capitalize() if " CAPITAL " in name else word
+    return SIGNS.get(name) or unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
+
+
+def renamed(text: str, names: dict[str, str]) -> str:
+    """The text with renamed identifiers."""
+    return TOKEN.sub(lambda found: names.get(found[0], found[0]), text)

@@ -1,0 +1,67 @@
+"""Expansion of includes: several C files as one text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+INCLUDE = re.compile(r'^#include "([^"]+)"\n', re.MULTILINE)
+GUARD = re.compile(r"\A((?:/\*.*?\*/\s*)*)#ifndef (\w+_H)\n#define \2\n(.*)#endif\n\Z", re.DOTALL)
+SHELLS = ("FMU_FMI2", "FMU_FMI3", "FMU_ALONE")
+"""Names by which ``native/shell.c`` chooses its files."""
+SYSTEM = re.compile(r"^#include <[^>]+>\n", re.MULTILINE)
+
+
+def one_file(start: str, find: Callable[[str], str | None], shell: str = "") -> str:
+    """The file ``start`` with its includes expanded. find: text of a file by its name, None to keep the include. shell: the name
+    in SHELLS that is defined."""
+    seen: set[str] = set()
+
+    def text_of(found: re.Match[str]) -> str:
+        name = found[1]
+        text = find(name)
+        if text is None:
+            return found[0]
+        if name in seen:
+            return ""
+        seen.add(name)
+        return expanded(_unguarded(text))
+
+    def expanded(text: str) -> str:
+        for name in SHELLS:
+            text = decided(text, name, name == shell)
+        return INCLUDE.sub(text_of, text)
+
+    return _system_first(expanded(start))
+
+
+def in_folders(folders: Sequence[Path], made: Mapping[str, str], left: Sequence[str] = ()) -> Callable[[str], str | None]:
+    """A finder of files in ``made``, then in folders; names in ``left`` stay includes."""
+
+    def find(name: str) -> str | None:
+        if name in left:
+            return None
+        if name in made:
+            return made[name]
+        return next(((f / name).read_text() for f in folders if (f / name).is_file()), None)
+
+    return find
+
+
+def decided(text: str, name: str, defined: bool) -> str:
+    """The text with ``#if defined NAME`` … ``#else`` … ``#endif`` decided; such blocks do not nest, and may lack the ``#else``."""
+    branch = re.compile(rf"^#if defined {name}\b[^\n]*\n(.*?)(?:^#else\n(.*?))?^#endif\n", re.MULTILINE | re.DOTALL)
+    return branch.sub(lambda found: found[1 if defined else 2] or "", text)
+
+
+def _unguarded(text: str) -> str:
+    """A header without its include guard."""
+    found = GUARD.match(text)
+    return found[1] + found[3] if found else text
+
+
+def _system_first(text: str) -> str:
+    """The text with the headers of the C library at its beginning, each once."""
+    headers = sorted(set(SYSTEM.findall(text)))
+    return "".join(headers) + SYSTEM.sub("", text)

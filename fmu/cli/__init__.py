@@ -1,0 +1,1 @@
+"""The commands ``fmu``, ``ssp``, ``export c`` and ``export web``, one a file."""

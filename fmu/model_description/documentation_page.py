@@ -1,0 +1,103 @@
+"""Picture, documentation page and licences of an FMU."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from html import escape
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+from string import Template
+
+from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
+from trunnion.scene.file_format.yaml_writer import scene_to_yaml
+from trunnion.simulation.results.result import Result
+
+PAGE = Path(__file__).with_name("documentation_page.html")
+
+
+def picture(result: Result) -> bytes:
+    """The mechanism at its start as a PNG without metadata."""
+    from trunnion.kernel.interface.output_columns import columns, select
+    from trunnion.plots.mechanism_pictures.instant_picture import mechanism, needed
+    from trunnion.system.construction.system_builder import build
+
+    wanted = {c.name for c in select(columns(build(result.scene).system), tuple(needed(result.scene)))}
+    source = result if wanted <= set(result.names) else result.scene
+    out = io.BytesIO()
+    mechanism(source, labels=True).savefig(out, format="png", dpi=60, metadata={"Software": None})
+    return out.getvalue()
+
+
+@dataclass(frozen=True)
+class Page:
+    """Texts that differ between the standards. picture: path from the page; ends: behaviour of a run that cannot continue; events:
+    handling of events, as items of the list."""
+
+    standard: str
+    picture: str
+    ends: str
+    events: str = ""
+
+
+PAGES = {
+    "2.0": Page(
+        "2.0", "../model.png", "returns fmi2Discard with the\ntime reached as fmi2LastSuccessfulTime and fmi2Terminated true"
+    ),
+    "3.0": Page(
+        "3.0", "diagram.png", "returns fmi3Discard with\nterminateSimulation and lastSuccessfulTime",
+        "<li>Hosts that handle events and accept early returns stop at each stick, slip, reversal, separation and impact. The\n"
+        "clock of the joint and the kind of event ticks. Outputs have the values before the event, and after\n"
+        "fmi3UpdateDiscreteStates the values just after it.</li>",
+    ),
+}  # fmt: skip
+
+
+def page(result: Result, listed: Sequence[tuple[str, Variable]], flavour: str, guid: str, standard: str) -> bytes:
+    """documentation/index.html: picture, equations, variables, limits, scene. listed: variables by displayed names."""
+    scene, about = result.scene, PAGES[standard]
+    groups = {"outputs": "output", "locals": "local", "inputs": "input", "parameters": "parameter"}
+    tables = {name: _table([(n, v) for n, v in listed if v.causality == c]) for name, c in groups.items()}
+    notes = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
+    text = Template(PAGE.read_text(encoding="utf-8")).substitute(
+        name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes, **asdict(about),
+        law=escape(", ".join(sorted({scene.law_of(f) for j in scene.joints.values() if (f := j.friction)})) or "none"),
+        scene=escape(scene_to_yaml(scene)), **tables,
+    )
+    return text.encode()
+
+
+def _table(rows: Iterable[tuple[str, Variable]]) -> str:
+    """The variables as rows of an HTML table."""
+    out = ""
+    for name, v in rows:
+        start = "" if v.start is None else f"{v.start:.9g}"
+        low, high = (f"{x:g}" if abs(x) < HUGE else "" for x in (v.minimum, v.maximum))
+        bounds = f"{low} … {high}" if low or high else ""
+        cells = (name, v.unit, v.variability, start, bounds, v.description)
+        out += "<tr>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>\n"
+    return out or '<tr><td colspan="6">none</td></tr>\n'
+
+
+def licences(flavour: str) -> dict[str, bytes]:
+    """Licence texts by path in the archive."""
+    out = {"documentation/licenses/license.txt": _licence("trunnion")}
+    if flavour == "python":
+        out["documentation/licenses/pythonfmu.txt"] = _licence("pythonfmu")
+    return out
+
+
+def _licence(name: str) -> bytes:
+    """Licence of an installed distribution (of a checkout: the file at its root)."""
+    own = Path(__file__).resolve().parents[2] / "LICENSE"
+    if name == "trunnion" and own.is_file():
+        return own.read_bytes()
+    try:
+        files = distribution(name).files or []
+    except PackageNotFoundError:
+        files = []
+    for file in files:
+        if "LICENSE" in file.name.upper() and ".dist-info" in str(file):
+            return Path(str(file.locate())).read_bytes()
+    return f"{name}: see the distribution of that name\n".encode()

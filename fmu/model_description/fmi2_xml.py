@@ -1,0 +1,206 @@
+"""``modelDescription.xml`` of FMI 2.0."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from trunnion.basics.version import version
+from trunnion.fmu.variables.model_exchange_states import Exchanged, does
+from trunnion.fmu.variables.output_dependencies import Depends
+from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
+from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.units.unit_parser import parse_unit
+
+DISPLAY = {
+    "rad": (("deg", 57.29577951308232),),
+    "rad/s": (("deg/s", 57.29577951308232), ("rpm", 9.549296585513721)),
+    "rad/s^2": (("deg/s^2", 57.29577951308232),),
+    "m": (("mm", 1e3),),
+    "N": (("kN", 1e-3),),
+}
+"""Display units: displayed value = factor · SI value. The first one is the default for angles."""
+CATEGORIES = {
+    "logAll": "All messages.",
+    "logStatusWarning": "Messages with {fmi}Warning status.",
+    "logStatusDiscard": "Messages with {fmi}Discard status: a step or a run that cannot continue, with the reason.",
+    "logStatusError": "Messages with {fmi}Error status.",
+    "logStatusFatal": "Messages with {fmi}Fatal status.",
+    "logEvents": "Events with their times: stick, slip, reversal, separation, impact, end stops.",
+    "logProgress": "Start, progress and end of the run.",
+}
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Contents of the description. listed: variables, without those of model exchange; depends: dependencies of columns;
+    exchanged: variables of model exchange; kind: cs, me or both."""
+
+    listed: list[Variable]
+    depends: list[Depends]
+    exchanged: Exchanged
+    kind: str
+
+    @property
+    def variables(self) -> list[Variable]:
+        """All variables; those of model exchange come last."""
+        return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
+
+
+def date(scene: Scene) -> str:
+    """Generation date: SOURCE_DATE_EPOCH, the scene's date, or a constant, so that the bytes are reproducible."""
+    if scene.date and "SOURCE_DATE_EPOCH" not in os.environ:
+        return f"{scene.date}T00:00:00Z"
+    at = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "946684800")), UTC)
+    return at.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def model_description(scene: Scene, whole: Whole, identifier: str, guid: str, step: float, flavour: str) -> bytes:
+    root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": scene.name, "guid": guid, **about(scene)})
+    everywhere = {
+        "modelIdentifier": identifier, "needsExecutionTool": "false", "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canNotUseMemoryManagementFunctions": "false" if flavour == "native" else "true",
+        "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+    }  # fmt: skip
+    if does(whole.kind, "me"):
+        root.set("numberOfEventIndicators", str(len(whole.exchanged.indicators)))
+        SubElement(root, "ModelExchange", {**everywhere, "completedIntegratorStepNotNeeded": "false",
+                                           "providesDirectionalDerivative": "true"})  # fmt: skip
+    if does(whole.kind, "cs"):
+        SubElement(root, "CoSimulation", {
+            **everywhere, "canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true",
+            "maxOutputDerivativeOrder": "1", "providesDirectionalDerivative": "true"})  # fmt: skip
+    add_units(root, whole.variables)
+    _types(root, whole.variables)
+    categories(root, "fmi2")
+    experiment(root, scene, step)
+    _variables(root, whole.variables)
+    _structure(root, whole)
+    indent(root, " ")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+
+
+def about(scene: Scene) -> dict[str, str]:
+    """Common attributes of both standards."""
+    return {
+        "description": scene.title or f"Mechanism {scene.name}",
+        "author": scene.author or "Trunnion", "version": scene.version or version(),
+        "copyright": "The scene: its author. The runtime: the Trunnion authors",
+        "license": "Apache-2.0 (runtime; see documentation/licenses)", "generationTool": f"Trunnion {version()}",
+        "generationDateAndTime": date(scene), "variableNamingConvention": "structured",
+    }  # fmt: skip
+
+
+def categories(root: Element, fmi: str) -> None:
+    """Write LogCategories. fmi: prefix of the standard's names."""
+    parent = SubElement(root, "LogCategories")
+    for name, text in CATEGORIES.items():
+        SubElement(parent, "Category", {"name": name, "description": text.format(fmi=fmi)})
+
+
+def experiment(root: Element, scene: Scene, step: float) -> None:
+    """Write DefaultExperiment."""
+    sim = scene.simulation
+    SubElement(root, "DefaultExperiment", {
+        "startTime": "0", "stopTime": repr(float(sim.until)), "tolerance": repr(float(sim.rtol)), "stepSize": repr(step)})
+
+
+def add_units(root: Element, listed: list[Variable], extra: tuple[str, ...] = ()) -> None:
+    """Write UnitDefinitions. extra: further units."""
+    units = SubElement(root, "UnitDefinitions")
+    for unit in sorted({v.unit for v in listed if not v.type} | set(extra)):
+        node = SubElement(units, "Unit", {"name": unit})
+        dimension = parse_unit("" if unit == "1" else unit).dimension
+        exponents = dict(zip(("kg", "m", "s", "rad"), dimension, strict=False))
+        SubElement(node, "BaseUnit", {k: str(e) for k, e in exponents.items() if e})
+        for name, factor in DISPLAY.get(unit, ()):
+            SubElement(node, "DisplayUnit", {"name": name, "factor": repr(factor)})
+
+
+def _types(root: Element, listed: list[Variable]) -> None:
+    """Write TypeDefinitions: quantities of reals, words of enumerations."""
+    definitions = SubElement(root, "TypeDefinitions")
+    for unit in sorted({v.unit for v in listed if not v.type and v.unit in QUANTITIES}):
+        node = SubElement(definitions, "SimpleType", {"name": QUANTITIES[unit]})
+        SubElement(node, "Real", {"quantity": QUANTITIES[unit], "unit": unit})
+    for name in sorted({v.type for v in listed} & set(ENUMERATIONS)):
+        node = SubElement(SubElement(definitions, "SimpleType", {"name": name}), "Enumeration")
+        for value, (word, text) in ENUMERATIONS[name].items():
+            SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
+
+
+def _variables(root: Element, listed: list[Variable]) -> None:
+    parent = SubElement(root, "ModelVariables")
+    place = {v.name: i + 1 for i, v in enumerate(listed)}
+    for reference, v in enumerate(listed):
+        given = {"name": v.name, "valueReference": str(reference), "description": v.description, "causality": v.causality,
+                 "variability": v.variability}
+        if v.initial:
+            given["initial"] = v.initial
+        node = SubElement(parent, "ScalarVariable", given)
+        if v.type:
+            _whole(node, v)
+        else:
+            SubElement(node, "Real", real(v) | ({"derivative": str(place[v.rate_of])} if v.rate_of else {}))
+
+
+def _whole(node: Element, v: Variable) -> None:
+    """Write the type of an integer variable."""
+    given = {"declaredType": v.type} if v.type in ENUMERATIONS else {}
+    if v.type not in ENUMERATIONS and v.minimum > -HUGE:
+        given["min"] = str(int(v.minimum))
+    if v.type not in ENUMERATIONS and v.maximum < HUGE:
+        given["max"] = str(int(v.maximum))
+    if v.start is not None:
+        given["start"] = str(int(v.start))
+    SubElement(node, "Enumeration" if v.type in ENUMERATIONS else v.type, given)
+
+
+def real(v: Variable) -> dict[str, str]:
+    """Attributes of a real variable."""
+    real = {"declaredType": QUANTITIES[v.unit]} if v.unit in QUANTITIES else {}
+    real["unit"] = v.unit
+    if v.unit in DISPLAY and "rad" in v.unit:
+        real["displayUnit"] = DISPLAY[v.unit][0][0]
+    if v.minimum > -HUGE:
+        real["min"] = repr(v.minimum)
+    if v.maximum < HUGE:
+        real["max"] = repr(v.maximum)
+    if v.nominal != 1.0:
+        real["nominal"] = repr(v.nominal)
+    if v.start is not None:
+        real["start"] = repr(v.start)
+    return real
+
+
+def _structure(root: Element, whole: Whole) -> None:
+    """Write ModelStructure: outputs with dependencies during the run and at the start; derivatives of states, which depend on
+    everything known."""
+    structure, first, n = SubElement(root, "ModelStructure"), len(whole.listed) + 1, len(whole.exchanged.states)
+    outputs = [(i, v, d) for i, (v, d) in enumerate(zip(whole.listed, whole.depends, strict=False)) if v.causality == "output"]
+    states, rates = range(first, first + n), range(first + n, first + 2 * n)
+    node = SubElement(structure, "Outputs")
+    for i, v, d in outputs:
+        _unknown(node, i + 1, (*d.now, *(states if v.variability == "continuous" else ())))
+    node = SubElement(structure, "Derivatives") if n else structure
+    for i in rates:
+        _unknown(node, i, None)
+    node = SubElement(structure, "InitialUnknowns")
+    for i, _, d in outputs:
+        _unknown(node, i + 1, d.start)
+    parameters = tuple(i + 1 for i, v in enumerate(whole.listed) if v.causality == "parameter")
+    for i in states:
+        _unknown(node, i, parameters)
+    for i in rates:
+        _unknown(node, i, None)
+
+
+def _unknown(node: Element, index: int, places: tuple[int, ...] | None) -> None:
+    """Write an unknown with its dependencies; None: on all knowns."""
+    depends = "" if places is None else " ".join(map(str, places))
+    kinds = "" if places is None else " ".join(["dependent"] * len(places))
+    said = {} if places is None else {"dependencies": depends, "dependenciesKind": kinds}
+    SubElement(node, "Unknown", {"index": str(index), **said})

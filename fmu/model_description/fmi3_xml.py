@@ -1,0 +1,208 @@
+"""``modelDescription.xml`` of FMI 3.0 from the list of variables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, experiment, real
+from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Face
+from trunnion.fmu.variables.fmi3_event_clocks import NAME, Clock
+from trunnion.fmu.variables.model_exchange_states import Exchanged, does
+from trunnion.fmu.variables.output_dependencies import Depends
+from trunnion.fmu.variables.outputs_inputs_parameters import HUGE
+from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
+from trunnion.scene.data_classes.scene import Scene
+
+STATES = ("canGetAndSetFMUState", "canSerializeFMUState")
+SLOPES = ("providesDirectionalDerivatives", "providesAdjointDerivatives")
+CAN = (
+    "canHandleVariableCommunicationStepSize", *STATES, *SLOPES, "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
+    "canReturnEarlyAfterIntermediateUpdate", "hasEventMode",
+)  # fmt: skip
+"""Capabilities in co-simulation."""
+CAN_EXCHANGE = (*STATES, *SLOPES, "needsCompletedIntegratorStep")
+"""Capabilities and needs in model exchange."""
+CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies")
+"""Attributes that are false."""
+TIME = "time"
+
+
+@dataclass(frozen=True)
+class Described:
+    """Contents of the description: variables, dependencies of columns, clocks, whether a column identifies the joint of the last
+    event, model exchange, use."""
+
+    faces: list[Face]
+    depends: list[Depends]
+    clocks: list[Clock]
+    named: bool
+    exchanged: Exchanged
+    kind: str
+
+    @property
+    def own(self) -> int:
+        """The value reference of the time. References of clocks, their times and counts follow."""
+        return sum(len(f.parts) for f in self.faces)
+
+    @property
+    def first_state(self) -> int:
+        """The value reference of the first state. References of derivatives and indicators follow."""
+        return self.own + 1 + 3 * len(self.clocks) + int(self.named)
+
+    def of_place(self) -> dict[int, int]:
+        """Reference of the variable by the place, from 1, of a scalar in the list."""
+        return {f.reference + i + 1: f.reference for f in self.faces for i in range(len(f.parts))}
+
+
+def model_description3(scene: Scene, given: Described, identifier: str, token: str, step: float) -> bytes:
+    """``modelDescription.xml`` as bytes."""
+    given_by = {"modelName": scene.name, "instantiationToken": token, **about(scene)}
+    root = Element("fmiModelDescription", {"fmiVersion": "3.0", **given_by})
+    flags = dict.fromkeys(CANNOT, "false")
+    if does(given.kind, "me"):
+        SubElement(root, "ModelExchange", {"modelIdentifier": identifier, **dict.fromkeys(CAN_EXCHANGE, "true"), **flags})
+    if does(given.kind, "cs"):
+        SubElement(root, "CoSimulation", {
+            "modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **dict.fromkeys(CAN, "true"), **flags,
+            "providesEvaluateDiscreteStates": "false"})  # fmt: skip
+    scalars = [*(f.first for f in given.faces), *given.exchanged.all]
+    add_units(root, scalars, extra=("s",))
+    _types(root, given)
+    categories(root, "fmi3")
+    experiment(root, scene, step)
+    parent = SubElement(root, "ModelVariables")
+    for f in given.faces:
+        _variable(parent, f, given)
+    _own_variables(parent, given)
+    _exchanged(parent, given)
+    _structure(root, given)
+    indent(root, " ")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+
+
+def _types(root: Element, given: Described) -> None:
+    """Write TypeDefinitions: quantities of real variables, words for the values of enumerations."""
+    definitions = SubElement(root, "TypeDefinitions")
+    scalars = [*(f.first for f in given.faces), *given.exchanged.all]
+    for unit in sorted({v.unit for v in scalars if not v.type and v.unit in QUANTITIES} | {"s"}):
+        SubElement(definitions, "Float64Type", {"name": QUANTITIES[unit], "quantity": QUANTITIES[unit], "unit": unit})
+    for name in sorted({v.type for v in scalars} & set(ENUMERATIONS)):
+        node = SubElement(definitions, "EnumerationType", {"name": name})
+        for value, (word, text) in ENUMERATIONS[name].items():
+            SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
+
+
+def _variable(parent: Element, f: Face, given: Described) -> None:
+    """Write a variable that FMI 2.0 has, too."""
+    v = f.first
+    node = SubElement(parent, f.type, {
+        "name": f.name, "valueReference": str(f.reference), "description": f.description, "causality": v.causality,
+        "variability": v.variability,
+    })  # fmt: skip
+    if v.causality in ("input", "output") and v.variability == "continuous":
+        node.set("intermediateUpdate", "true")
+    node.attrib.update({"initial": v.initial} if v.initial else {})
+    node.attrib.update(real(v) if f.type == FLOAT64 else _whole(f))
+    node.attrib.pop("start", None)
+    if v.start is not None:
+        node.set("start", " ".join(_number(f, p.start) for p in f.parts))
+    if (base := _rate_of(f, given)) is not None:
+        node.set("derivative", str(base.reference))
+    if len(f.parts) > 1:
+        SubElement(node, "Dimension", {"start": str(len(f.parts))})
+
+
+def _number(f: Face, x: float | None) -> str:
+    return repr(float(x or 0.0)) if f.type == FLOAT64 else str(int(x or 0))
+
+
+def _whole(f: Face) -> dict[str, str]:
+    """Attributes of a variable that is a whole number."""
+    v = f.first
+    if f.type == ENUMERATION:
+        return {"declaredType": v.type}
+    least = {"min": str(int(v.minimum))} if v.minimum > -HUGE and f.type == UINT64 else {}
+    return least | ({"max": str(int(v.maximum))} if v.maximum < HUGE and f.type == UINT64 else {})
+
+
+def _rate_of(f: Face, given: Described) -> Face | None:
+    """The variable whose time derivative a variable is, component by component."""
+    for other in given.faces if f.first.rate_of else ():
+        if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
+            return other
+    return None
+
+
+def _own_variables(parent: Element, given: Described) -> None:
+    """Write the variables that FMI 2.0 lacks: time, clocks with times and counts, the joint of the last event."""
+    at, n = given.own, len(given.clocks)
+    SubElement(parent, FLOAT64, {
+        "name": TIME, "valueReference": str(at), "description": "time", "causality": "independent", "variability": "continuous",
+        "declaredType": QUANTITIES["s"], "unit": "s"})  # fmt: skip
+    for i, c in enumerate(given.clocks):
+        SubElement(parent, "Clock", {
+            "name": c.name, "valueReference": str(at + 1 + i), "description": c.description, "causality": "output",
+            "variability": "discrete", "intervalVariability": "triggered"})  # fmt: skip
+    for k, (name, kind, text) in enumerate(
+        (("time", FLOAT64, "time of the last of these events, s"), ("count", UINT64, "number of these events so far"))
+    ):
+        for i, c in enumerate(given.clocks):
+            node = SubElement(parent, kind, {
+                "name": f"{c.name}.{name}", "valueReference": str(at + 1 + n * (1 + k) + i),
+                "description": f"{c.description}: {text}", "causality": "output",
+                "variability": "discrete", "clocks": str(at + 1 + i), "initial": "calculated"})  # fmt: skip
+            if kind == FLOAT64:
+                node.attrib.update({"declaredType": QUANTITIES["s"], "unit": "s"})
+    if given.named:
+        SubElement(parent, "String", {
+            "name": NAME, "valueReference": str(at + 1 + 3 * n), "description": "joint of the last event", "causality": "local",
+            "variability": "discrete", "initial": "calculated"})  # fmt: skip
+
+
+def _exchanged(parent: Element, given: Described) -> None:
+    """Write the states, their derivatives and the indicators."""
+    at = {v.name: given.first_state + i for i, v in enumerate(given.exchanged.all)}
+    for v in given.exchanged.all:
+        node = SubElement(parent, FLOAT64, {
+            "name": v.name, "valueReference": str(at[v.name]), "description": v.description, "causality": v.causality,
+            "variability": v.variability, "initial": v.initial, **real(v)})  # fmt: skip
+        if v.rate_of:
+            node.set("derivative", str(at[v.rate_of]))
+
+
+def _structure(root: Element, given: Described) -> None:
+    """Write ModelStructure: the outputs with their dependencies, during the run and at its start."""
+    structure, place = SubElement(root, "ModelStructure"), given.of_place()
+    outputs = [f for f in given.faces if f.first.causality == "output"]
+    first, n = given.first_state, len(given.exchanged.states)
+    states, rates = range(first, first + n), range(first + n, first + 2 * n)
+    told = range(first + 2 * n, first + len(given.exchanged.all))
+    parameters = [f.reference for f in given.faces if f.first.causality == "parameter"]
+    for name in ("Output", "InitialUnknown"):
+        for f in outputs:
+            found = {place[p] for p in _of_parts(f, given, name == "Output")}
+            found |= set(states) if name == "Output" and f.first.variability == "continuous" else set()
+            SubElement(structure, name, {"valueReference": str(f.reference)} | _said(found))
+        for i in range((3 if name == "Output" else 1) * len(given.clocks)):
+            SubElement(structure, name, {"valueReference": str(given.own + 1 + i)} | _said(()))
+        for i in states if name == "InitialUnknown" else ():
+            SubElement(structure, name, {"valueReference": str(i)} | _said(parameters))
+        for i in rates:
+            SubElement(structure, "ContinuousStateDerivative" if name == "Output" else name, {"valueReference": str(i)})
+    for i in told:
+        SubElement(structure, "EventIndicator", {"valueReference": str(i)})
+
+
+def _of_parts(f: Face, given: Described, now: bool) -> Iterator[int]:
+    """Places of the variables on which the components of an output depend."""
+    for i in range(len(f.parts)):
+        d = given.depends[f.reference + i]
+        yield from d.now if now else d.start
+
+
+def _said(references: Iterable[int]) -> dict[str, str]:
+    """Attributes of an unknown that list its dependencies."""
+    found = sorted(references)
+    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -1,0 +1,64 @@
+"""Parameter sets as SSV 1.0 files (System Structure and Parameterization): values with their units, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from trunnion.fmu.variables.outputs_inputs_parameters import Variable
+from trunnion.fmu.variables.variable_types import ENUMERATIONS
+from trunnion.scene.units.unit_parser import parse_unit
+
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+TYPE = "application/x-ssp-parameter-set"
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value of a parameter: its name, its type ("Real", "Integer", "Boolean", "String"), the value as text, the unit of a real
+    one."""
+
+    name: str
+    type: str
+    value: str
+    unit: str = ""
+
+
+def of_scene(listed: Iterable[Variable]) -> list[Given]:
+    """The parameters of an FMU with their exported values. Enumerations, which are settings of the solver, are omitted."""
+    out = []
+    for v in listed:
+        if v.causality == "parameter" and v.type not in ENUMERATIONS:
+            whole = v.type != ""
+            out.append(Given(v.name, "Integer" if whole else "Real", str(int(v.start or 0)) if whole else repr(v.start or 0.0),
+                             "" if whole else v.unit))  # fmt: skip
+    return out
+
+
+def base_of(unit: str) -> dict[str, str]:
+    """Exponents of the SI base units of one of our units."""
+    dimension = parse_unit("" if unit == "1" else unit).dimension
+    return {k: str(e) for k, e in zip(("kg", "m", "s", "rad"), dimension, strict=False) if e}
+
+
+def add_units(parent: Element, units: Mapping[str, Mapping[str, str]]) -> None:
+    """Write Units. units: attributes of BaseUnit by name of the unit."""
+    node = SubElement(parent, "Units")
+    for name, base in sorted(units.items()):
+        SubElement(SubElement(node, "ssc:Unit", {"name": name}), "ssc:BaseUnit", dict(base))
+
+
+def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, Mapping[str, str]] | None = None) -> bytes:
+    """The SSV file as bytes. units: BaseUnit attributes of each unit by name; None: the units are Trunnion's."""
+    root = Element("ParameterSet", {"xmlns": SSV, "xmlns:ssc": SSC, "version": "1.0", "name": name})
+    parent = SubElement(root, "Parameters")
+    for v in values:
+        given = {"value": v.value} | ({"unit": v.unit} if v.unit else {})
+        SubElement(SubElement(parent, "Parameter", {"name": v.name}), v.type, given)
+    used = sorted({v.unit for v in values if v.unit})
+    if used:
+        add_units(root, {u: base_of(u) if units is None else units[u] for u in used})
+    indent(root, " ")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"

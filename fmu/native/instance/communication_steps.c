@@ -1,0 +1,93 @@
+/* The row of outputs at the present time, and communication steps. */
+
+/* Update the row of outputs to all present settings. */
+static fmu_status fmu_refresh(fmu_instance *m) {
+  fmu_state *s = m->state;
+  if (s->ready && !s->changed) return FMU_OK;
+  if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
+  if (m->exchange && !s->failed) return fmu_row_here(m);
+  if (s->failed) return FMU_OK; /* the outputs stay at the last row of the run */
+  fmu_status status = fmu_take_over(m);
+  if (status != FMU_OK) return status;
+  int code = tr_row(FMU_SIM(s), FMU_A(s, row));
+  if (code != TR_OK) return fmu_failed(m, code, FMU_DISCARD);
+  s->ready = 1;
+  return FMU_OK;
+}
+
+static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= SAME_POINT * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
+
+/* Check a communication step of length h from t; logs the reason of a refusal. */
+static fmu_status fmu_may_step(fmu_instance *m, double t, double h) {
+  fmu_state *s = m->state;
+  double target = t + h;
+  if (s->failed) {
+    const char *name = fmu_outcome_of(s->failed, s->why)->name;
+    return fmu_log(m, FMU_DISCARD, "the run ended at t = %.6g s (%s): go back to an earlier state, or reset", s->reached, name);
+  }
+  if (!(h > 0.0) || !isfinite(h) || !isfinite(t))
+    return fmu_log(m, FMU_DISCARD, "a communication step must have a positive, finite length (%g s is refused)", h);
+  if (!fmu_near(t, s->time, h))
+    return fmu_log(m, FMU_ERROR, "the communication point is t = %.17g s, not %.17g s: steps follow one another", s->time, t);
+  if (s->has_stop && target > s->stop && !fmu_near(target, s->stop, h))
+    return fmu_log(m, FMU_ERROR, "the step would pass the stop time %.17g s that was agreed on", s->stop);
+  if (!(target > s->time)) return fmu_log(m, FMU_DISCARD, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
+  return FMU_OK;
+}
+
+/* Apply changes of the host before a step. */
+static fmu_status fmu_set_off(fmu_instance *m) {
+  fmu_state *s = m->state;
+  if (!s->midway && fmu_input_stopped(s)) s->changed |= FMU_NEW_INPUTS;
+  return fmu_take_over(m);
+}
+
+/* End of the run's own steps on the way to `target`, beyond it. After a change, another is likely and would waste work beyond `target`. */
+static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + FAR * h; }
+
+/* Most internal steps of a communication step. */
+static long fmu_most_steps(const fmu_state *s) {
+  const double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
+  return most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS;
+}
+
+/* Report a step up to `target` that ended with `status`. */
+static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
+  fmu_state *s = m->state;
+  const double reach = fmu_limit(s, target, target - s->time);
+  s->moved = 0, s->event = 0;
+  if (status == TR_DONE) {
+    s->point = s->midway ? s->point : s->time;
+    s->time = s->reached = target, s->ready = 1;
+    fmu_second_follows(m, reach);
+    fmu_tell_events(m);
+    fmu_tell_progress(m);
+    return fmu_audit(m);
+  }
+  s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
+  s->time = s->reached;
+  s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK;
+  if (status == TR_MORE)
+    return fmu_log(m, FMU_DISCARD, "solver.max_steps = %ld steps reach t = %.17g s only", fmu_most_steps(s), s->reached);
+  return fmu_failed(m, status, FMU_DISCARD);
+}
+
+/* Advance to `target`, h ahead, by internal or bounded steps, and write the row there. Returns the status of the runtime. */
+static int fmu_reach(fmu_instance *m, double target, double h) {
+  static const char *const said[] = {0, "one step of impulses", "one step of impulses whose friction a few sweeps found"};
+  fmu_state *s = m->state;
+  tr_sim *sim = FMU_SIM(s);
+  if (!MODEL->bounded) return tr_reach(sim, target, fmu_limit(s, target, h), fmu_most_steps(s), FMU_A(s, row));
+  const int status = tr_reach_bounded(sim, target, FMU_A(s, row)), how = sim->bound.overrun;
+  if (how) fmu_tell(m, (int)FMU_WARNING, "the step to t = %.9g s is over its bounds: its rest was %s (realtime.overrun = %d)", target, said[how], how);
+  return status;
+}
+
+/* One communication step of length h from t. */
+static fmu_status fmu_step(fmu_instance *m, double t, double h) {
+  fmu_status status = fmu_may_step(m, t, h);
+  if (status == FMU_OK) status = fmu_set_off(m);
+  if (status != FMU_OK) return status;
+  const double target = t + h;
+  return fmu_arrived(m, fmu_reach(m, target, h), target);
+}

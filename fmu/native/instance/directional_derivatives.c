@@ -1,0 +1,121 @@
+/* Directional derivatives of outputs (model exchange: also of state derivatives) by inputs (model exchange: also by states), from the kernel's
+ * exact derivatives. */
+
+/* A direction: signals of inputs, changes of states. columns: whether outputs are requested. */
+typedef struct fmu_direction {
+  tr_signal *inputs;
+  double *states;
+  int columns;
+} fmu_direction;
+
+/* Derivatives of all outputs and state derivatives along a direction, computed in a copy of the state. */
+static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all, double *rates) {
+  fmu_instance copy = *m;
+  copy.state = fmu_allocate(&m->host, m->state->bytes);
+  if (!copy.state) return fmu_log(m, FMU_ERROR, "out of memory");
+  memcpy(copy.state, m->state, m->state->bytes);
+  fmu_adopt(copy.state);
+  tr_sim *sim = FMU_SIM(copy.state);
+  int ok;
+  if (m->exchange) ok = tr_directional_in_modes(sim, MODEL->linear, d->columns ? MODEL->integral : 0, d->inputs, d->states, rates, all);
+  else ok = tr_cut(sim, copy.state->time) == TR_OK && tr_directional(sim, MODEL->linear, d->inputs, d->states, rates, all);
+  fmu_free(&m->host, copy.state);
+  return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "there are no derivatives at this state");
+}
+
+/* Whether a reference is a state (behind: 0) or a state derivative (1) of model exchange. */
+static int fmu_is_exchanged_state(const fmu_instance *m, fmu_reference r, int behind) {
+  const unsigned first = fmu_first_state() + (unsigned)(behind * fmu_states());
+  return m->exchange && r >= first && r < first + (unsigned)fmu_states();
+}
+
+/* Check a request for derivatives; logs the reason of a refusal. */
+static fmu_status fmu_derivable(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known, size_t nk) {
+  const int no = MODEL->outputs, ni = fmu_all_inputs();
+  const char *also = m->exchange ? " and derivatives of states" : "", *with = m->exchange ? " and states" : "";
+  for (size_t i = 0; i < nu; ++i)
+    if (unknown[i] >= (unsigned)no && !fmu_is_exchanged_state(m, unknown[i], 1)) return fmu_log(m, FMU_ERROR, "derivatives are of outputs%s; %u is none", also, unknown[i]);
+  for (size_t i = 0; i < nk; ++i)
+    if ((known[i] < (unsigned)no || known[i] >= (unsigned)(no + ni)) && !fmu_is_exchanged_state(m, known[i], 0))
+      return fmu_log(m, FMU_ERROR, "derivatives are with inputs%s; %u is none", with, known[i]);
+  return fmu_refresh(m);
+}
+
+/* Add a seed of an input or a state to the direction. */
+static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fmu_direction *d) {
+  if (fmu_is_exchanged_state(m, known, 0)) {
+    d->states[known - fmu_first_state()] += seed;
+    return;
+  }
+  const int at = (int)known - MODEL->outputs, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
+  const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
+  const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
+  if (in->followed == 0.0) d->inputs[which / 2].value += seed;
+  else d->inputs[which / 2].second += answer * seed; /* a motion that follows an input answers with its acceleration at once */
+}
+
+/* Whether an output is among the unknowns. */
+static int fmu_asks_outputs(const fmu_reference *unknown, size_t nu) {
+  for (size_t i = 0; i < nu; ++i)
+    if (unknown[i] < (unsigned)MODEL->outputs) return 1;
+  return 0;
+}
+
+/* Values of an unknown among outputs or state derivatives; *n: their number. */
+static const double *fmu_numbers_of(fmu_reference unknown, const double *all, const double *rates, int *n) {
+  const int column = unknown < (unsigned)MODEL->outputs;
+  *n = column ? fmu_width(unknown) : 1;
+  return column ? all + unknown : rates + (unknown - fmu_first_state() - (unsigned)fmu_states());
+}
+
+/* out = Σ seed · ∂unknown/∂known. */
+static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known,
+                                  size_t nk, const double *seed, double *out) {
+  tr_signal inputs[MODEL->inputs + 1];
+  double all[MODEL->outputs + 1], states[fmu_states() + 1], rates[fmu_states() + 1];
+  fmu_direction d = {inputs, states, fmu_asks_outputs(unknown, nu)};
+  fmu_status status = fmu_derivable(m, unknown, nu, known, nk);
+  if (status > FMU_WARNING) return status;
+  memset(inputs, 0, sizeof inputs), memset(states, 0, sizeof states), memset(rates, 0, sizeof rates), memset(all, 0, sizeof all);
+  for (size_t i = 0; i < nk; ++i) fmu_seed(m, known[i], seed[i], &d);
+  if (nk) status = fmu_along(m, &d, all, rates);
+  if (status > FMU_WARNING) return status;
+  for (size_t i = 0; i < nu; ++i) {
+    int n;
+    for (const double *x = fmu_numbers_of(unknown[i], all, rates, &n), *end = x + n; x < end; ++x) *out++ = *x;
+  }
+  return FMU_OK;
+}
+
+#define AHEAD 1e-6 /* time step of the slope, relative to 1/rate; the derivative has about as many digits */
+
+/* The row of outputs a little later, computed in a copy of the state. Returns the time step; 0 when the row cannot be computed. */
+static double fmu_row_ahead(fmu_instance *m, double *row) {
+  const double ahead = AHEAD / MODEL->rate;
+  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  if (!copy) return 0.0;
+  memcpy(copy, m->state, m->state->bytes);
+  fmu_adopt(copy);
+  const int reached = tr_reach(FMU_SIM(copy), copy->time + ahead, copy->time + FAR * ahead, (long)MANY_STEPS, row);
+  fmu_free(&m->host, copy);
+  return reached == TR_DONE ? ahead : 0.0;
+}
+
+/* Time derivatives of outputs: an output where one exists, 0 for discrete ones, else a forward slope. */
+static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order, double *value) {
+  double later[1 + MODEL->columns->nout], ahead = 0.0;
+  for (size_t i = 0; i < n; ++i) {
+    if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, FMU_ERROR, "value reference %u is no output", vr[i]);
+    if (order[i] != 1) return fmu_log(m, FMU_ERROR, "derivatives of outputs are of order 1, not %d", order[i]);
+  }
+  fmu_status status = fmu_refresh(m);
+  if (status > FMU_WARNING) return status;
+  const double *now = FMU_A(m->state, row) + 1;
+  for (size_t i = 0; i < n; ++i)
+    for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end; ++r) {
+      const int rate = MODEL->slope[r];
+      if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, FMU_DISCARD, "there are no derivatives at this state");
+      *value++ = rate >= 0 ? now[rate] : rate == -1 ? (later[1 + r] - now[r]) / ahead : 0.0;
+    }
+  return FMU_OK;
+}

@@ -1,0 +1,46 @@
+/* FMI 3.0 clocks that tick at events. A reversal that the look-ahead has reported does not tick again when it is recorded. */
+
+#define SAME_EVENT 1e-9 /* relative to 1/rate: nearer events count as the same */
+
+/* Whether two times of events are the same. */
+static int fmu_same_event(double a, double b) { return fabs(a - b) <= SAME_EVENT / MODEL->rate; }
+
+/* Forget past and foreseen events. */
+static void fmu_forget_events(fmu_state *s) {
+  s->ticking = s->event = s->midway = 0, s->seen = s->start, s->stride = 0.0;
+  if (!MODEL->clocks) return;
+  memset(FMU_TICKS(s), 0, sizeof(fmu_tick) * MODEL->clocks->count);
+  for (int i = 0; i < MODEL->kernel->nsliders; ++i) FMU_A(s, heard)[i] = FMU_A(s, given_up)[i] = -INFINITY;
+}
+
+/* Whether a reversal was reported before it was recorded. */
+static int fmu_is_heard(const fmu_state *s, const tr_event *e) {
+  return e->kind == TR_EV_REVERSAL && fmu_same_event(e->time, FMU_A(s, heard)[(int)e->index]);
+}
+
+/* The clock of an event, -1 where there is none. */
+static int fmu_clock_of(const tr_event *e) {
+  const int kind = (int)e->kind, of_stop = TR_IS_OF_STOP(kind);
+  const int watched = (of_stop ? MODEL->kernel->nsliders : 0) + (int)e->index;
+  return kind < MODEL->clocks->kinds ? MODEL->clocks->of[watched * MODEL->clocks->kinds + kind] : -1;
+}
+
+/* Tick the clock of an event. */
+static void fmu_tick_now(fmu_state *s, const tr_event *e) {
+  const int clock = fmu_clock_of(e);
+  s->ticking = 1;
+  if (clock < 0) return;
+  fmu_tick *tick = FMU_TICKS(s) + clock;
+  tick->time = e->time, tick->count += 1.0, tick->active = 1.0;
+}
+
+/* Tick the clock of a recorded event, unless it ticked before. */
+static void fmu_tick_of(const fmu_instance *m, const tr_event *e) {
+  if (!fmu_is_heard(m->state, e)) fmu_tick_now(m->state, e);
+}
+
+/* Mark past events as handled by the host. */
+static void fmu_handled(fmu_state *s) {
+  s->ticking = 0;
+  for (int i = 0; MODEL->clocks && i < MODEL->clocks->count; ++i) FMU_TICKS(s)[i].active = 0.0;
+}

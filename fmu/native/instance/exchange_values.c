@@ -1,0 +1,43 @@
+/* Values at the references of states, their derivatives and indicators. */
+
+#if defined FMU_ALONE /* a plain library has no model exchange */
+static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value) { return (void)m, (void)r, (void)value, FMU_ERROR; }
+#else
+/* Evaluate ẏ and the indicators unless they are valid; *rates: ẏ. */
+static fmu_status fmu_rates(fmu_instance *m, const double **rates) {
+  fmu_state *s = m->state;
+  fmu_status status = s->mode < FMU_STEPPING ? fmu_refresh(m) : fmu_take_in(m);
+  if (status > FMU_WARNING) return status;
+  *rates = s->known ? tr_rates_known(FMU_SIM(s)) : tr_rates_in_modes(FMU_SIM(s));
+  s->known = *rates != 0;
+  return s->known ? FMU_OK : fmu_none_there(m);
+}
+
+/* A state, derivative or indicator of a co-simulation instance, computed in a copy of the run, whose internal time can be ahead. */
+static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
+  const fmu_status status = fmu_refresh(m);
+  if (status > FMU_WARNING) return status;
+  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  if (!copy) return fmu_log(m, FMU_ERROR, "out of memory");
+  memcpy(copy, m->state, m->state->bytes);
+  fmu_adopt(copy);
+  tr_sim *sim = FMU_SIM(copy);
+  const int n = fmu_states();
+  const double *rates = tr_cut(sim, copy->time) == TR_OK ? tr_begin_exchange(sim) : 0;
+  if (rates) *value = at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
+  fmu_free(&m->host, copy);
+  return rates ? FMU_OK : fmu_none_there(m);
+}
+
+/* The number at the reference of a state, a derivative or an indicator. */
+static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value) {
+  const int at = (int)(r - fmu_first_state()), n = fmu_states();
+  const double *rates = 0;
+  if (!m->exchange) return fmu_exchanged_inside(m, at, value);
+  const fmu_status status = fmu_rates(m, &rates);
+  if (status > FMU_WARNING) return status;
+  tr_sim *sim = FMU_SIM(m->state);
+  *value = at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
+  return FMU_OK;
+}
+#endif

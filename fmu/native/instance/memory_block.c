@@ -1,0 +1,74 @@
+/* The memory block of an instance: allocation, layout, exported values. */
+
+#if defined FMU_ALONE /* a library without a heap */
+static void *fmu_allocate(const fmu_host *host, size_t bytes) { return (void)host, (void)bytes, NULL; }
+static void fmu_free(const fmu_host *host, void *p) { (void)host, (void)p; }
+#else
+#include <stdlib.h>
+static void *fmu_allocate(const fmu_host *host, size_t bytes) { return host->allocate ? host->allocate(1, bytes) : calloc(1, bytes); }
+
+static void fmu_free(const fmu_host *host, void *p) {
+  if (!p) return;
+  if (host->release) host->release(p);
+  else free(p);
+}
+#endif
+
+/* Set the offsets of the arrays behind the state; returns the bytes of the block. */
+static size_t fmu_layout(fmu_state *s) {
+  int at = 0;
+  s->settings = at, at += MODEL->settings;
+  s->trial = at, at += MODEL->settings;
+  s->inputs = at, at += TR_DOUBLES(fmu_input) * MODEL->inputs;
+  s->row = at, at += 1 + MODEL->columns->nout;
+  s->ticks = at, at += MODEL->clocks ? TR_DOUBLES(fmu_tick) * MODEL->clocks->count : 0;
+  s->heard = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
+  s->given_up = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
+  s->errors = at, at += MODEL->erring ? MODEL->outputs : 0;
+  s->other = at, at += MODEL->erring ? 1 + MODEL->columns->nout : 0;
+  s->sim = at = (at + 7) & ~7;
+  const size_t bytes = tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
+  s->second = at + (((int)(bytes / sizeof(double)) + 8) & ~7);
+  return sizeof(fmu_state) + (MODEL->erring ? sizeof(double) * s->second : sizeof(double) * at) + bytes;
+}
+
+/* Set all values of the block to the exported ones. */
+static void fmu_defaults(fmu_state *s) {
+  size_t bytes = s->bytes;
+  memset(s, 0, bytes);
+  fmu_layout(s);
+  s->bytes = bytes;
+  strncpy(s->guid, MODEL->guid, sizeof s->guid - 1);
+  for (int i = 0; i < MODEL->settings; ++i) FMU_A(s, settings)[i] = MODEL->setting[i].start;
+  for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
+}
+
+/* The value of the first setting of a kind; `otherwise` where the model has none. */
+static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {
+  for (int i = 0; i < MODEL->settings; ++i)
+    if (MODEL->setting[i].kind == kind) return FMU_A(s, settings)[i];
+  return otherwise;
+}
+
+/* Exchange the run and the second run. */
+static void fmu_swap(fmu_state *s) {
+  const int sim = s->sim;
+  s->sim = s->second, s->second = sim;
+}
+
+/* Renew the pointers of a run copied from another address. */
+static void fmu_adopt_run(fmu_state *s) {
+  tr_sim *sim = FMU_SIM(s);
+  sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
+  if (!sim->k->scene) return; /* constants of a parts kernel begin with the address of its scene (engine/parts/bytecode/interpreter.h) */
+  memcpy(TR_A(sim, c), &sim->k->scene, sizeof(void *));
+  memcpy(TR_A(sim, co), &sim->o->scene, sizeof(void *));
+  memcpy(TR_A(sim, cj), &sim->j->scene, sizeof(void *));
+}
+
+/* Renew the pointers of a block copied from another address. */
+static void fmu_adopt(fmu_state *s) {
+  fmu_adopt_run(s);
+  if (!s->certified) return;
+  fmu_swap(s), fmu_adopt_run(s), fmu_swap(s);
+}

@@ -1,0 +1,136 @@
+/* Model exchange for both standards: the importer's solver makes the steps. Evaluation of ẏ and event indicators, and event handling, are in
+ * ``hosts/model_exchange.c`` and ``hosts/model_exchange_events.c`` of the runtime. */
+
+/* Check a call of model exchange: allowed modes (bits), number of values. */
+static fmu_status fmu_may_exchange(const fmu_instance *m, const char *call, int modes, size_t given, int wanted) {
+  if (!m->exchange) return fmu_log(m, FMU_ERROR, "%s: this instance is for co-simulation", call);
+  if (!(modes & 1 << m->state->mode)) return fmu_log(m, FMU_ERROR, "%s: not in this mode", call);
+  if (given != (size_t)wanted) return fmu_log(m, FMU_ERROR, "%s: there are %d, not %zu", call, wanted, given);
+  return FMU_OK;
+}
+
+#define FMU_AT_RUN (1 << FMU_EVENTS | 1 << FMU_CONTINUOUS)
+#define FMU_AT_ALL (FMU_AT_RUN | 1 << FMU_INITIALIZATION | 1 << FMU_TERMINATED)
+
+static fmu_status fmu_set_time(fmu_instance *m, double t) {
+  fmu_state *s = m->state;
+  const fmu_status status = fmu_may_exchange(m, "SetTime", FMU_AT_RUN, 0, 0);
+  if (status != FMU_OK) return status;
+  FMU_NEED(isfinite(t), "SetTime: the time is not a finite number");
+  if (t == s->time) return FMU_OK;
+  s->time = t, s->known = s->ready = 0;
+  tr_set_state(FMU_SIM(s), t, 0);
+  return FMU_OK;
+}
+
+static fmu_status fmu_set_states(fmu_instance *m, const double *x, size_t n) {
+  fmu_state *s = m->state;
+  const fmu_status status = fmu_may_exchange(m, "SetContinuousStates", FMU_AT_RUN, n, fmu_states());
+  if (status != FMU_OK) return status;
+  FMU_ARRAYS(n, x);
+  for (size_t i = 0; i < n; ++i) FMU_NEED(isfinite(x[i]), "SetContinuousStates: state %zu is not a finite number", i + 1);
+  if (!memcmp(x, tr_array(FMU_SIM(s), TR_ARRAY_STATE), sizeof(double) * n)) return FMU_OK;
+  s->known = s->ready = 0;
+  tr_set_state(FMU_SIM(s), s->time, x);
+  return FMU_OK;
+}
+
+static fmu_status fmu_get_states(fmu_instance *m, double *x, size_t n) {
+  fmu_status status = fmu_may_exchange(m, "GetContinuousStates", FMU_AT_ALL, n, fmu_states());
+  if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
+  if (status > FMU_WARNING) return status;
+  FMU_ARRAYS(n, x);
+  memcpy(x, tr_array(FMU_SIM(m->state), TR_ARRAY_STATE), sizeof(double) * n);
+  return FMU_OK;
+}
+
+static fmu_status fmu_get_rates(fmu_instance *m, double *dx, size_t n) {
+  const double *rates = 0;
+  fmu_status status = fmu_may_exchange(m, "GetDerivatives", FMU_AT_ALL, n, fmu_states());
+  if (status == FMU_OK) status = fmu_rates(m, &rates);
+  if (status > FMU_WARNING) return status;
+  FMU_ARRAYS(n, dx);
+  memcpy(dx, rates, sizeof(double) * n);
+  return FMU_OK;
+}
+
+static fmu_status fmu_get_indicators(fmu_instance *m, double *z, size_t n) {
+  const double *rates = 0;
+  fmu_status status = fmu_may_exchange(m, "GetEventIndicators", FMU_AT_ALL, n, fmu_indicators());
+  if (status == FMU_OK) status = fmu_rates(m, &rates);
+  if (status > FMU_WARNING) return status;
+  FMU_ARRAYS(n, z);
+  memcpy(z, tr_indicators(FMU_SIM(m->state)), sizeof(double) * n);
+  tr_follow(FMU_SIM(m->state));
+  return FMU_OK;
+}
+
+/* Nominal sizes of states: 1 for angles, the scene's length and rate for others, its energy for works. */
+static fmu_status fmu_get_nominals(fmu_instance *m, double *x, size_t n) {
+  fmu_status status = fmu_may_exchange(m, "GetNominalsOfContinuousStates", FMU_AT_ALL, n, fmu_states());
+  if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
+  if (status > FMU_WARNING) return status;
+  FMU_ARRAYS(n, x);
+  for (size_t i = 0; i < n; ++i) x[i] = tr_nominal(FMU_SIM(m->state), (int)i);
+  return FMU_OK;
+}
+
+/* Complete a step of the importer at the present time and state. */
+static fmu_status fmu_completed(fmu_instance *m, int *event, int *terminate) {
+  fmu_state *s = m->state;
+  const fmu_status may = fmu_may_exchange(m, "CompletedIntegratorStep", 1 << FMU_CONTINUOUS, 0, 0), status = may == FMU_OK ? fmu_take_in(m) : may;
+  if (status > FMU_WARNING) return status;
+  s->known = 0, s->reached = s->time;
+  *event = tr_completed(FMU_SIM(s)), *terminate = s->failed != 0;
+  fmu_tell_progress(m);
+  return FMU_OK;
+}
+
+static fmu_status fmu_enter_events(fmu_instance *m) {
+  const fmu_status status = fmu_may_exchange(m, "EnterEventMode", 1 << FMU_CONTINUOUS, 0, 0);
+  if (status == FMU_OK) m->state->mode = FMU_EVENTS;
+  return status;
+}
+
+static fmu_status fmu_enter_continuous(fmu_instance *m) {
+  fmu_status status = fmu_may_exchange(m, "EnterContinuousTimeMode", 1 << FMU_EVENTS, 0, 0);
+  if (status == FMU_OK) status = fmu_take_in(m);
+  if (status == FMU_OK) m->state->mode = FMU_CONTINUOUS;
+  return status;
+}
+
+/* Report to an importer after an event. */
+typedef struct fmu_said {
+  int again, terminate, values, defined;
+  double next;
+} fmu_said;
+
+/* Set the next time event; INFINITY: none. */
+static void fmu_says_next(fmu_said *said, double next) {
+  said->defined = next < INFINITY;
+  said->next = said->defined ? next : 0.0;
+}
+
+/* Handle the events at the present time and state. Clocks tick until the next call, which is requested from the importer. */
+static fmu_status fmu_update(fmu_instance *m, fmu_said *said) {
+  fmu_state *s = m->state;
+  tr_sim *sim = FMU_SIM(s);
+  *said = (fmu_said){.terminate = s->failed != 0};
+  fmu_status status = fmu_may_exchange(m, "UpdateDiscreteStates", 1 << FMU_EVENTS, 0, 0);
+  if (status != FMU_OK) return status;
+  FMU_NEED(!s->failed, "the run has ended at t = %.6g s: go back to an earlier state, or reset", s->reached);
+  fmu_handled(s);
+  const int jumped = s->changed != 0;
+  status = fmu_take_in(m);
+  if (status > FMU_WARNING) return status;
+  s->known = s->ready = 0, s->reached = s->time;
+  const int code = tr_update(sim, jumped, &said->values);
+  if (code != TR_OK) {
+    said->terminate = 1;
+    return fmu_failed(m, code, FMU_ERROR);
+  }
+  fmu_tell_events(m);
+  said->again = s->ticking;
+  fmu_says_next(said, tr_next_break(sim));
+  return FMU_OK;
+}

@@ -1,0 +1,155 @@
+/* Getting and setting variables. Value references count outputs, then inputs, then parameters. */
+
+/* Address of the value of input r, which counts inputs of all kinds. */
+static double *fmu_input_at(const fmu_state *s, int r) {
+  if (r < MODEL->inputs) return &FMU_INPUTS(s)[r].value;
+  const int which = MODEL->derivative[r - MODEL->inputs];
+  return FMU_INPUTS(s)[which / 2].given + which % 2;
+}
+
+/* Update the row of outputs if r is an output. */
+static fmu_status fmu_fresh(fmu_instance *m, fmu_reference r) {
+  const fmu_state *s = m->state;
+  return (int)r >= MODEL->outputs || (s->ready && !s->changed) ? FMU_OK : fmu_refresh(m);
+}
+
+/* The number at a reference. */
+static double fmu_value(const fmu_state *s, int r) {
+  const int no = MODEL->outputs, ni = fmu_all_inputs();
+  if (r < no && s->certified && !MODEL->whole[r]) return s->certified > 0 ? FMU_A(s, errors)[r] : NAN;
+  return r < no ? FMU_A(s, row)[1 + r] : r < no + ni ? *fmu_input_at(s, r - no) : FMU_A(s, settings)[r - no - ni];
+}
+
+static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, double *value) {
+  const int all = fmu_count();
+  for (size_t i = 0; i < n; ++i) {
+    const int exchanged = fmu_is_exchanged(vr[i]);
+    if (vr[i] >= (unsigned)all && !exchanged) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", vr[i]);
+    fmu_status status = exchanged ? fmu_exchanged(m, vr[i], value++) : fmu_fresh(m, vr[i]);
+    if (status > FMU_WARNING) return status;
+    if (exchanged) continue;
+    const int end = (int)vr[i] + fmu_width(vr[i]);
+    for (int r = (int)vr[i]; r < end; ++r) *value++ = fmu_value(m->state, r);
+  }
+  return FMU_OK;
+}
+
+/* Check a value of a parameter; logs the reason of a refusal. */
+static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, double value) {
+  int within = (g->open ? value > g->min : value >= g->min) && value <= g->max && !(g->nonzero && value == 0.0);
+  if (!within) return fmu_log(m, FMU_DISCARD, "%s: %s %s (it is %g)", g->name, g->key, g->rule, value);
+  if (m->state->mode == FMU_TERMINATED) return fmu_log(m, FMU_ERROR, "%s cannot be set after termination", g->name);
+  if (m->state->mode >= FMU_STEPPING && !g->tunable)
+    return fmu_log(m, FMU_ERROR, "%s is fixed: set it before the initialization ends, or reset", g->name);
+  if (m->state->mode == FMU_CONTINUOUS) return fmu_log(m, FMU_ERROR, "%s is discrete: set it in event mode", g->name);
+  return FMU_OK;
+}
+
+/* Compute and check the numbers that depend on changed parameters in `trial`; logs the reason of a refusal. */
+static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
+  const double *settings = FMU_A(m->state, settings);
+  int first = MODEL->settings - MODEL->followers, anew = 0;
+  for (int i = 0; i < first; ++i) anew |= MODEL->setting[i].kind == FMU_PARAMETER && trial[i] != settings[i];
+  if (!anew) return FMU_OK;
+  fmu_follow(trial);
+  for (int i = first; i < MODEL->settings; ++i) {
+    const fmu_setting *g = MODEL->setting + i;
+    if (!isfinite(trial[i])) return fmu_log(m, FMU_DISCARD, "%s: its expression has no value", g->name);
+    fmu_status status = trial[i] == settings[i] ? FMU_OK : fmu_check_setting(m, g, trial[i]);
+    if (status != FMU_OK) return status;
+  }
+  return FMU_OK;
+}
+
+/* Check a value for reference r and store it in `trial`; logs the reason of a refusal. */
+static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
+  const int no = MODEL->outputs, ni = fmu_all_inputs();
+  if (r >= fmu_count()) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", (unsigned)r);
+  if (r < no) return fmu_log(m, FMU_ERROR, "value reference %u is an output: it cannot be set", (unsigned)r);
+  if (!isfinite(value)) return fmu_log(m, FMU_ERROR, "value reference %u: the value is not a finite number", (unsigned)r);
+  if (r < no + ni) return FMU_OK;
+  if (m->state->mode == FMU_BETWEEN) return fmu_log(m, FMU_ERROR, "value reference %u: between communication points inputs are set, no parameters", (unsigned)r);
+  fmu_status status = fmu_check_setting(m, MODEL->setting + (r - no - ni), value);
+  if (status == FMU_OK) trial[r - no - ni] = value;
+  return status;
+}
+
+/* Set input r, which counts inputs of all kinds. */
+static void fmu_put_input(fmu_state *s, int r, double value) {
+  fmu_input *in = r < MODEL->inputs ? FMU_INPUTS(s) + r : 0;
+  double *at = fmu_input_at(s, r);
+  int moving = in && (in->told[0] != 0.0 || in->told[1] != 0.0 || in->given[0] != 0.0 || in->given[1] != 0.0);
+  if (*at == value && !moving) return;
+  *at = value;
+  if (in) in->told[0] = in->told[1] = 0.0; /* a host sets derivatives after the value */
+  s->changed |= FMU_NEW_INPUTS;
+}
+
+static fmu_status fmu_set(fmu_instance *m, const fmu_reference *vr, size_t n, const double *value) {
+  fmu_state *s = m->state;
+  int no = MODEL->outputs, ni = fmu_all_inputs(), all = fmu_count();
+  double *settings = FMU_A(s, settings), *trial = FMU_A(s, trial);
+  const double *next = value;
+  fmu_status status = FMU_OK;
+  memcpy(trial, settings, sizeof(double) * MODEL->settings);
+  for (size_t i = 0; i < n && status == FMU_OK; ++i) { /* check all values before setting any */
+    const int end = vr[i] < (unsigned)all ? (int)vr[i] + fmu_width(vr[i]) : all + 1;
+    for (int r = vr[i] < (unsigned)all ? (int)vr[i] : all; r < end && status == FMU_OK; ++r) status = fmu_try(m, r, *next++, trial);
+  }
+  if (status == FMU_OK) status = fmu_check_followers(m, trial);
+  if (status != FMU_OK) return status;
+  for (size_t i = 0; i < n; ++i)
+    for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end; ++r, ++value)
+      if (r < no + ni) fmu_put_input(s, r - no, *value);
+  for (int i = 0; i < MODEL->settings; ++i)
+    if (settings[i] != trial[i]) s->changed |= FMU_NEW_PARAMETERS;
+  memcpy(settings, trial, sizeof(double) * MODEL->settings);
+  return FMU_OK;
+}
+
+/* First or second derivative of inputs from the present communication point on. */
+static fmu_status fmu_set_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order,
+                                      const double *value) {
+  fmu_state *s = m->state;
+  for (size_t i = 0; i < n; ++i) {
+    if (vr[i] < (unsigned)MODEL->outputs || vr[i] >= (unsigned)(MODEL->outputs + MODEL->inputs))
+      return fmu_log(m, FMU_ERROR, "value reference %u is no input", vr[i]);
+    if (order[i] < 1 || order[i] > 2) return fmu_log(m, FMU_ERROR, "derivatives of order 1 and 2 are taken, not %d", order[i]);
+    if (!isfinite(value[i])) return fmu_log(m, FMU_ERROR, "value reference %u: the derivative is not a finite number", vr[i]);
+  }
+  for (size_t i = 0; i < n; ++i) {
+    double *at = FMU_INPUTS(s)[vr[i] - MODEL->outputs].told + order[i] - 1;
+    if (*at == value[i]) continue;
+    *at = value[i];
+    s->changed |= FMU_NEW_INPUTS;
+  }
+  return FMU_OK;
+}
+
+/* Check that the references are integers or enumerations. */
+static fmu_status fmu_are_whole(const fmu_instance *m, const fmu_reference *vr, size_t n) {
+  for (size_t i = 0; i < n; ++i)
+    if (vr[i] >= (unsigned)fmu_count() || !MODEL->whole[vr[i]])
+      return fmu_log(m, FMU_ERROR, "there is no Integer variable or enumeration with value reference %u", vr[i]);
+  return FMU_OK;
+}
+
+/* Integer variables and enumerations. */
+static fmu_status fmu_get_whole(fmu_instance *m, const fmu_reference *vr, size_t n, int *value) {
+  fmu_status status = fmu_are_whole(m, vr, n);
+  for (size_t i = 0; i < n && status <= FMU_WARNING; ++i) {
+    double x = 0.0;
+    status = fmu_get(m, vr + i, 1, &x);
+    value[i] = (int)x;
+  }
+  return status;
+}
+
+static fmu_status fmu_set_whole(fmu_instance *m, const fmu_reference *vr, size_t n, const int *value) {
+  fmu_status status = fmu_are_whole(m, vr, n);
+  for (size_t i = 0; i < n && status == FMU_OK; ++i) {
+    const double x = (double)value[i];
+    status = fmu_set(m, vr + i, 1, &x);
+  }
+  return status;
+}

@@ -1,0 +1,32 @@
+/* In exported sources: what ``base/compiler.h`` asks of the compiler, in plain C99, and no product fused with a sum, so that all machines compute
+ * alike. */
+#ifndef TR_COMPILER_H
+#define TR_COMPILER_H
+#if defined __clang__
+#pragma STDC FP_CONTRACT OFF
+#elif defined _MSC_VER
+#pragma fp_contract(off)
+#endif
+#if defined _MSC_VER && (!defined __STDC_VERSION__ || __STDC_VERSION__ < 201112L)
+#define TR_RESTRICT __restrict
+#else
+#define TR_RESTRICT restrict
+#endif
+
+/* C knows no empty arrays; and code for what a mechanism has not, such as balls, must look right to compilers that follow it. */
+#define TR_ROOM(n) ((n) > 16 ? (n) : 16)
+#define TR_LARGER(a, b) ((a) > (b) ? (a) : (b))
+
+#define TR_LANES 1
+#define TR_NOUGHT 0.0
+typedef double tr_vec;
+#define TR_PAD(n) (((n) + 3) & ~3)
+#define TR_SIZED static
+#define TR_UNROLL
+#define TR_RARE
+#define TR_OFTEN
+#define TR_INLINE static
+#define TR_APART static
+
+#define tr_multiply_subtract(a, b, c) ((a) - (b) * (c))
+#endif

@@ -1,0 +1,162 @@
+/* FMI 2.0 functions of the python flavour's library: most go to the slave, some to the model. */
+
+#define BEHIND "\x1f" /* in the name that the slave is given: between the instance's name and the address of the bridge */
+
+/* Data shared by loader and slave; the slave uses the first six fields (fmu/binaries/python_flavour_slave.py.txt). */
+typedef struct fmu_bridge {
+  int status;       /* status of the present call, from the slave */
+  int logging;
+  const char *guid; /* expected by the host */
+  void *logger;     /* for messages of the model and of the slave */
+  void *model;      /* the model's own instance, */
+  void *library;    /* and its library, as the slave has loaded them */
+  void *above;      /* pythonfmu's library */
+  fmi2Component slave;
+  fmi2CallbackFunctions host, own;
+  char name[2]; /* the instance's, and behind it the GUID */
+} fmu_bridge;
+
+static const char *const bridge_category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
+
+/* Pass a message to the host, with the instance's name and a category. */
+static void bridge_log(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message, ...) {
+  fmu_bridge *b = environment;
+  (void)name;
+  if (b->host.logger)
+    b->host.logger(b->host.componentEnvironment, b->name, status, category && *category ? category : bridge_category[status], message);
+}
+
+/* The worse status of pythonfmu and the slave. */
+static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return (int)status > b->status ? status : (fmi2Status)b->status; }
+
+#define EXPORT(result) \
+  BRIDGE_EXPORT result
+#define STRIP(...) __VA_ARGS__
+/* A function that pythonfmu passes to the slave. */
+#define SLAVE(name, parameters, arguments) \
+  EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
+    fmu_bridge *b = c; \
+    if (!b) return fmi2Error; \
+    name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
+    b->status = fmi2OK; \
+    return f ? bridge_worse(b, f(b->slave, STRIP arguments)) : fmi2Error; \
+  }
+/* A function that pythonfmu does not pass on: the model answers. */
+#define MODEL(name, parameters, arguments) \
+  EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
+    fmu_bridge *b = c; \
+    name##TYPE *f = b && b->model ? (name##TYPE *)bridge_find(b->library, #name) : 0; \
+    return f ? f(b->model, STRIP arguments) : fmi2Error; \
+  }
+/* A function of the slave without arguments. */
+#define PLAIN(name) \
+  EXPORT(fmi2Status) name(fmi2Component c) { \
+    fmu_bridge *b = c; \
+    if (!b) return fmi2Error; \
+    name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
+    b->status = fmi2OK; \
+    return f ? bridge_worse(b, f(b->slave)) : fmi2Error; \
+  }
+#define VALUES const fmi2ValueReference r[], size_t n
+
+EXPORT(const char *) fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+EXPORT(const char *) fmi2GetVersion(void) { return fmi2Version; }
+
+EXPORT(void) fmi2FreeInstance(fmi2Component c) {
+  fmu_bridge *b = c;
+  if (!b) return;
+  fmi2FreeInstanceTYPE *f = (fmi2FreeInstanceTYPE *)bridge_find(b->above, "fmi2FreeInstance");
+  if (b->slave && f) f(b->slave);
+  free(b);
+}
+
+/* Load pythonfmu and create the slave; returns the error, or NULL. */
+static const char *bridge_begin(fmu_bridge *b, fmi2String resources, fmi2Boolean visible, char *text) {
+  char path[PATH_MOST], name[PATH_MOST];
+  if (!bridge_resources(resources, path)) return "its resources are not where the host says, nor beside its library";
+  const char *why = bridge_plain(path);
+  if (!why) why = bridge_load(&b->above, text);
+  if (why) return why;
+  if (snprintf(name, sizeof name, "%s" BEHIND "%llx", b->name, (unsigned long long)(size_t)b) >= (int)sizeof name) return "its name is too long";
+  fmi2InstantiateTYPE *make = (fmi2InstantiateTYPE *)bridge_find(b->above, "fmi2Instantiate");
+  b->own = (fmi2CallbackFunctions){bridge_log, calloc, free, NULL, b};
+  b->slave = make ? make(name, fmi2CoSimulation, b->guid, path, &b->own, visible, b->logging) : NULL;
+  return b->slave ? NULL : "pythonfmu could not load the slave";
+}
+
+EXPORT(fmi2Component) fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *host,
+                                      fmi2Boolean visible, fmi2Boolean logging) {
+  char text[PATH_MOST] = "";
+  if (!host) return NULL;
+  const size_t length = name ? strlen(name) : 0, more = guid ? strlen(guid) : 0;
+  fmu_bridge *b = calloc(1, sizeof *b + length + more);
+  if (!b) return NULL;
+  if (name) memcpy(b->name, name, length);
+  if (guid) memcpy(b->name + length + 1, guid, more);
+  b->host = *host, b->logging = logging != fmi2False, b->guid = b->name + length + 1, b->logger = (void *)bridge_log;
+  const char *why = !length ? "the instance needs a name" : type != fmi2CoSimulation ? "this FMU is for co-simulation"
+                  : bridge_begin(b, resources, visible, text);
+  if (!why && b->model) return b;
+  if (why) bridge_log(b, b->name, fmi2Error, NULL, why);
+  if (*text) bridge_log(b, b->name, fmi2Error, NULL, text);
+  fmi2FreeInstance(b);
+  return NULL;
+}
+
+SLAVE(fmi2SetupExperiment, (fmi2Boolean td, fmi2Real tol, fmi2Real t0, fmi2Boolean sd, fmi2Real t1), (td, tol, t0, sd, t1))
+PLAIN(fmi2EnterInitializationMode)
+PLAIN(fmi2ExitInitializationMode)
+PLAIN(fmi2Terminate)
+SLAVE(fmi2GetReal, (VALUES, fmi2Real v[]), (r, n, v))
+SLAVE(fmi2SetReal, (VALUES, const fmi2Real v[]), (r, n, v))
+SLAVE(fmi2GetInteger, (VALUES, fmi2Integer v[]), (r, n, v))
+SLAVE(fmi2SetInteger, (VALUES, const fmi2Integer v[]), (r, n, v))
+SLAVE(fmi2GetBoolean, (VALUES, fmi2Boolean v[]), (r, n, v))
+SLAVE(fmi2SetBoolean, (VALUES, const fmi2Boolean v[]), (r, n, v))
+SLAVE(fmi2GetString, (VALUES, fmi2String v[]), (r, n, v))
+SLAVE(fmi2SetString, (VALUES, const fmi2String v[]), (r, n, v))
+SLAVE(fmi2GetFMUstate, (fmi2FMUstate *s), (s))
+SLAVE(fmi2SetFMUstate, (fmi2FMUstate s), (s))
+SLAVE(fmi2FreeFMUstate, (fmi2FMUstate *s), (s))
+SLAVE(fmi2SerializedFMUstateSize, (fmi2FMUstate s, size_t *n), (s, n))
+SLAVE(fmi2SerializeFMUstate, (fmi2FMUstate s, fmi2Byte v[], size_t n), (s, v, n))
+SLAVE(fmi2DoStep, (fmi2Real t, fmi2Real h, fmi2Boolean last), (t, h, last))
+MODEL(fmi2GetDirectionalDerivative, (VALUES, const fmi2ValueReference k[], size_t nk, const fmi2Real s[], fmi2Real v[]), (r, n, k, nk, s, v))
+MODEL(fmi2SetRealInputDerivatives, (VALUES, const fmi2Integer o[], const fmi2Real v[]), (r, n, o, v))
+MODEL(fmi2GetRealOutputDerivatives, (VALUES, const fmi2Integer o[], fmi2Real v[]), (r, n, o, v))
+MODEL(fmi2GetStatus, (const fmi2StatusKind k, fmi2Status *v), (k, v))
+MODEL(fmi2GetRealStatus, (const fmi2StatusKind k, fmi2Real *v), (k, v))
+MODEL(fmi2GetIntegerStatus, (const fmi2StatusKind k, fmi2Integer *v), (k, v))
+MODEL(fmi2GetBooleanStatus, (const fmi2StatusKind k, fmi2Boolean *v), (k, v))
+MODEL(fmi2GetStringStatus, (const fmi2StatusKind k, fmi2String *v), (k, v))
+
+/* After a reset there is another slave, and with it another instance of the model. */
+PLAIN(fmi2Reset)
+
+EXPORT(fmi2Status) fmi2CancelStep(fmi2Component c) {
+  fmu_bridge *b = c;
+  fmi2CancelStepTYPE *f = b && b->model ? (fmi2CancelStepTYPE *)bridge_find(b->library, "fmi2CancelStep") : 0;
+  return f ? f(b->model) : fmi2Error;
+}
+
+EXPORT(fmi2Status) fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
+  fmu_bridge *b = c;
+  fmi2SetDebugLoggingTYPE *f = b && b->model ? (fmi2SetDebugLoggingTYPE *)bridge_find(b->library, "fmi2SetDebugLogging") : 0;
+  if (b) b->logging = on != fmi2False;
+  return f ? f(b->model, on, n, category) : fmi2Error;
+}
+
+/* The model verifies the bytes first: pythonfmu accepts any. */
+EXPORT(fmi2Status) fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
+  fmu_bridge *b = c;
+  fmi2FMUstate read = NULL;
+  if (!b || !b->model) return fmi2Error;
+  fmi2DeSerializeFMUstateTYPE *take = (fmi2DeSerializeFMUstateTYPE *)bridge_find(b->library, "fmi2DeSerializeFMUstate");
+  fmi2DeSerializeFMUstateTYPE *keep = (fmi2DeSerializeFMUstateTYPE *)bridge_find(b->above, "fmi2DeSerializeFMUstate");
+  fmi2FreeFMUstateTYPE *drop = (fmi2FreeFMUstateTYPE *)bridge_find(b->library, "fmi2FreeFMUstate");
+  if (!take || !keep || !drop) return fmi2Error;
+  fmi2Status status = take(b->model, in, n, &read);
+  if (status > fmi2Warning) return status;
+  drop(b->model, &read);
+  return keep(b->slave, in, n, out);
+}

@@ -1,0 +1,180 @@
+/* The FMI 2.0 functions, but those for model exchange alone: as long as the standard's list of functions. */
+
+FMU_EXPORT const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+
+FMU_EXPORT const char *fmi2GetVersion(void) { return fmi2Version; }
+
+FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, category);
+  FMU_NEED(fmu_choose_log(m, on != fmi2False, n, category), "fmi2SetDebugLogging: there is no such category");
+  return fmi2OK;
+}
+
+/* Pass a message on; the host would interpret "%". */
+static void fmi2_say(const fmu_host *host, const char *name, fmu_status status, const char *category, char *text) {
+  for (char *c = text; *c; ++c)
+    if (*c == '%') *c = ' ';
+  ((fmi2CallbackLogger)host->logger)(host->environment, name, (fmi2Status)status, category, text);
+}
+
+FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                                         const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
+  if (!functions) return NULL;
+  const fmu_host host = {.allocate = functions->allocateMemory, .release = functions->freeMemory, .say = functions->logger ? fmi2_say : NULL,
+                         .logger = (void (*)(void))functions->logger, .environment = functions->componentEnvironment};
+  const int exchange = type == fmi2ModelExchange;
+  fmu_instance *m = fmu_create(&host, name, fmu_refusal(exchange ? FMU_EXCHANGE : FMU_COSIMULATION, guid), logging);
+  if (m) m->exchange = exchange;
+  return m;
+}
+
+FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { fmu_destroy(c); }
+
+FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+                                          fmi2Boolean stop_defined, fmi2Real stop) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2SetupExperiment comes first, before the initialization mode");
+  return fmu_agree(m, tolerance_defined, tolerance, start, stop_defined, stop);
+}
+
+FMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2EnterInitializationMode: reset first");
+  m->state->mode = FMU_INITIALIZATION, m->state->ready = 0;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi2ExitInitializationMode: not in the initialization mode");
+  return fmu_begun(m);
+}
+
+FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) { FMU_CALL(c, fmu_terminate(m)); }
+
+FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
+  FMU_ENTER(c);
+  fmu_defaults(m->state);
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_get(m, vr, n, value);
+}
+
+FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_set(m, vr, n, value);
+}
+
+FMU_EXPORT fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_get_whole(m, vr, n, value);
+}
+
+FMU_EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  return fmu_set_whole(m, vr, n, value);
+}
+
+#define FMU_NO_TYPE(Name, type) \
+  FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
+    FMU_ENTER(c); \
+    (void)vr, (void)value; \
+    FMU_NONE(n, type); \
+    return fmi2OK; \
+  } \
+  FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2##Name value[]) { \
+    FMU_ENTER(c); \
+    (void)vr, (void)value; \
+    FMU_NONE(n, type); \
+    return fmi2OK; \
+  }
+
+FMU_NO_TYPE(Boolean, "Boolean")
+FMU_NO_TYPE(String, "String")
+
+FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *out) { FMU_CALL(c, fmu_keep(m, out)); }
+FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate in) { FMU_CALL(c, fmu_go_back(m, in)); }
+FMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *in) { FMU_CALL(c, fmu_forget(m, in)); }
+FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate in, size_t *bytes) { FMU_CALL(c, fmu_bytes_of(m, in, bytes)); }
+
+FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate in, fmi2Byte out[], size_t bytes) {
+  FMU_ENTER(c);
+  return fmu_write(m, in, out, bytes);
+}
+
+FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t bytes, fmi2FMUstate *out) {
+  FMU_ENTER(c);
+  return fmu_read(m, in, bytes, out);
+}
+
+FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t nu,
+                                                   const fmi2ValueReference known[], size_t nk, const fmi2Real seed[],
+                                                   fmi2Real out[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(nu, unknown && out);
+  FMU_ARRAYS(nk, known && seed);
+  return fmu_directional(m, unknown, nu, known, nk, seed, out);
+}
+
+FMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                                  const fmi2Integer order[], const fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && order && value);
+  return fmu_set_derivatives(m, vr, n, order, value);
+}
+
+FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                                   const fmi2Integer order[], fmi2Real value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && order && value);
+  return fmu_output_derivatives(m, vr, n, order, value);
+}
+
+FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_state_prior) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi2DoStep: the initialization is not complete, or the run was terminated");
+  return m->state->stepped = fmu_step(m, t, h);
+}
+
+FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { FMU_CALL(c, fmu_log(m, FMU_ERROR, "fmi2CancelStep: steps do not run in the background")); }
+
+FMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2DoStepStatus, "fmi2GetStatus: no such status");
+  *value = m->state->stepped;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2LastSuccessfulTime, "fmi2GetRealStatus: no such status");
+  *value = m->state->reached;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+  FMU_ENTER(c);
+  return fmu_log(m, FMU_ERROR, "fmi2GetIntegerStatus: no such status");
+}
+
+FMU_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2Terminated, "fmi2GetBooleanStatus: no such status");
+  *value = m->state->failed ? fmi2True : fmi2False;
+  return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+  FMU_ENTER(c);
+  FMU_NEED(value && kind == fmi2PendingStatus, "fmi2GetStringStatus: no such status");
+  *value = "";
+  return fmi2OK;
+}

@@ -1,0 +1,178 @@
+/* The FMI 3.0 functions, but those for model exchange alone: instances, modes, steps, states, derivatives. */
+
+/* For functions whose only failure status is an error. */
+#define FMI3_STRICT(call) \
+  const fmu_status status = call; \
+  return status == FMU_DISCARD ? FMU_ERROR : status
+
+const char *fmi3GetVersion(void) { return fmi3Version; }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String category[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, category);
+  FMU_NEED(fmu_choose_log(m, on, n, category), "fmi3SetDebugLogging: there is no such category");
+  return fmi3OK;
+}
+
+static void fmi3_say(const fmu_host *host, const char *name, fmu_status status, const char *category, char *text) {
+  ((fmi3LogMessageCallback)host->logger)(host->environment, (fmi3Status)status, category, text);
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+                                         fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference between[], size_t nbetween,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, fmi3IntermediateUpdateCallback update) {
+  const fmu_host host = {.say = logger ? fmi3_say : NULL, .logger = (void (*)(void))logger, .environment = environment};
+  const char *why = fmu_refusal(FMU_COSIMULATION, token);
+  for (size_t i = 0; i < nbetween && !why; ++i)
+    if (!between || !fmi3_is_between(between[i])) why = "a variable required between communication points is no continuous input or output";
+  fmu_instance *m = fmu_create(&host, name, why, logging);
+  if (!m) return NULL;
+  m->events = events, m->early = early, m->between = (void (*)(void))update;
+  if (!(events && early) || fmu_can_look(m)) return m;
+  fmu_log(m, FMU_ERROR, "out of memory");
+  fmu_destroy(m);
+  return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance c) { fmu_destroy(c); }
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
+                                       fmi3Boolean stop_defined, fmi3Float64 stop) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi3EnterInitializationMode: reset first");
+  const fmu_status status = fmu_agree(m, tolerance_defined, tolerance, start, stop_defined, stop);
+  if (status == FMU_OK) m->state->mode = FMU_INITIALIZATION;
+  return status;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi3ExitInitializationMode: not in the initialization mode");
+  const fmu_status status = fmu_begun(m);
+  if (status <= FMU_WARNING && m->events) m->state->mode = FMU_EVENTS;
+  return status == FMU_DISCARD ? FMU_ERROR : status;
+}
+
+fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+  FMU_ENTER(c);
+  if (m->exchange) return fmu_enter_events(m);
+  FMU_NEED(m->events, "fmi3EnterEventMode: the instance was made with eventModeUsed = false");
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3EnterEventMode: not in the step mode");
+  m->state->mode = FMU_EVENTS;
+  return fmi3OK;
+}
+
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals, fmi3Boolean *values,
+                                    fmi3Boolean *next_defined, fmi3Float64 *next) {
+  FMU_ENTER(c);
+  FMU_NEED(again && terminate && nominals && values && next_defined && next, "a NULL argument was passed");
+  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3UpdateDiscreteStates: not in the event mode");
+  *again = *nominals = *values = *next_defined = fmi3False, *next = 0.0;
+  fmu_said said = {0};
+  const fmu_status status = m->exchange ? fmu_update(m, &said) : fmu_after_event(m);
+  if (!m->exchange) fmu_says_next(&said, tr_break_after(FMU_SIM(m->state), m->state->time));
+  *terminate = m->state->failed != 0;
+  *again = said.again != 0, *values = said.values != 0, *next_defined = said.defined != 0, *next = said.next;
+  return status == FMU_DISCARD ? FMU_ERROR : status;
+}
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c) {
+  FMU_ENTER(c);
+  FMU_NEED(m->state->mode == FMU_EVENTS && !m->exchange, "fmi3EnterStepMode: not in the event mode");
+  m->state->mode = FMU_STEPPING;
+  FMI3_STRICT(fmu_after_event(m));
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c) { FMU_CALL(c, fmu_terminate(m)); }
+
+fmi3Status fmi3Reset(fmi3Instance c) {
+  FMU_ENTER(c);
+  fmu_defaults(m->state);
+  return fmi3OK;
+}
+
+/* Let the host look and set inputs between communication points. Whether it asks for an early return; until: when that is to be. */
+static int fmi3_ask(fmu_instance *m, int may_return, double *until) {
+  fmi3Boolean asked = fmi3False;
+  fmi3Float64 when = m->state->time;
+  m->state->mode = FMU_BETWEEN;
+  ((fmi3IntermediateUpdateCallback)m->between)(m->host.environment, m->state->time, fmi3True, fmi3True, fmi3True, may_return != 0, &asked, &when);
+  m->state->mode = FMU_STEPPING;
+  if (!asked || !may_return) return 0;
+  *until = fmin(*until, fmax(when, m->state->time));
+  return 1;
+}
+
+/* Step to `target`, in internal steps when the host requests updates, at most to an event that the host handles. */
+static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
+  fmu_status worst = FMU_OK;
+  for (double end = target;;) {
+    fmu_status status = fmu_set_off(m);
+    if (status > FMU_WARNING) return status;
+    double next = end;
+    if (m->between && !MODEL->bounded) next = fmin(end, tr_next_end(FMU_SIM(m->state), fmu_limit(m->state, end, h)));
+    const int moved = m->state->moved;
+    if (m->ahead && !MODEL->bounded) status = fmu_go_to_event(m, next, h);
+    else status = fmu_arrived(m, fmu_reach(m, next, next < end ? end - m->state->time : h), next);
+    if (status > FMU_WARNING) return status;
+    fmu_state *s = m->state;
+    worst = status > worst ? status : worst;
+    s->midway = s->time < target;
+    if (s->midway) s->moved = moved;
+    if (m->events && s->time < next) return worst;
+    if (m->between) fmi3_ask(m, m->early && s->time < end, &end);
+    if (!(s->time < end)) return worst;
+  }
+
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_state_prior, fmi3Boolean *event, fmi3Boolean *terminate,
+                      fmi3Boolean *early, fmi3Float64 *reached) {
+  FMU_ENTER(c);
+  FMU_NEED(event && terminate && early && reached, "a NULL argument was passed");
+  *event = *early = fmi3False, *terminate = m->state->failed != 0, *reached = m->state->reached;
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3DoStep: not in the step mode: the initialization is not complete, events are being handled, or the run was terminated");
+  fmu_status status = fmu_may_step(m, t, h);
+  if (status != FMU_OK) return status;
+  if (m->state->event) fmu_after_event(m);
+  m->state->stride = fmax(m->state->stride, h);
+  status = fmi3_step(m, t + h, m->state->stride);
+  *terminate = m->state->failed != 0, *reached = m->state->reached;
+  *early = status <= FMU_WARNING && m->state->midway;
+  *event = status <= FMU_WARNING && m->events && (m->state->ticking || m->state->event);
+  return status;
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *out) { FMU_CALL(c, fmu_keep(m, out)); }
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState in) { FMU_CALL(c, fmu_go_back(m, in)); }
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *in) { FMU_CALL(c, fmu_forget(m, in)); }
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState in, size_t *bytes) { FMU_CALL(c, fmu_bytes_of(m, in, bytes)); }
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState in, fmi3Byte out[], size_t bytes) { FMU_CALL(c, fmu_write(m, in, out, bytes)); }
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte in[], size_t bytes, fmi3FMUState *out) { FMU_CALL(c, fmu_read(m, in, bytes, out)); }
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
+                                        size_t nk, const fmi3Float64 seed[], size_t nseed, fmi3Float64 out[], size_t nout) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(nu, unknown && out);
+  FMU_ARRAYS(nk, known && seed);
+  FMU_NEED(fmi3_numbers(known, nk) == nseed && fmi3_numbers(unknown, nu) == nout, "fmi3GetDirectionalDerivative: as many seeds as knowns have numbers, as many results as unknowns have");
+  FMI3_STRICT(fmu_directional(m, unknown, nu, known, nk, seed, out));
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
+                                    size_t nk, const fmi3Float64 seed[], size_t nseed, fmi3Float64 out[], size_t nout) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(nu, unknown && seed);
+  FMU_ARRAYS(nk, known && out);
+  FMU_NEED(fmi3_numbers(unknown, nu) == nseed && fmi3_numbers(known, nk) == nout, "fmi3GetAdjointDerivative: as many seeds as unknowns have numbers, as many results as knowns have");
+  FMI3_STRICT(fmu_adjoint(m, unknown, nu, known, nk, seed, out));
+}
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 order[], fmi3Float64 value[],
+                                    size_t nvalue) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && order && value);
+  FMU_NEED(fmi3_numbers(vr, n) == nvalue, "fmi3GetOutputDerivatives: as many results as the outputs have numbers");
+  FMU_NEED(!m->state->event, "fmi3GetOutputDerivatives: at an event there are two: call fmi3UpdateDiscreteStates first");
+  FMI3_STRICT(fmu_output_derivatives(m, vr, n, order, value));
+}

@@ -1,0 +1,146 @@
+/* Getting and setting variables in FMI 3.0. References count as in FMI 2.0, an array by its first value. Behind them: time, clocks, time
+ * and count of their ticks, the joint of the last event. */
+
+#define FMI3_NONE (-1)
+
+/* The type of the variable at a reference, FMI3_NONE where there is none. */
+static int fmi3_type(fmi3ValueReference r) {
+  const unsigned all = (unsigned)fmu_count(), clocks = (unsigned)MODEL->clocks->count;
+  if (r < all) return MODEL->width[r] ? MODEL->type[r] : FMI3_NONE;
+  if (fmu_is_exchanged(r)) return FMU_FLOAT64;
+  r -= all;
+  if (r == 0) return FMU_FLOAT64;
+  r -= 1;
+  return r < clocks ? FMU_CLOCK : r < 2 * clocks ? FMU_FLOAT64 : r < 3 * clocks ? FMU_UINT64 : r == 3 * clocks && MODEL->clocks->last >= 0 ? FMU_STRING : FMI3_NONE;
+}
+
+/* Total number of values of variables. */
+static size_t fmi3_numbers(const fmi3ValueReference vr[], size_t n) {
+  size_t all = 0;
+  for (size_t i = 0; i < n; ++i) all += vr[i] < (unsigned)fmu_count() ? (size_t)MODEL->width[vr[i]] : 1;
+  return all;
+}
+
+/* Whether a variable can be accessed between communication points: continuous inputs and outputs. */
+static int fmi3_is_between(fmi3ValueReference r) {
+  if (r >= (unsigned)(MODEL->outputs + fmu_all_inputs()) || fmi3_type(r) != FMU_FLOAT64) return 0;
+  return (int)r >= MODEL->outputs || MODEL->slope[r] != -2;
+}
+
+/* Check type and number of values of variables. */
+static fmu_status fmi3_are(const fmu_instance *m, const fmi3ValueReference vr[], size_t n, int type, const char *name, size_t nvalues) {
+  for (size_t i = 0; i < n; ++i)
+    if (fmi3_type(vr[i]) != type) return fmu_log(m, FMU_ERROR, "there is no variable of type %s with value reference %u", name, vr[i]);
+  if (fmi3_numbers(vr, n) != nvalues)
+    return fmu_log(m, FMU_ERROR, "these variables have %zu numbers together, not %zu", fmi3_numbers(vr, n), nvalues);
+  return FMU_OK;
+}
+
+/* Value of a variable that FMI 2.0 lacks. */
+static double fmi3_own_number(const fmu_state *s, fmi3ValueReference r) {
+  const unsigned clocks = (unsigned)MODEL->clocks->count;
+  r -= (unsigned)fmu_count();
+  if (r == 0) return s->time;
+  r -= 1 + clocks;
+  return r < clocks ? FMU_TICKS(s)[r].time : FMU_TICKS(s)[r - clocks].count;
+}
+
+#define FMI3_GET(Name, kind) \
+  fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
+    FMU_ENTER(c); \
+    FMU_ARRAYS(n, vr && value); \
+    fmu_status status = fmi3_are(m, vr, n, kind, #Name, nvalues); \
+    for (size_t i = 0; i < n && status <= FMU_WARNING; ++i) { \
+      const int own = vr[i] >= (unsigned)fmu_count(), first = (int)vr[i]; \
+      if (!own) status = fmu_fresh(m, vr[i]); \
+      if (own && fmu_is_exchanged(vr[i])) { \
+        double number = 0.0; \
+        status = fmu_exchanged(m, vr[i], &number); \
+        *value++ = (fmi3##Name)number; \
+      } \
+      else if (own) *value++ = (fmi3##Name)fmi3_own_number(m->state, vr[i]); \
+      else for (int k = 0; k < MODEL->width[first]; ++k) *value++ = (fmi3##Name)fmu_value(m->state, first + k); \
+    } \
+    return status; \
+  }
+
+FMI3_GET(Float64, FMU_FLOAT64)
+FMI3_GET(Int32, FMU_INT32)
+FMI3_GET(Int64, FMU_INT64)
+FMI3_GET(UInt64, FMU_UINT64)
+FMI3_GET(Boolean, FMU_BOOLEAN)
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[], size_t nvalues) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  const fmu_status status = fmi3_are(m, vr, n, FMU_FLOAT64, "Float64", nvalues);
+  return status == FMU_OK ? fmu_set(m, vr, n, value) : status;
+}
+
+/* Settable integers are scalars; outputs are refused. */
+#define FMI3_SET(Name, kind) \
+  fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
+    FMU_ENTER(c); \
+    FMU_ARRAYS(n, vr && value); \
+    fmu_status status = fmi3_are(m, vr, n, kind, #Name, nvalues); \
+    for (size_t i = 0; i < n && status == FMU_OK; ++i) { \
+      FMU_NEED(vr[i] >= (unsigned)MODEL->outputs, "value reference %u is an output: it cannot be set", vr[i]); \
+      const double x = (double)value[i]; \
+      status = fmu_set(m, vr + i, 1, &x); \
+    } \
+    return status; \
+  }
+
+FMI3_SET(Int32, FMU_INT32)
+FMI3_SET(Int64, FMU_INT64)
+FMI3_SET(UInt64, FMU_UINT64)
+FMI3_SET(Boolean, FMU_BOOLEAN)
+
+#define FMI3_NO_TYPE(Name) \
+  fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
+    FMU_ENTER(c); \
+    (void)vr, (void)value, (void)nvalues; \
+    FMU_NONE(n, #Name); \
+    return fmi3OK; \
+  } \
+  fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
+    FMU_ENTER(c); \
+    (void)vr, (void)value, (void)nvalues; \
+    FMU_NONE(n, #Name); \
+    return fmi3OK; \
+  }
+
+FMI3_NO_TYPE(Float32)
+FMI3_NO_TYPE(Int8)
+FMI3_NO_TYPE(UInt8)
+FMI3_NO_TYPE(Int16)
+FMI3_NO_TYPE(UInt16)
+FMI3_NO_TYPE(UInt32)
+
+fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String value[], size_t nvalues) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  fmu_status status = fmi3_are(m, vr, n, FMU_STRING, "String", nvalues);
+  if (n && status == FMU_OK) status = fmu_fresh(m, (unsigned)MODEL->clocks->last);
+  for (size_t i = 0; i < n && status <= FMU_WARNING; ++i) value[i] = fmu_joint(fmu_value(m->state, MODEL->clocks->last));
+  return status;
+}
+
+fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String value[], size_t nvalues) {
+  FMU_ENTER(c);
+  FMU_NEED(n == 0, "there is no String variable that can be set");
+  return fmi3OK;
+}
+
+/* Clocks tick until they are read, or the event is handled. */
+fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
+  FMU_ENTER(c);
+  FMU_ARRAYS(n, vr && value);
+  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3GetClock: not in the event mode");
+  const fmu_status status = fmi3_are(m, vr, n, FMU_CLOCK, "Clock", n);
+  for (size_t i = 0; i < n && status == FMU_OK; ++i) {
+    fmu_tick *tick = FMU_TICKS(m->state) + (vr[i] - (unsigned)fmu_count() - 1);
+    value[i] = tick->active != 0.0, tick->active = 0.0;
+  }
+  return status;
+}

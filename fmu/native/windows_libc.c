@@ -1,0 +1,60 @@
+/* Functions that the Windows library needs beside the Universal C Runtime (part of Windows 10 and newer). Compilers take them from libraries of
+ * their own, which would have to be built first from hundreds of files. */
+#include <math.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+/* Entry point of the library; nothing to set up. */
+int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) {
+  (void)library, (void)reason, (void)reserved;
+  return 1;
+}
+
+/* Called where a function's variables take more than a page, their size in rax: Windows hands out the pages of a stack in order, so
+ * each is touched before the next. Every register keeps its value. */
+__asm__(
+    ".globl ___chkstk_ms\n"
+    "___chkstk_ms:\n"
+    "  push %rcx\n"
+    "  push %rax\n"
+    "  lea 24(%rsp), %rcx\n"
+    "1:\n"
+    "  cmp $4096, %rax\n"
+    "  jbe 2f\n"
+    "  sub $4096, %rcx\n"
+    "  testb $0, (%rcx)\n"
+    "  sub $4096, %rax\n"
+    "  jmp 1b\n"
+    "2:\n"
+    "  sub %rax, %rcx\n"
+    "  testb $0, (%rcx)\n"
+    "  pop %rax\n"
+    "  pop %rcx\n"
+    "  ret\n");
+
+/* Class of a number, from its bits. */
+int __fpclassify(double x) {
+  union { double x; unsigned long long bits; } u = {x};
+  unsigned long long exponent = u.bits >> 52 & 0x7ff, fraction = u.bits & 0xfffffffffffffULL;
+  if (exponent == 0x7ff) return fraction ? FP_NAN : FP_INFINITE;
+  if (exponent == 0) return fraction ? FP_SUBNORMAL : FP_ZERO;
+  return FP_NORMAL;
+}
+
+/* The compiler joins a sine and a cosine of the same angle into this; it cannot see through these pointers and join them again. */
+static double (*const volatile sine)(double) = sin;
+static double (*const volatile cosine)(double) = cos;
+void sincos(double x, double *s, double *c) { *s = sine(x), *c = cosine(x); }
+
+/* Formatted text, of which the system has only a form with options: 2 asks for what the C standard says of lengths. */
+int __stdio_common_vsprintf(unsigned long long options, char *text, size_t size, const char *form, void *locale, va_list arguments);
+int vsnprintf(char *text, size_t size, const char *form, va_list arguments) {
+  return __stdio_common_vsprintf(2, text, size, form, NULL, arguments);
+}
+int snprintf(char *text, size_t size, const char *form, ...) {
+  va_list arguments;
+  va_start(arguments, form);
+  int written = vsnprintf(text, size, form, arguments);
+  va_end(arguments);
+  return written;
+}

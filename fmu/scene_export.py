@@ -1,0 +1,251 @@
+"""``export``: a scene as an FMU."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from trunnion.basics.problems import SimulationError
+from trunnion.fmu import zip_archive
+from trunnion.fmu.binaries import platform_builds as platforms
+from trunnion.fmu.binaries import python_flavour
+from trunnion.fmu.c_source.model_tables import model_text
+from trunnion.fmu.c_source.sources_in_fmu import with_sources
+from trunnion.fmu.export_checks import STANDARDS, apart, check
+from trunnion.fmu.model_description import documentation_page
+from trunnion.fmu.model_description.fmi2_xml import Whole, model_description
+from trunnion.fmu.model_description.fmi3_xml import Described, model_description3
+from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
+from trunnion.fmu.model_description.terminals_and_icons import icons, terminals
+from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
+from trunnion.fmu.variables.fmi3_event_clocks import LAST, clock_table, clocks
+from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
+from trunnion.fmu.variables.output_dependencies import dependencies
+from trunnion.fmu.variables.outputs_inputs_parameters import Variable, variables
+from trunnion.fmu.variables.scene_parameters import arranged, left_out
+from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
+from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.units.column_dependence import Dependence, dependence
+from trunnion.parts.kernels.scene_kernel import PartsKernel
+from trunnion.parts.kernels.tables_as_c import parts_texts, unit_text
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.units.python_arguments import Amount, Amounts, Names
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import Model, run
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.simulation.settings.realtime_steps import most_operations, promise
+from trunnion.simulation.settings.run_settings import KERNELS
+
+EVERYTHING = ("*",)
+"""Outputs of a scene that names none."""
+WHOLE = ("gravity*", "bodies.*", "forces.*")
+"""Vectors that ``whole_vectors`` makes parameters with all components, including those that are 0."""
+Progress = Callable[[str, int, int], None]
+"""progress(present work, parts done, number of parts)."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """An exported FMU: file, bytes, GUID, variables by causality, platforms, notes. operations: most floating-point operations of a
+    bounded step; None without bounds."""
+
+    file: Path
+    bytes: int
+    guid: str
+    variables: dict[str, int]
+    platforms: tuple[str, ...]
+    notes: tuple[str, ...]
+    operations: int | None = None
+
+
+def export(
+    scene: Given,
+    file: str | Path,
+    flavour: str = "native",
+    platform: Sequence[str] | str = "host",
+    overrides: Mapping[str, Any] | None = None,
+    outputs: Names | None = None,
+    step: Amount = 0.0,
+    kernel: str = KERNELS[0],
+    progress: Progress | None = None,
+    whole_vectors: bool = False,
+    fmi: int = 2,
+    parameters: str | Path | None = None,
+    sources: bool = False,
+    kind: str = "cs",
+    certify: bool = False,
+) -> Export:
+    """Write an FMU.
+
+    scene, overrides, outputs: as in ``trunnion.simulate``; when neither scene nor outputs name columns, a few are outputs and the
+    rest local. flavour: native or python. platform: host, all, or names (linux64, win64, darwin64, aarch64-darwin; the python
+    flavour has the first two). step: default of solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest
+    export), or auto (by the structure, for long runs). whole_vectors: components that are 0, normally left out of the equations,
+    become parameters. fmi: 2 or 3; 3 is native only. parameters: SSV file for their values (FMI 2.0). sources: include the C
+    sources (native). kind: cs, me or both: co-simulation, model exchange (native). certify: add ``solver.errors``, which makes
+    outputs their own errors. SceneError for wrong input, SimulationError when the scene cannot start."""
+    target, read, of = Path(file), Amounts(), kernel if sources else None
+    step = read.time(step, "step")
+    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify)])
+    names = _platforms(flavour, platform, STANDARDS[fmi])
+    loaded = scene_given(scene, overrides)
+    loaded = replace(loaded, tunable=(*loaded.tunable, *(WHOLE if whole_vectors else ())))
+    tell = progress or (lambda *_: None)
+    tell("deriving the equations", 0, 2 + len(names))
+    model, first = started(loaded, outputs, "compiled" if sources else kernel)
+    made = Made(model, first, step, outputs is None and loaded.outputs == EVERYTHING, STANDARDS[fmi], kind, certify)
+    libraries = _libraries(made, names, tell)
+    tell("writing", 1 + len(names), 2 + len(names))
+    zip_archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
+    if parameters is not None:
+        Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
+    return _written(target, made, first, tuple(names))
+
+
+def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) -> Export:
+    count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
+    steps = made.model.built.scene, made.model.kernel
+    notes = (*filter(None, [promise(*steps)]), *first.notes, *left_out(made.all))
+    return Export(target, target.stat().st_size, made.guid, count, names, notes, most_operations(*steps))
+
+
+def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
+    """The requested platforms that a flavour has."""
+    names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), standard)
+    return [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+
+
+def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
+    """Compiled libraries by platform."""
+    libraries: dict[str, bytes] = {}
+    platforms.prepare(names, made.sources, made.standard)
+    for i, name in enumerate(names):
+        tell(f"compiling for {name}", 1 + i, 2 + len(names))
+        libraries[name] = platforms.library(name, made.identifier, made.sources, made.standard)
+    return libraries
+
+
+def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
+    """Binaries and their files by path in the archive. libraries: compiled, by platform."""
+    if flavour == "python":
+        return python_flavour.contents(made.identifier, made.guid, libraries)
+    folders = platforms.NAMES[made.standard]
+    return {f"binaries/{folders[n]}/{made.identifier}{platforms.PLATFORMS[n].suffix}": b for n, b in libraries.items()}
+
+
+def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
+    """The model and the first millionth of its run; SimulationError when the scene cannot start."""
+    c_compiler.needed("an FMU", "C code for its hosts")
+    model = Model(scene, outputs, kernel, inf)
+    sim = scene.simulation
+    glimpse = 1e-6 * float(sim.until)
+    settings = Settings(rtol=float(sim.rtol), method=sim.method, through_jams=sim.jams == "impact")
+    result = run(model, glimpse, glimpse, settings)
+    if not result.outcome.ok:
+        raise SimulationError(f"the scene cannot start; nothing is exported: {result.outcome}")
+    return model, result
+
+
+class Made:
+    """The platform-independent parts of an exported model."""
+
+    def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
+                 kind: str = "cs", certify: bool = False):  # fmt: skip
+        self.model, self.first, self.standard, self.kind = model, first, standard, kind
+        self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
+        self.scene = model.built.scene
+        sim = self.scene.simulation
+        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify))
+        self.listed: list[Variable] = self.all.listed
+        self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
+        self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
+        if not self.identifier[:1].isalpha():
+            self.identifier = f"m_{self.identifier}"
+        self.known: list[Dependence] | None = None
+        units = self._units()
+        self.depends = dependencies(model, self.listed, self.known)
+        self.faces, self.clocks = faces(self.listed), clocks(model)
+        tables = face_tables(self.faces) + clock_table(model, self.clocks) if standard == "3.0" else ""
+        text = model_text(model, self.all, "", "linear" in units, tables, KINDS[kind])
+        plain = self.described("", "native")
+        self.guid = uuid(
+            library_cache.digest(plain, text, platforms.shell_key(), *(x for pair in sorted(units.items()) for x in pair))
+        )
+        self.sources = {**units, "model": model_text(model, self.all, self.guid, "linear" in units, tables, KINDS[kind])}
+
+    def described(self, guid: str, flavour: str) -> bytes:
+        """``modelDescription.xml``."""
+        if self.standard == "2.0":
+            whole = Whole(self.listed, self.depends, self.exchanged, self.kind)
+            return model_description(self.scene, whole, self.identifier, guid, self.step, flavour)
+        named = any(c.key == LAST for c in self.model.columns)
+        given = Described(self.faces, self.depends, self.clocks, named, self.exchanged, self.kind)
+        return model_description3(self.scene, given, self.identifier, guid, self.step)
+
+    def _units(self) -> dict[str, str]:
+        """C texts of the generated units."""
+        kernel = self.model.kernel
+        if isinstance(kernel, PartsKernel):
+            return self._of_parts(kernel)
+        system, parameters, quadratures, redundant = kernel.structure
+        made = {u: (kernel.folder / f"{u}.c").read_text() for u in ("kernel", "outputs")}
+        chosen, derived = self.model.columns, bool(system.inputs) or does(self.kind, "me")
+        names = ",".join(c.name for c in chosen)
+
+        def make(folder: Path) -> None:
+            (folder / "jacobian.c").write_text(jacobian_source(system, parameters, redundant))
+            linear = linear_source(system, parameters, chosen, quadratures, redundant) if derived else PREAMBLE
+            (folder / "linear.c").write_text(linear)
+            found = dependence(system, parameters, chosen, quadratures) if system.inputs else []
+            (folder / "depends.json").write_text(json.dumps([list(asdict(d).values()) for d in found]))
+
+        folder, _ = library_cache.entry(f"units-2{'-linear' * derived}-{library_cache.digest(kernel.key, names)}", make)
+        made["jacobian"] = (folder / "jacobian.c").read_text()
+        if system.inputs:
+            self.known = [Dependence(c, s, tuple(v), tuple(a)) for c, s, v, a in json.loads((folder / "depends.json").read_text())]
+        if derived:
+            made["linear"] = (folder / "linear.c").read_text()
+        return made
+
+    def _of_parts(self, kernel: PartsKernel) -> dict[str, str]:
+        """C texts of the tables of a parts kernel and of its parts."""
+        kernel.jacobian()
+        if self.model.system.inputs or does(self.kind, "me"):
+            kernel.linear(self.model.columns)
+        texts = {name: unit_text(unit, f"trunnion_{name}") for name, unit in kernel.units.items()}
+        return texts | parts_texts(kernel.units.values())
+
+    def documents(self, flavour: str, sources: bool = False) -> dict[str, bytes]:
+        """Files by path in the archive: model description, picture, documentation page, licences; sources."""
+        picture = documentation_page.picture(self.first)
+        pictures = {"model.png": picture} if self.standard == "2.0" else {
+            "documentation/diagram.png": picture, **icons(picture),
+            "terminalsAndIcons/terminalsAndIcons.xml": terminals(self.model, self.faces),
+        }  # fmt: skip
+        plain = {
+            "modelDescription.xml": self.described(self.guid, flavour),
+            **pictures,
+            "documentation/index.html": documentation_page.page(self.first, self.titled(), flavour, self.guid, self.standard),
+            **documentation_page.licences(flavour),
+        }
+        return with_sources(plain, self) if sources else plain
+
+    def titled(self) -> list[tuple[str, Variable]]:
+        """The variables by their displayed names."""
+        if self.standard == "2.0":
+            return [(v.name, v) for v in (*self.listed, *self.exchanged.states, *self.exchanged.rates)]
+        whole = [replace(f.first, description=f.description) for f in self.faces]
+        ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
+        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks),
+                *((v.name, v) for v in self.exchanged.all)]  # fmt: skip
+
+
+def uuid(digest: str) -> str:
+    """The first 32 hexadecimal digits of a digest, grouped as a UUID."""
+    return "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))

@@ -1,0 +1,248 @@
+"""``export_system``: a system of FMUs as an SSP 1.0 file, which holds them, their connections and their parameters."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from trunnion.basics.atomic_files import destination_problems
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.fmu import zip_archive
+from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, add_units, parameter_set
+from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
+from trunnion.scene import load_scene
+from trunnion.scene.findings.findings_and_paths import Finding, error_of
+from trunnion.scene.units.quantities import Quantity, number
+from trunnion.scene.units.unit_parser import UnitError, parse_unit
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
+TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
+"""Types of connectors by type of an FMU's variable; others are none."""
+SCALES = {"factor": 1.0, "offset": 0.0}
+"""Default values of a unit's conversion from its base unit."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """A variable of an FMU: its causality, its type (``TYPES``), its unit."""
+
+    causality: str
+    type: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """A component. data: its FMU; ports: its variables by name; units: attributes of the base unit of each unit."""
+
+    data: bytes
+    ports: dict[str, Port]
+    units: dict[str, dict[str, str]]
+
+
+@dataclass(frozen=True)
+class Made:
+    """A written system."""
+
+    file: Path
+    bytes: int
+    components: tuple[str, ...]
+    connections: int
+    parameters: int
+
+
+def export_system(file: str | Path, target: str | Path, platform: Sequence[str] | str = "host") -> Made:
+    """Write the system of a YAML file as an SSP file. platform: platforms of exported scenes. SceneError with all problems."""
+    wrong = destination_problems(str(target), (".ssp",), "-o")
+    if not Path(file).is_file():
+        wrong = [Problem("SYSTEM", f"there is no file {file}", "components: and connections: in a YAML file"), *wrong]
+    if wrong:
+        raise SceneError(wrong)
+    system = load_system(Path(file))
+    parts = _parts(system, platform)
+    mistakes = [*_connected(system, parts), *_unique(system)]
+    values = list(_values(system, parts, mistakes))
+    if mistakes:
+        raise error_of(mistakes, system.lines, system.file)
+    contents = {FILE: description(system, parts, values)} | {f"resources/{n}.fmu": p.data for n, p in parts.items()}
+    if values:
+        contents[VALUES] = parameter_set(system.name, values, _units(parts))
+    out = Path(target)
+    zip_archive.write(out, contents)
+    return Made(out, out.stat().st_size, tuple(parts), len(system.connections), len(values))
+
+
+def _parts(system: System, platform: Sequence[str] | str) -> dict[str, Part]:
+    """The components by name; SceneError with the problems of all."""
+    parts, problems = {}, []
+    for name, c in system.components.items():
+        try:
+            parts[name] = _part(_fmu(system, c, platform))
+        except SceneError as e:
+            where = f"components.{name}"
+            problems += [Problem(f"{where}: {p.where}", p.what, p.hint, p.file or system.file, p.line) for p in e.problems]
+    if problems:
+        raise SceneError(problems)
+    return parts
+
+
+def _fmu(system: System, c: Component, platform: Sequence[str] | str) -> bytes:
+    """The FMU of a component: the named file, or an export of the named scene."""
+    from trunnion.fmu.scene_export import export
+
+    if c.fmu:
+        file = system.folder / c.fmu
+        if not file.is_file():
+            raise SceneError([Problem("fmu", f"there is no file {file}")])
+        return file.read_bytes()
+    there = system.folder / c.scene
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "component.fmu"
+        scene = load_scene(there if there.exists() else c.scene)
+        export(scene, made, overrides=c.changes, outputs=c.outputs and list(c.outputs), platform=platform)
+        return made.read_bytes()
+
+
+def _part(data: bytes) -> Part:
+    """A component from its FMU."""
+    import io
+
+    from fmpy import read_model_description
+
+    try:
+        told = read_model_description(io.BytesIO(data), validate=False)
+    except Exception as e:  # fmpy raises many kinds of errors for invalid files
+        raise SceneError([Problem("fmu", f"it cannot be read: {str(e).splitlines()[0] if str(e) else type(e).__name__}")]) from e
+    if told.coSimulation is None:
+        raise SceneError([Problem("fmu", "it is not for co-simulation")])
+    ports = {
+        v.name: Port(v.causality, TYPES[v.type], v.unit or (v.declaredType.unit if v.declaredType else "") or "")
+        for v in told.modelVariables if v.type in TYPES and not getattr(v, "dimensions", None)
+    }  # fmt: skip
+    return Part(data, ports, {u.name: _base(u.baseUnit) for u in told.unitDefinitions})
+
+
+def _base(unit: object) -> dict[str, str]:
+    """Attributes of a base unit that differ from the defaults. unit: a unit as fmpy reads it; None: unknown."""
+    powers = {k: getattr(unit, k, 0) or 0 for k in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
+    scales = {k: float(getattr(unit, k, usual) or usual) for k, usual in SCALES.items()}
+    return {k: str(p) for k, p in powers.items() if p} | {k: repr(x) for k, x in scales.items() if x != SCALES[k]}
+
+
+def _connected(system: System, parts: dict[str, Part]) -> Iterator[Finding]:
+    """Problems of the connections."""
+    for c in system.connections:
+        ends = [_port(c, end, causality, parts) for end, causality in ((c.start, "output"), (c.end, "input"))]
+        yield from (e for e in ends if isinstance(e, Finding))
+        a, b = ends
+        if not isinstance(a, Port) or not isinstance(b, Port):
+            continue
+        if a.type != b.type:
+            yield Finding(c.place, f"{a.type} cannot be connected to {b.type}")
+        base = [{k: e for k, e in p.units.get(x.unit, {}).items() if k not in ("factor", "offset", "rad")}
+                for p, x in ((parts[c.start[0]], a), (parts[c.end[0]], b))]  # fmt: skip
+        if a.unit and b.unit and base[0] != base[1]:
+            yield Finding(c.place, f"{a.unit} cannot be connected to {b.unit}", "connect quantities of one kind")
+
+
+def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, Part]) -> Port | Finding:
+    """The variable at an end of a connection, or the problem with this end."""
+    name, variable = end
+    if name not in parts:
+        return Finding(c.place, f"there is no component {name}", f"one of {', '.join(parts)}")
+    port = parts[name].ports.get(variable)
+    if port is None:
+        known = [v for v, p in parts[name].ports.items() if p.causality == causality]
+        near = get_close_matches(variable, known, 1)
+        hint = f"did you mean {near[0]}?" if near else f"its {causality}s: {', '.join(known[:8]) or 'none'}"
+        return Finding(c.place, f"{name} has no variable {variable}", hint)
+    if port.causality != causality:
+        hint = f"name it in outputs: of {name}" if causality == "output" and port.causality == "local" else ""
+        return Finding(c.place, f"{variable} of {name} is not an {causality} (it is {port.causality})", hint)
+    return port
+
+
+def _unique(system: System) -> Iterator[Finding]:
+    """Inputs with more than one source."""
+    seen: set[tuple[str, str]] = set()
+    for c in system.connections:
+        if c.end in seen:
+            yield Finding(c.place, f"{'.'.join(c.end)} has two sources", "remove one connection")
+        seen.add(c.end)
+
+
+def _values(system: System, parts: dict[str, Part], wrong: list[Finding]) -> Iterator[Given]:
+    """Values of parameters; problems are appended to ``wrong``."""
+    for name, c in system.components.items():
+        for variable, value in c.parameters.items():
+            path = ("components", name, "parameters", variable)
+            port = parts[name].ports.get(variable)
+            if port is None or port.causality not in ("parameter", "input"):
+                known = [v for v, p in parts[name].ports.items() if p.causality == "parameter"]
+                near = get_close_matches(variable, known, 1)
+                wrong.append(Finding(path, f"{name} has no parameter {variable}", f"did you mean {near[0]}?" if near else ""))
+                continue
+            try:
+                yield _given(f"{name}.{variable}", port, value)
+            except UnitError as e:
+                wrong.append(Finding(path, e.what, e.hint))
+
+
+def _given(name: str, port: Port, value: object) -> Given:
+    """A value with type and unit of its variable; UnitError for a wrong unit."""
+    if port.type in ("String", "Boolean"):
+        return Given(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
+    x = number(value)
+    if isinstance(x, Quantity):
+        try:
+            fits = x.fits(parse_unit("" if port.unit == "1" else port.unit).dimension)
+        except UnitError:
+            raise UnitError(f"its unit {port.unit} is unknown", "give the number alone") from None
+        if not fits:
+            raise UnitError(f"{x.text} is not a value in {port.unit or '1'}")
+    if port.type == "Integer":
+        return Given(name, "Integer", str(int(x)))
+    return Given(name, "Real", repr(float(x)), port.unit)
+
+
+def _units(parts: dict[str, Part]) -> dict[str, dict[str, str]]:
+    """Base units of the units of all components, by name."""
+    return {u: base for p in parts.values() for u, base in p.units.items()}
+
+
+def description(system: System, parts: dict[str, Part], values: Sequence[Given]) -> bytes:
+    """``SystemStructure.ssd``, with all outputs and the connected inputs of components."""
+    root = Element(
+        "SystemStructureDescription",
+        {"xmlns": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},
+    )
+    top = SubElement(root, "System", {"name": system.name})
+    if values:
+        SubElement(SubElement(top, "ParameterBindings"), "ParameterBinding", {"type": TYPE, "source": VALUES})
+    elements, ends = SubElement(top, "Elements"), {c.end for c in system.connections}
+    used: set[str] = set()
+    for name, part in parts.items():
+        node = SubElement(elements, "Component", {
+            "name": name, "type": "application/x-fmu-sharedlibrary", "implementation": "CoSimulation",
+            "source": f"resources/{name}.fmu"})  # fmt: skip
+        ports = {v: p for v, p in part.ports.items() if p.causality == "output" or (name, v) in ends}
+        parent = SubElement(node, "Connectors") if ports else node
+        for variable, port in ports.items():
+            connector = SubElement(parent, "Connector", {"name": variable, "kind": port.causality})
+            has_unit = port.type == "Real" and port.unit in part.units
+            SubElement(connector, f"ssc:{port.type}", {"unit": port.unit} if has_unit else {})
+            used |= {port.unit} if has_unit else set()
+    if system.connections:
+        parent = SubElement(top, "Connections")
+        for c in system.connections:
+            SubElement(parent, "Connection", {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0],
+                                              "endConnector": c.end[1]})  # fmt: skip
+    add_units(root, {u: base for u, base in _units(parts).items() if u in used})
+    SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(system.until)})
+    indent(root, " ")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"

@@ -1,0 +1,144 @@
+"""A system of FMUs from a YAML file: components, connections, values of parameters, simulation time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from trunnion.basics.problems import SceneError
+from trunnion.scene.file_format.yaml_reader import Document, read
+from trunnion.scene.findings.findings_and_paths import Finding, error_of
+from trunnion.scene.units.quantities import Quantity, number
+from trunnion.scene.units.unit_parser import UnitError, parse_unit
+
+KEYS = ("name", "components", "connections", "simulation")
+OF_A_COMPONENT = ("scene", "fmu", "set", "outputs", "parameters")
+OF_THE_RUN = {"until": (1.0, "2 s"), "step": (0.01, "1 ms")}
+"""Keys of ``simulation``: default, s, and an example."""
+ARROW = "->"
+NAMES = "names are letters, digits and _"
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component: a scene to export, with changes and outputs, or an existing FMU; and values of its parameters, in their units.
+    """
+
+    scene: str = ""
+    fmu: str = ""
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    outputs: tuple[str, ...] | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A connection from an output to an input, each as (component, variable)."""
+
+    start: tuple[str, str]
+    end: tuple[str, str]
+    place: tuple[str | int, ...] = ()
+
+
+@dataclass(frozen=True)
+class System:
+    """The contents of the file. folder: base of its paths; lines and file: places of later findings."""
+
+    name: str
+    components: dict[str, Component]
+    connections: list[Connection]
+    until: float
+    step: float
+    folder: Path
+    file: str = ""
+    lines: dict[tuple[str | int, ...], int] = field(default_factory=dict)
+
+
+class _Reader:
+    """Reads the parts of a document and collects their problems."""
+
+    def __init__(self, doc: Document):
+        self.doc, self.wrong = doc, doc.findings
+
+    def note(self, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
+        """Note a mistake."""
+        self.wrong.append(Finding(path, what, hint, self.doc.lines.get(path, 0)))
+
+    def group(self, data: Any, path: tuple[str | int, ...], known: tuple[str, ...] = ()) -> dict[str, Any]:
+        """A group of keys. known: the allowed keys, if limited. Returns an empty group if the document has none."""
+        if not isinstance(data, dict):
+            if data is not None:
+                self.note(path, "a group of keys is required")
+            return {}
+        for key in [k for k in data if known and k not in known]:
+            near = get_close_matches(str(key), known, 1)
+            self.note((*path, str(key)), "no such key", f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}")
+        return data
+
+    def component(self, name: str, data: Any) -> Component:
+        """A component."""
+        path = ("components", name)
+        given = self.group(data, path, OF_A_COMPONENT)
+        if not name.replace("_", "a").isalnum() or not name.isascii():
+            self.note(path, f"{name!r} is not a valid name of a component", NAMES)
+        if ("scene" in given) == ("fmu" in given):
+            self.note(path, "give either a scene or an fmu", "scene: crank_slider, or fmu: motor.fmu")
+        for key in ("set", "outputs"):
+            if key in given and "fmu" in given:
+                self.note((*path, key), "an existing FMU is not exported again", "omit this key, or name the FMU's scene")
+        outputs = given.get("outputs")
+        outputs = [outputs] if isinstance(outputs, str) else outputs
+        if outputs is not None and not (isinstance(outputs, list) and all(isinstance(o, str) for o in outputs)):
+            self.note((*path, "outputs"), "names or patterns of columns are required", "outputs: [ball.*]")
+            outputs = None
+        values = self.group(given.get("parameters"), (*path, "parameters"))
+        return Component(str(given.get("scene", "")), str(given.get("fmu", "")), self.group(given.get("set"), (*path, "set")),
+                         None if outputs is None else tuple(outputs), values)  # fmt: skip
+
+    def connection(self, place: int, text: Any) -> Connection | None:
+        """A connection "a.output -> b.input"."""
+        path = ("connections", place)
+        ends = [e.strip().partition(".") for e in str(text).split(ARROW)]
+        if not isinstance(text, str) or len(ends) != 2 or not all(name and dot and rest for name, dot, rest in ends):
+            self.note(path, "a connection is required", f"motor.shaft.torque[1] {ARROW} crank.drive")
+            return None
+        return Connection((ends[0][0], ends[0][2]), (ends[1][0], ends[1][2]), path)
+
+    def seconds(self, data: dict[str, Any], key: str) -> float:
+        """A positive time."""
+        usual, example = OF_THE_RUN[key]
+        try:
+            value = number(data.get(key, usual), "a time", example)
+        except UnitError as e:
+            self.note(("simulation", key), str(e), e.hint)
+            return usual
+        if isinstance(value, Quantity) and not value.fits(parse_unit("s").dimension):
+            self.note(("simulation", key), f"{value.text} is not a time", example)
+        if not value > 0.0:
+            self.note(("simulation", key), f"it must be positive (it is {value:g})", example)
+        return float(value)
+
+
+def load_system(file: Path) -> System:
+    """The system in a file; SceneError with all problems."""
+    doc = read(file.read_bytes())
+    reader = _Reader(doc)
+    data = reader.group(doc.data, (), KEYS)
+    components = {str(n): reader.component(str(n), c) for n, c in reader.group(data.get("components"), ("components",)).items()}
+    if not components and not doc.findings:
+        reader.note(("components",), "a system has at least one component")
+    listed = data.get("connections") or []
+    if not isinstance(listed, list):
+        reader.note(("connections",), "a list is required", f"- motor.torque {ARROW} crank.drive")
+        listed = []
+    found = [reader.connection(i, c) for i, c in enumerate(listed)]
+    run = reader.group(data.get("simulation"), ("simulation",), tuple(OF_THE_RUN))
+    made = System(str(data.get("name", file.stem)), components, [c for c in found if c is not None], reader.seconds(run, "until"),
+                  reader.seconds(run, "step"), file.parent, str(file), doc.lines)  # fmt: skip
+    if doc.findings:
+        found_wrong = error_of(doc.findings, doc.lines, str(file))
+        raise SceneError([replace(p, where="system") if p.where == "scene" else p for p in found_wrong.problems])
+    return made

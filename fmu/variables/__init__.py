@@ -1,0 +1,1 @@
+"""Variables of an FMU: outputs, inputs, parameters, clocks and states."""

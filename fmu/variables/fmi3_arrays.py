@@ -1,0 +1,99 @@
+"""Variables of FMI 3.0: components of a vector form an array under the reference of its first component; integers get their
+type."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trunnion.fmu.c_text.literals import integers
+from trunnion.fmu.variables.outputs_inputs_parameters import START_Q, START_QD, Variable
+from trunnion.fmu.variables.variable_types import ENUMERATIONS, INTEGER
+
+INT32, UINT64, BOOLEAN = "Int32", "UInt64", "Boolean"
+FLOAT64, ENUMERATION = "Float64", "Enumeration"
+CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
+"""Names of ``fmu_type`` in ``model_and_instance.h`` by type."""
+SPACE = 3
+"""Components of an array of parameters; vectors with omitted zeros stay scalars."""
+COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
+FLAGS = ("events.last.marginal",)
+"""Integers that count, and flags; other integers identify something."""
+
+
+@dataclass(frozen=True)
+class Face:
+    """A variable of FMI 3.0: its name and scalars; reference: of the first scalar."""
+
+    name: str
+    reference: int
+    parts: tuple[Variable, ...]
+
+    @property
+    def first(self) -> Variable:
+        """The first component; all agree in everything but name and start."""
+        return self.parts[0]
+
+    @property
+    def description(self) -> str:
+        """Common description of the components."""
+        texts, numbers = [p.description for p in self.parts], f"1 … {len(self.parts)}"
+        if len(set(texts)) == 1:
+            return texts[0]
+        head, one, tail = texts[0].partition("1")
+        if one and all(t == f"{head}{k + 1}{tail}" for k, t in enumerate(texts)):
+            return f"{head}{numbers}{tail}"
+        return f"{self.name.replace('_', ' ')}: {numbers}"
+
+    @property
+    def title(self) -> str:
+        """Name with the range of components."""
+        return self.name if len(self.parts) == 1 else f"{self.name} [1 … {len(self.parts)}]"
+
+    @property
+    def type(self) -> str:
+        kind = self.first.type
+        if kind in ENUMERATIONS:
+            return ENUMERATION
+        if kind != INTEGER:
+            return FLOAT64
+        return UINT64 if self.name in COUNTS else BOOLEAN if self.name in FLAGS else INT32
+
+
+def faces(listed: Sequence[Variable]) -> list[Face]:
+    """Variables of FMI 3.0 in order of their references, from the scalars of FMI 2.0."""
+    out: list[Face] = []
+    at = 0
+    while at < len(listed):
+        name, count = _array(listed, at)
+        out.append(Face(name, at, tuple(listed[at : at + count])))
+        at += count
+    return out
+
+
+def _array(listed: Sequence[Variable], at: int) -> tuple[str, int]:
+    """(name of the variable that begins at an index, its number of scalars)."""
+    first = listed[at]
+    base = first.name.removesuffix("[1]")
+    if base == first.name or first.causality == "input":
+        return first.name, 1
+    count = 1
+    while at + count < len(listed) and _continues(first, listed[at + count], f"{base}[{count + 1}]"):
+        count += 1
+    vector = count >= SPACE or (count > 1 and (first.causality != "parameter" or first.role in (START_Q, START_QD)))
+    return (base, count) if vector else (first.name, 1)
+
+
+def _continues(first: Variable, other: Variable, name: str) -> bool:
+    """Whether a scalar is the component ``name`` of the array that begins with ``first``."""
+    if other.name != name:
+        return False
+    same = ("unit", "causality", "variability", "initial", "type", "minimum", "maximum", "nominal")
+    return all(getattr(first, s) == getattr(other, s) for s in same)
+
+
+def face_tables(made: Sequence[Face]) -> str:
+    """C arrays by reference: number of values, type."""
+    widths = [len(f.parts) if i == 0 else 0 for f in made for i in range(len(f.parts))]
+    kinds = ",".join(CODES[f.type] for f in made for _ in f.parts)
+    return integers("m_width", widths) + f"static const int m_type[]={{{kinds or '0'}}};\n"

@@ -1,0 +1,69 @@
+"""Declared dependencies of outputs, during the run and at the start. A missing dependency is wrong; a superfluous one makes hosts
+see algebraic loops that do not exist."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from trunnion.fmu.variables.outputs_inputs_parameters import NUMBER, PARAMETER, START_Q, START_QD, Variable, followed
+from trunnion.kernel.interface.output_columns import Column
+from trunnion.kernel.units.column_dependence import Dependence
+from trunnion.simulation.run import Model
+
+MOST = 250_000
+"""Most declared pairs of output and parameter; larger FMUs declare inputs only, to keep the description small."""
+
+
+@dataclass(frozen=True)
+class Depends:
+    """Indices, from 1 in order, of variables on which an output depends during the run, and at the start."""
+
+    now: tuple[int, ...]
+    start: tuple[int, ...]
+
+
+class _Places:
+    """Indices of inputs, of derivatives of followed inputs, and of parameters in the list of variables."""
+
+    def __init__(self, model: Model, listed: list[Variable], outputs: int):
+        place = {v.name: i + 1 for i, v in enumerate(listed)}
+        names, motions = list(model.system.inputs), followed(model)
+        self.of = [[place[n]] + [place[f"inputs.{n}.{k}"] for k in ("rate", "acceleration") if n in motions] for n in names]
+        self.followed = [i for i, n in enumerate(names) if n in motions]
+        numbers = [place[v.name] for v in listed if v.role in (NUMBER, PARAMETER, START_Q, START_QD)]
+        self.parameters = numbers if len(numbers) * outputs <= MOST else []
+
+    def every(self) -> set[int]:
+        """Indices of all inputs."""
+        return {p for each in self.of for p in each}
+
+    def motions(self) -> set[int]:
+        """Indices of values and rates of followed inputs, which determine the start; an acceleration acts as a force does."""
+        return {p for i in self.followed for p in self.of[i][:2]}
+
+
+def dependencies(model: Model, listed: list[Variable], known: list[Dependence] | None) -> list[Depends]:
+    """Dependencies of each output. known: from the structure of the expressions; None: from the quantity of each column."""
+    places = _Places(model, listed, len(model.columns))
+    found: Sequence[Dependence | None] = known or [None] * len(model.columns)
+    return [_of(c, k, places) for c, k in zip(model.columns, found, strict=True)]
+
+
+def _of(c: Column, known: Dependence | None, places: _Places) -> Depends:
+    q = c.quantity
+    now = set() if q.runtime or not q.direct else places.every() if known is None or known.solved else _named(known, places)
+    if q.integral or (known is not None and known.constant):
+        return Depends(_sorted(now), ())
+    start = places.every() if q.runtime else now | places.motions()
+    return Depends(_sorted(now), _sorted([*start, *places.parameters]))
+
+
+def _named(known: Dependence, places: _Places) -> set[int]:
+    """Inputs in the column itself: forces by value, motions by second derivative, because they continue smoothly."""
+    forces = {p for i in known.values if i not in places.followed for p in places.of[i]}
+    return forces | {p for i in known.seconds if i in places.followed for p in places.of[i]}
+
+
+def _sorted(places: Iterable[int]) -> tuple[int, ...]:
+    return tuple(sorted(set(places)))

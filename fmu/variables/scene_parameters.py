@@ -1,0 +1,120 @@
+"""Parameters of a scene as parameters of its FMU. The FMU computes the numbers that depend on them by the scene's expressions;
+these numbers are then not parameters. Scene parameters with an effect that an FMU cannot change are omitted and reported."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.fmu.variables.outputs_inputs_parameters import PARAMETER, Variable
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.expressions.formula_parser import Call, Formula, Name, Node, Number
+from trunnion.scene.expressions.parameter_dependence import DependentNumbers
+from trunnion.scene.expressions.parameter_evaluation import NAMED
+from trunnion.scene.queries.number_units import unit_of
+
+OPERATIONS = {
+    "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "^": "POWER", "neg": "NEGATE",
+    **{f: f.upper() for f in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")},
+}  # fmt: skip
+"""Names of ``fmu_operation`` in ``model_and_instance.h`` by function."""
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Variables of an FMU. listed: in order of value references; followers: computed parameters, after those listed; programs:
+    stack code of the followers; left_out: parameters of the scene that the FMU lacks."""
+
+    listed: list[Variable]
+    followers: list[Variable]
+    programs: list[list[str]]
+    left_out: tuple[str, ...]
+
+
+def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
+    """The variables after replacing computed numbers by parameters of the scene. listed: all possible variables."""
+    following = DependentNumbers(scene)
+    known = {v.name: v for v in listed if v.causality == "parameter"}
+    places = {path: found for path in following.numbers if (found := _place(scene, path, known)) is not None}
+    base = [n for n in scene.parameters if n not in following.named]
+    offered = [n for n in base if following.of([n]) and all(p in places for p in following.of([n]))]
+    moved = following.of(offered)
+    inside = {places[p] for p in moved}
+    own = [_parameter(scene, n, [known[places[p]] for p in following.of([n])]) for n in offered]
+    first = next((i for i, v in enumerate(listed) if v.causality == "parameter"), len(listed))
+    kept = [v for v in listed[first:] if v.name not in inside]
+    settings = {n: i for i, n in enumerate(offered)}
+    programs = [_code(following.numbers[p], following, settings) for p in moved]
+    return Arrangement(
+        [*listed[:first], *own, *kept], [known[places[p]] for p in moved], programs, tuple(n for n in base if n not in offered)
+    )
+
+
+def _place(scene: Scene, path: str, known: dict[str, Variable]) -> str | None:
+    """Name of the FMU variable that stands for a number of the scene, or None."""
+    steps = path.split(".")
+    if steps[0] == "joints" and steps[2:3] == ["start"] and REGISTRY[scene.joints[steps[1]].type].quaternion >= 0:
+        return None  # rotations are normalised together
+    return next((n for n in (path, f"{path}[1]") if n in known), None)
+
+
+def _parameter(scene: Scene, name: str, followers: list[Variable]) -> Variable:
+    text = f"parameter {name} of the scene: {len(followers)} numbers of the scene depend on it"
+    variability = "tunable" if all(v.tunable for v in followers) else "fixed"
+    start, unit = float(scene.parameters[name]), unit_of(scene, (NAMED, name))
+    return Variable(f"{NAMED}.{name}", unit, text, "parameter", variability, "exact", start, role=PARAMETER)
+
+
+def _code(f: Formula, following: DependentNumbers, settings: dict[str, int]) -> list[str]:
+    """Stack code of an expression."""
+    out: list[str] = []
+
+    def put(node: Node) -> None:
+        if isinstance(node, Number):
+            out.extend(("FMU_VALUE", repr(node.value)))
+        elif isinstance(node, Name) and node.name in settings:
+            out.extend(("FMU_SETTING", str(settings[node.name])))
+        elif isinstance(node, Name) and node.name in following.named:
+            put(following.named[node.name].root)
+        elif isinstance(node, Name):
+            out.extend(("FMU_VALUE", repr(following.base[node.name])))
+        else:
+            assert isinstance(node, Call)
+            for i, a in enumerate(node.arguments):
+                put(a)
+                if i and node.function in ("min", "max"):
+                    out.append(f"FMU_{OPERATIONS[node.function]}")
+            if node.function not in ("min", "max"):
+                out.append(f"FMU_{OPERATIONS[node.function]}")
+
+    put(f.root)
+    return out
+
+
+def depth(program: Sequence[str]) -> int:
+    """Stack depth of a program."""
+    now = most = 0
+    words = iter(program)
+    for word in words:
+        if word in ("FMU_VALUE", "FMU_SETTING"):
+            next(words)
+            now += 1
+        elif word in BINARY:
+            now -= 1
+        most = max(most, now)
+    return most
+
+
+BINARY = {f"FMU_{OPERATIONS[f]}" for f in ("+", "-", "*", "/", "^", "atan2", "min", "max")}
+
+
+def left_out(all_: Arrangement) -> tuple[str, ...]:
+    """A note that names missing parameters."""
+    if not all_.left_out:
+        return ()
+    names, one = ", ".join(all_.left_out), all_.left_out[0]
+    why = (
+        "they have no effect, or change shapes, points, axes or rotations, which are fixed in an FMU; to change them, export again"
+    )
+    return (f"not parameters of the FMU: {names}: {why} with --set parameters.{one}=…",)

@@ -1,0 +1,1 @@
+"""JSON documents that the API returns."""

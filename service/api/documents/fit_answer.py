@@ -1,0 +1,127 @@
+"""Documents of fits, as ``GET …/answer`` returns them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from trunnion.analysis.fits.batch_plan import FitPlan, combine_rows
+from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+
+if TYPE_CHECKING:
+    from trunnion.service.api.server_state.server_components import Service
+
+COLUMNS = ("case", "candidate", "outcome.advice", "answer")
+
+
+class ProfileDocument(BaseModel):
+    """The profile of a parameter: fixed values of the parameter, and the rise of the sum of squares for each."""
+
+    values: list[float]
+    rises: list[float | None]
+
+
+class IntervalDocument(BaseModel):
+    """Confidence interval of a parameter, by its profile and by the curvature at the estimate."""
+
+    low: float | None
+    high: float | None
+    low_end: Literal["found", "bound", "open"] = Field(
+        description="bound or open: the data do not limit the parameter at this end."
+    )
+    high_end: Literal["found", "bound", "open"]
+    local: list[float | None] = Field(min_length=2, max_length=2, description="null: the data do not determine it.")
+    profile: ProfileDocument
+
+
+class CombinationDocument(BaseModel):
+    """A combination of inseparable parameters that the data determine."""
+
+    exponents: list[float]
+    deviation: float | None
+
+
+class InseparableDocument(BaseModel):
+    """Parameters that the data cannot separate."""
+
+    names: list[str]
+    determined: list[CombinationDocument]
+    product: bool
+    exact: bool
+    confirmed: bool
+    told: str = Field(description="Explanation and advice.")
+
+
+class CriteriaDocument(BaseModel):
+    """Criteria for the comparison of friction laws; null: infinite."""
+
+    likelihood: float | None
+    numbers: int
+    values: int
+    aicc: float | None
+    bic: float | None
+
+
+class FitDocument(BaseModel):
+    """A fit, as ``trunnion.fit`` returns it."""
+
+    values: dict[str, float | None]
+    units: dict[str, str]
+    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: the data do not determine it.")
+    correlation: list[list[float | None]]
+    misfit: float | None
+    rounds: int
+    converged: bool
+    level: float
+    noise: dict[str, dict[str, float | None]] = Field(description="Standard deviations by run and column, given or estimated.")
+    intervals: dict[str, IntervalDocument]
+    inseparable: list[InseparableDocument]
+    criteria: CriteriaDocument | None
+    notes: list[str]
+
+
+class CandidateDocument(BaseModel):
+    """A compared friction law; ``why`` is the reason if there is no fit."""
+
+    name: str
+    weight: float | None
+    why: str
+    worse_by_bic: float | None
+    worse_by_aicc: float | None
+    fit: FitDocument | None
+
+
+class ComparedDocument(BaseModel):
+    """The compared laws, best BIC first."""
+
+    candidates: list[CandidateDocument]
+    notes: list[str]
+
+
+class ExperimentDocument(BaseModel):
+    """A possible experiment with its expected information gain in bits; null if it is impossible, with the reason in ``why``."""
+
+    name: str
+    gain: float | None
+    deviation: dict[str, float | None]
+    why: str
+
+
+class FitAnswer(BaseModel):
+    """Result of a fit; if laws are compared, that of the best law."""
+
+    kind: Literal["fit"]
+    fit: FitDocument | None
+    why: str = Field(description="Why there is no fit.")
+    compared: ComparedDocument | None
+    experiments: list[ExperimentDocument]
+
+
+def fit_answer(s: Service, job: str, plan: FitPlan, cases: int) -> dict[str, Any] | None:
+    """Combined result of the fits of a job that have ended; None before the first."""
+    import pyarrow as pa
+
+    shown = pa.schema([job_contents(s, job).schema.field(n) for n in COLUMNS])
+    kept = [row for table in result_rows(s, job, shown, 0, cases) for row in table.to_pylist()]
+    return combine_rows(plan, kept) if kept else None

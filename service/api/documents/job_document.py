@@ -1,0 +1,133 @@
+"""Jobs, job lists and attempts as documents."""
+
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime
+from typing import Any, Literal
+
+from pydantic import BaseModel, Field
+
+from trunnion.service.api.documents.problem_documents import ProblemItem
+from trunnion.service.store.job_and_chunk_records import Job
+from trunnion.service.store.table_definitions import ENDED
+
+COPIED = ("id", "state", "scene", "label", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")
+"""Fields of a job that its document has unchanged."""
+State = Literal["queued", "running", "cancelling", "done", "failed", "cancelled"]
+EXAMPLE_JOB: dict[str, Any] = {
+    "id": "0123456789abcdef01234567",
+    "state": "running",
+    "stage": "running",
+    "scene": "spherical_pendulum",
+    "label": "",
+    "tags": [],
+    "owner": "local",
+    "created": "2026-01-01T12:00:00Z",
+    "started": "2026-01-01T12:00:00Z",
+    "finished": None,
+    "cases": 1000,
+    "done": 400,
+    "lost": 0,
+    "outcomes": {"done": 399, "no_solution": 1},
+    "progress": 0.4,
+    "eta_seconds": 1.5,
+    "stepping_seconds": 1.9,
+    "build_seconds": 0.0,
+    "bytes": 41234,
+    "budget": 86400.0,
+    "problems": [],
+    "links": {
+        "self": "/v1/jobs/0123456789abcdef01234567",
+        "request": "/v1/jobs/0123456789abcdef01234567/request",
+        "results": "/v1/jobs/0123456789abcdef01234567/results",
+        "events": "/v1/jobs/0123456789abcdef01234567/events",
+    },
+}
+
+
+class JobDocument(BaseModel):
+    """A job as clients see it: state, progress, cases by outcome."""
+
+    id: str
+    state: State
+    stage: str = Field(description="waiting, starting, deriving (equations), compiling, running; finally the end state.")
+    scene: str
+    label: str
+    tags: list[str]
+    owner: str = Field(description="Id of the key that submitted it; local without keys.")
+    created: str
+    started: str | None
+    finished: str | None
+    cases: int = Field(description="All cases.")
+    done: int = Field(description="Cases with a row in the results, failed runs included.")
+    lost: int = Field(description="Cases that failed in all attempts (see problems).")
+    outcomes: dict[str, int] = Field(description="Rows by outcome.")
+    progress: float = Field(ge=0, le=1)
+    eta_seconds: float | None = Field(description="Estimated seconds until the job is done.")
+    stepping_seconds: float = Field(description="Time spent stepping, all workers together.")
+    build_seconds: float
+    bytes: int = Field(description="Size of the stored results.")
+    budget: float = Field(description="Seconds of computing time allowed.")
+    problems: list[ProblemItem]
+    links: dict[str, str]
+
+    model_config = {"json_schema_extra": {"examples": [EXAMPLE_JOB]}}
+
+
+class JobList(BaseModel):
+    """A page of jobs, newest first."""
+
+    jobs: list[JobDocument]
+    next: str | None = Field(description="Cursor of the next page; null on the last.")
+
+
+class Attempt(BaseModel):
+    """An attempt to run a chunk."""
+
+    start: int = Field(description="First case of the chunk.")
+    begun: str
+    ended: str | None
+    worker: str
+    result: str = Field(description="done, or the error; empty while the attempt runs.")
+
+
+def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
+    return {**{k: a[k] for k in ("start", "worker", "result")}, "begun": rfc3339(a["begun"]), "ended": rfc3339(a["ended"])}
+
+
+def stage_of(j: Job, told: str = "") -> str:
+    """Stage of a job. told: the stage that the first worker reported, used before the job has rows."""
+    if j.state == "queued":
+        return "waiting"
+    return j.state if j.state != "running" else "running" if j.done else told or "starting"
+
+
+def job_document(j: Job, told: str = "") -> dict[str, Any]:
+    """A job as clients see it. told: as for ``stage_of``."""
+    eta = remaining_seconds(j, time.time()) if j.state == "running" else None
+    place = f"/v1/jobs/{j.id}"
+    return {
+        **{name: getattr(j, name) for name in COPIED},
+        **{name: rfc3339(getattr(j, name)) for name in ("created", "started", "finished")},
+        "stage": stage_of(j, told),
+        "tags": list(j.tags),
+        "outcomes": j.counts,
+        "progress": (j.done + j.lost) / j.cases,
+        "eta_seconds": 0.0 if j.state in ENDED else eta,
+        "stepping_seconds": j.seconds,
+        "links": {"self": place, "request": f"{place}/request", "results": f"{place}/results", "events": f"{place}/events"},
+    }
+
+
+def remaining_seconds(j: Job, now: float) -> float | None:
+    """Estimated seconds until a running job is done, from its recent pace; None before the first rows. While no rows arrive, the
+    estimate is at least the time since the last ones."""
+    if not j.pace or j.landed is None:
+        return None
+    return max(j.pace * (j.cases - j.done - j.lost), now - j.landed)
+
+
+def rfc3339(t: float | None) -> str | None:
+    """Seconds since the epoch as an RFC 3339 date and time; None stays None."""
+    return None if t is None else datetime.fromtimestamp(t, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -1,0 +1,1 @@
+"""Rows, plans and tallies of jobs."""

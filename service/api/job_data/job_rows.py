@@ -1,0 +1,114 @@
+"""Plans and rows of jobs. Every part is verified when it is read."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from trunnion.analysis.fits.batch_plan import FitPlan
+from trunnion.analysis.studies.case_rounds import ReportedCases
+from trunnion.service.api.documents.problem_documents import Refusal
+from trunnion.service.api.server_state.answer_caches import CACHED_JOBS, JobContents
+from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
+from trunnion.service.request_models.job_request import plan_of_document
+from trunnion.service.store.job_and_chunk_records import Chunk
+from trunnion.service.store.table_definitions import ENDED
+
+log = logging.getLogger("trunnion.service")
+POLL_SECONDS = 0.1
+MOST_REPAIRS = 3
+"""Most recomputations of the same cases during one read; more mean that something keeps damaging the parts."""
+
+
+def job_contents(s: Service, job: str) -> JobContents:
+    """Contents of a job, which must exist."""
+    with s.job_cache.lock:
+        if job in s.job_cache.jobs:
+            s.job_cache.jobs.move_to_end(job)
+            return s.job_cache.jobs[job]
+    document = s.store.document(job)
+    plan = plan_of_document(document)
+    text = document_bytes(document)
+    made = JobContents(plan, plan.schema, digest_of(text), text.decode())
+    with s.job_cache.lock:
+        s.job_cache.jobs[job] = made
+        while len(s.job_cache.jobs) > CACHED_JOBS:
+            s.job_cache.jobs.popitem(last=False)
+    return made
+
+
+def case_numbers(s: Service, job: str, case: int) -> dict[str, float]:
+    """Parameter values of a case. Refusal (409) for a fit, and for a case of a study that has not run."""
+    import pyarrow as pa
+
+    plan, schema = job_contents(s, job).plan, job_contents(s, job).schema
+    if isinstance(plan, FitPlan):
+        raise Refusal(409, "a fit has no cases that could run again: submit the fitted values as cases of a new job")
+    if not isinstance(plan.cases.values, ReportedCases):
+        return plan.cases.changes(case)
+    shown = pa.schema([schema.field(n) for n in plan.cases.paths])
+    for table in result_rows(s, job, shown, case, case + 1):
+        for row in table.to_pylist():
+            return {path: float(value) for path, value in row.items()}
+    raise Refusal(409, "the case has not run yet")
+
+
+def trajectory_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
+    """Tables of the kept rows of the cases first … stop − 1. Damaged rows are recomputed as in ``result_rows``."""
+
+    def read(piece: Piece, low: int, high: int) -> Any:
+        table = s.parts.read_rows(piece, list(dict.fromkeys(["case", *schema.names])))
+        case = table["case"].to_numpy()
+        return table.filter((case >= low) & (case < high))
+
+    yield from _part_tables(s, job, schema, first, stop, read)
+
+
+def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
+    """Tables of the results of the cases first … stop − 1. A damaged part is recomputed, and the read waits; CorruptPart when that
+    fails."""
+
+    def read(piece: Piece, low: int, high: int) -> Any:
+        return s.parts.read_part(piece, schema.names)[0].slice(low - piece.start, max(0, high - low))
+
+    yield from _part_tables(s, job, schema, first, stop, read)
+
+
+def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[Piece, int, int], Any]) -> Iterator[Any]:
+    """The table that ``read`` returns for each finished chunk."""
+    digest = job_contents(s, job).digest
+    todo, repairs = deque(s.store.finished(job, first, stop)), 0
+    while todo:
+        chunk = todo.popleft()
+        try:
+            low, high = max(first, chunk.start), min(stop, chunk.stop)
+            table = read(Piece(job, digest, chunk.start, chunk.stop), low, high)
+        except CorruptPart as e:
+            repairs += 1
+            if repairs > MOST_REPAIRS * (1 + len(todo)):
+                raise
+            todo.extendleft(reversed(recompute_chunk(s, chunk, str(e))))
+            continue
+        yield table.select(schema.names).cast(schema)
+
+
+def recompute_chunk(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
+    """Request that the cases of a chunk are recomputed, and wait. Returns the chunks that then hold these cases; fewer if the job
+    does not continue."""
+    log.warning("job %s, cases %d to %d: %s; they are recomputed", chunk.job, chunk.start, chunk.stop - 1, why)
+    s.store.reopen_chunk(chunk.job, chunk.start, why)
+    s.metrics.chunks.labels("spoiled").inc()
+    s.dispatcher.wake()
+    end = time.monotonic() + s.settings.limits.answer_seconds
+    while True:
+        now = s.store.job(chunk.job)
+        there = s.store.finished(chunk.job, chunk.start, chunk.stop)
+        if sum(c.stop - c.start for c in there) == chunk.stop - chunk.start or now is None or now.state in ENDED:
+            return there
+        if time.monotonic() > end:
+            raise CorruptPart(f"cases {chunk.start} to {chunk.stop - 1}: {why}; these rows are being recomputed: try later")
+        time.sleep(POLL_SECONDS)

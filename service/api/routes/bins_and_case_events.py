@@ -1,0 +1,249 @@
+"""Views of a job: its cases in bins, the events of a case, its scene as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from math import inf, isnan
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, of_all
+from trunnion.batch.sample_statistics.mergeable_statistics import Tally
+from trunnion.scene.file_format.yaml_writer import scene_to_yaml
+from trunnion.service.api.documents.problem_documents import error_responses
+from trunnion.service.api.job_data.job_access import find_job
+from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.job_data.tally_totals import DRAWN, DrawnDocument, job_tally, sample_document, sampled_rows
+from trunnion.service.api.routes.results_and_trajectories import run_case_again
+from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
+from trunnion.service.api.transport.etag_range_gzip import CONDITIONAL_RESPONSES, Answer, etag_of, respond
+from trunnion.service.basics.json_text import text_of
+from trunnion.service.store.table_definitions import ENDED
+
+router = APIRouter(prefix="/v1/jobs", tags=["results"])
+MOST_WITHIN = 40
+MOST_HELD = 5_000_000
+"""Most numbers held in memory while one request is answered."""
+WITHIN = "COLUMN=LOW:HIGH, such as joints.ball.friction.mu=0.1:0.3; one limit alone: max:…=:20; words: outcome=done,stuck"
+CELL = list[float | None] | None
+
+
+class AxisDocument(BaseModel):
+    """An axis: bin i lies between edges i and i + 1. An axis with few distinct numbers lists them in ``values``, one for each
+    bin."""
+
+    name: str
+    unit: str
+    description: str
+    edges: list[float]
+    values: list[float] | None
+
+
+class CellsDocument(BaseModel):
+    """The non-empty bins as columns: indices on the axes, number of cases, first case, cases by outcome. For the column ``of``:
+    cases with a value, least, mean, largest."""
+
+    x: list[int]
+    y: list[int] | None
+    cases: list[int]
+    first: list[int]
+    outcomes: dict[str, list[int]]
+    known: list[int] | None
+    least: CELL
+    mean: CELL
+    most: CELL
+
+
+class ColumnDocument(BaseModel):
+    """Statistics of a column over all finished cases: number of values, least, mean, largest."""
+
+    known: int
+    least: float | None
+    mean: float | None
+    most: float | None
+
+
+class BinsDocument(BaseModel):
+    """All finished cases of a job, in bins."""
+
+    complete: bool = Field(description="Whether all cases have been run.")
+    cases: int = Field(description="Number of cases in the bins.")
+    left_out: int = Field(description="Cases excluded by ``within``.")
+    missing: dict[str, int] = Field(description="Cases without a value on an axis, by outcome.")
+    x: AxisDocument
+    y: AxisDocument | None
+    of: str | None
+    cells: CellsDocument
+    drawn: DrawnDocument | None = DRAWN
+    whole: dict[str, ColumnDocument] | None = Field(
+        None, description="If cases are sampled: statistics of the columns over all cases."
+    )
+
+
+class CaseEvent(BaseModel):
+    """An event of a run."""
+
+    time: float
+    kind: str
+    joint: str
+    text: str
+
+
+class CaseEnd(BaseModel):
+    """The outcome of a run."""
+
+    name: str
+    time: float | None
+    joint: str
+    advice: str
+
+
+class CaseEvents(BaseModel):
+    """The first 2000 events of a case, the number of all, and the outcome."""
+
+    events: list[CaseEvent]
+    count: int
+    outcome: CaseEnd
+
+
+@router.get("/{job}/bins", response_model=BinsDocument, responses={**CONDITIONAL_RESPONSES, **error_responses(404, 416)})
+async def get_job_bins(
+    request: Request,
+    job: str,
+    caller: Reader,
+    s: ServerState,
+    x: Annotated[str, Query(min_length=1, max_length=1000, description="A column of numbers.")],
+    y: Annotated[str, Query(max_length=1000, description="A second column; default: bins along x alone.")] = "",
+    of: Annotated[str, Query(max_length=1000, description="A third column, with least, mean and largest value in each bin.")] = "",
+    nx: Annotated[int, Query(ge=1, le=MOST_BINS, description="Most bins along x.")] = 60,
+    ny: Annotated[int, Query(ge=1, le=MOST_BINS, description="Most bins along y.")] = 60,
+    within: Annotated[
+        list[Annotated[str, Field(max_length=1200)]] | None,
+        Query(max_length=MOST_WITHIN, description=f"Count only cases that satisfy this condition (repeatable): {WITHIN}."),
+    ] = None,
+) -> Response:
+    """Count the cases of a job in bins over one or two columns. A column with few distinct numbers (a grid's) has one bin for
+    each."""
+    read = "if-none-match" not in request.headers
+    return await respond(request, caller.id, s, lambda: _bins(s, job, (x, y, of), (nx, ny), within or [], read))
+
+
+def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: list[str], read: bool) -> Answer:
+    """The response with the bins. read: whether the rows must be read now."""
+    there, schema = find_job(s, job), job_contents(s, job).schema
+    problems: list[Problem] = []
+    names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
+    conditions = tuple(w for text in within if (w := _within(schema, text, problems)) is not None)
+    if problems:
+        raise SceneError(problems)
+
+    def counted() -> bytes:
+        return text_of(_counted(s, job, named, most, conditions))
+
+    body = counted() if read else b""
+
+    def make() -> Iterator[bytes]:
+        yield body or counted()
+
+    tag = None
+    if there.state in ENDED and there.done == there.cases:
+        tag = etag_of(job, job_contents(s, job).digest + " bins", *named, *most, within, list(names))
+    return Answer(make, "application/json", {}, tag)
+
+
+def _counted(
+    s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: tuple[Within, ...]
+) -> dict[str, Any]:
+    """The document of the rows available now. The rows are scanned twice, for the axes and for the bins; large jobs are read again
+    for the second scan. Jobs with very many cases use their sampled rows."""
+    import pyarrow as pa
+
+    schema, there, whole = job_contents(s, job).schema, find_job(s, job), job_tally(s, job)
+    x, y, of = named
+    wanted = dict.fromkeys([*(n for n in named if n), "case", "outcome", *(w.name for w in within)])
+    shown = pa.schema([schema.field(n) for n in wanted])
+
+    def read() -> Iterable[Any]:
+        tables = result_rows(s, job, shown, 0, there.cases) if whole is None else iter([sampled_rows(whole, shown)])
+        return of_all(tables, within, named)
+
+    held = list(read()) if whole is not None or there.cases * len(wanted) <= MOST_HELD else None
+    ends = {n: e for n in (x, y) if whole is not None and not within and n and (e := whole.ends(n))}
+    axes = binned((cases for cases, _, _ in (held or read())), x, y, most, ends)
+    counted, left_out = Bins(*axes, of), 0
+    for cases, outcome, lost in held or read():
+        counted.add(cases, outcome)
+        left_out += lost
+    told = [_axis(schema, a) if a is not None else None for a in axes]
+    return {
+        "complete": there.done == there.cases, "cases": int(counted.count.sum()), "left_out": left_out,
+        "missing": counted.missing, "x": told[0], "y": told[1], "of": of or None, "cells": counted.cells(),
+        "drawn": sample_document(whole), "whole": {n: _column(whole, n) for n in named if n} if whole is not None else None,
+    }  # fmt: skip
+
+
+def _column(whole: Tally, name: str) -> dict[str, Any]:
+    low, high = whole.ends(name) or (None, None)
+    return {"known": int(whole.known[whole.names.index(name)]), "least": low, "mean": whole.mean(name), "most": high}
+
+
+def _axis(schema: Any, a: Axis) -> dict[str, Any]:
+    about = schema.field(a.name).metadata
+    words = {n: about[n.encode()].decode() for n in ("unit", "description")}
+    return {"name": a.name, **words, "edges": a.edges.tolist(), "values": None if a.values is None else a.values.tolist()}
+
+
+def _number(schema: Any, where: str, name: str, problems: list[Problem]) -> str:
+    """A column of numbers by its name; adds a problem for any other name."""
+    numbers = [f.name for f in schema if str(f.type) != "string"]
+    if name not in numbers:
+        what = "is a text column" if name in schema.names else "is not a column"
+        problems.append(Problem(where, f"{name[:200]!r} {what}", f"one of {', '.join(numbers)[:1000]}"))
+    return name
+
+
+def _within(schema: Any, text: str, problems: list[Problem]) -> Within | None:
+    """A parsed condition; None, and a problem, when the text is invalid."""
+    name, sign, given = text.rpartition("=")
+    if not sign or name not in schema.names:
+        problems.append(Problem("within", f"{text[:200]!r} does not name a column", WITHIN))
+        return None
+    if str(schema.field(name).type) == "string":
+        return Within(name, words=tuple(given.split(",")))
+    low, colon, high = given.partition(":")
+    try:
+        ends = float(low) if low.strip() else -inf, float(high) if high.strip() else inf
+    except ValueError:
+        ends = (float("nan"), 0.0)
+    if not colon or any(map(isnan, ends)):
+        problems.append(Problem("within", f"{text[:200]!r} does not state two limits", WITHIN))
+        return None
+    return Within(name, *ends)
+
+
+@router.get("/{job}/cases/{case}/events", response_model=CaseEvents, responses=error_responses(404, 409))
+async def get_case_events(job: str, case: int, caller: Reader, s: ServerState, request: Request) -> Response:
+    """Run a case again and return its events and outcome."""
+    return Response(await run_case_again(s, request, job, case, None, "events"), media_type="application/json")
+
+
+@router.get(
+    "/{job}/scene",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "YAML, which loads back to the same scene.",
+            "content": {"application/yaml": {"schema": {"type": "object"}}},
+        },
+        **error_responses(404),
+    },
+)
+def get_job_scene(job: str, caller: Reader, s: ServerState) -> Response:
+    """Return the scene of a job as YAML, to be changed and submitted again."""
+    find_job(s, job)
+    said = {"Content-Disposition": f'inline; filename="{job}.yaml"'}
+    return Response(scene_to_yaml(job_contents(s, job).plan.scene), 200, said, "application/yaml")

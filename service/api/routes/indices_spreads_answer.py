@@ -1,0 +1,210 @@
+"""/v1/jobs/{id}/indices, /spreads and /answer: sensitivity indices, quantiles, results of studies and fits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any
+
+from fastapi import APIRouter, Query, Response
+from pydantic import BaseModel, Field
+
+from trunnion.analysis.fits.batch_plan import FitPlan
+from trunnion.basics.problems import SceneError
+from trunnion.batch.sample_statistics.mergeable_statistics import indices_in
+from trunnion.batch.sample_statistics.quantiles import USUAL
+from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
+from trunnion.service.api.documents.fit_answer import fit_answer
+from trunnion.service.api.documents.problem_documents import Refusal, error_responses
+from trunnion.service.api.documents.study_answer import StudyAnswer
+from trunnion.service.api.job_data.job_access import find_job
+from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.job_data.tally_totals import (
+    DRAWN,
+    DrawnDocument,
+    job_tally,
+    note_on_sample,
+    sample_document,
+    sampled_rows,
+)
+from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
+from trunnion.service.basics.json_text import text_of
+from trunnion.service.executor.study_rounds import round_results
+from trunnion.service.request_models.job_request import study_of_document
+from trunnion.service.store.table_definitions import ENDED
+
+if TYPE_CHECKING:
+    import pyarrow
+
+router = APIRouter(prefix="/v1/jobs", tags=["results"])
+Of = Annotated[
+    list[Annotated[str, Field(max_length=200)]] | None,
+    Query(description="Results of the job (repeatable; default: all).", max_length=100),
+]
+
+
+class EstimateDocument(BaseModel):
+    """An estimate with its confidence interval; null: undetermined."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+class OfPath(EstimateDocument):
+    """An estimate for one varied number."""
+
+    path: str
+
+
+class OfPair(EstimateDocument):
+    """An estimate for two varied numbers."""
+
+    paths: list[str] = Field(min_length=2, max_length=2)
+
+
+class IndicesDocument(BaseModel):
+    """Sobol indices of a result."""
+
+    of: str = Field(description="The result; failed: whether a case ended with an outcome other than done.")
+    unit: str
+    points: int
+    cases: int
+    missing: dict[str, int] = Field(description="Cases without a value, by reason.")
+    mean: EstimateDocument
+    deviation: EstimateDocument
+    first: list[OfPath] = Field(description="First-order index: share of the variance due to the number alone.")
+    total: list[OfPath] = Field(
+        description="Total index: share of the variance due to the number alone and in interaction with others."
+    )
+    second: list[OfPair] = Field(description="Second-order index: share of the variance due to the interaction of two numbers.")
+    confidence: float
+    notes: list[str]
+
+
+class IndicesAnswer(BaseModel):
+    """Sobol indices of the requested results; also of failure, if some cases failed."""
+
+    complete: bool = Field(description="Whether all cases have been run.")
+    indices: list[IndicesDocument]
+
+
+class Quantile(EstimateDocument):
+    """A quantile of a result."""
+
+    probability: float
+
+
+class Above(EstimateDocument):
+    """The probability that a result exceeds a bound."""
+
+    bound: float
+
+
+class SpreadDocument(BaseModel):
+    """The distribution of a result over the sample."""
+
+    of: str
+    unit: str
+    cases: int
+    missing: int = Field(description="Number of cases without a value; the intervals hold whatever their values would be.")
+    quantiles: list[Quantile]
+    above: list[Above]
+    confidence: float
+    note: str = Field(description="What the intervals mean.")
+
+
+class SpreadsAnswer(BaseModel):
+    """Distributions of results."""
+
+    complete: bool = Field(description="Whether all cases have been run.")
+    spreads: list[SpreadDocument]
+    drawn: DrawnDocument | None = DRAWN
+
+
+@router.get("/{job}/indices", response_model=IndicesAnswer, responses=error_responses(404))
+async def get_job_indices(job: str, caller: Reader, s: ServerState, of: Of = None) -> Response:
+    """Sobol indices of the results by the sampled numbers, with confidence intervals. The sample must use the method ``saltelli``.
+    A running job returns the indices of the finished points."""
+    return await s.reads.run(caller.id, lambda: _indices(s, job, of))
+
+
+def _indices(s: Service, job: str, of: list[str] | None) -> Response:
+    there, plan = find_job(s, job), job_contents(s, job).plan
+    names = [n for n in of or [r.name for r in plan.reductions] if n in {r.name for r in plan.reductions}]
+    crossed = plan.cases.sampling == "saltelli"
+    if crossed and (whole := job_tally(s, job)) is not None:
+        answer = indices_in(whole, plan.cases, plan.reductions, of or names)
+    else:
+        table = _table(s, job, names)[0] if crossed else job_contents(s, job).schema.empty_table()
+        answer = indices_of(plan.cases, plan.reductions, table, of or names)
+    return _json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
+
+
+@router.get("/{job}/spreads", response_model=SpreadsAnswer, responses=error_responses(404))
+async def get_job_spreads(
+    job: str,
+    caller: Reader,
+    s: ServerState,
+    of: Of = None,
+    at: Annotated[list[float] | None, Query(description="Probabilities of the quantiles (repeatable).", max_length=50)] = None,
+    above: Annotated[
+        list[Annotated[str, Field(max_length=300)]] | None,
+        Query(description="Bounds, as KIND:WHAT=BOUND, units allowed (repeatable).", max_length=50),
+    ] = None,
+) -> Response:
+    """Quantiles of the results of a sample, and probabilities of exceeding bounds, with confidence intervals."""
+    return await s.reads.run(caller.id, lambda: _spreads(s, job, of, at, above))
+
+
+def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None, above: list[str] | None) -> Response:
+    there, plan = find_job(s, job), job_contents(s, job).plan
+    bounds: dict[str, list[str]] = {}
+    for text in above or ():
+        name, _, value = text.rpartition("=")
+        bounds.setdefault(name.strip(), []).append(value.strip())
+    names, chosen = list(of or [r.name for r in plan.reductions]), list(at or USUAL)
+    if problems := refused(plan.cases, plan.reductions, names, chosen, bounds):
+        raise SceneError(problems)
+    table, drawn = _table(s, job, [*names, *bounds])
+    told = spreads_of(plan.cases, plan.reductions, table, names, chosen, bounds)
+    spread = [x.document() | note_on_sample(x.note, drawn) for x in told]
+    return _json({"complete": there.done == there.cases, "spreads": spread, "drawn": drawn})
+
+
+@router.get("/{job}/answer", response_model=StudyAnswer, responses=error_responses(404, 409))
+async def get_job_answer(job: str, caller: Reader, s: ServerState) -> Response:
+    """Result of a study (``optimise``, ``refine``) or a ``fit``; ``complete`` when it is final."""
+    return await s.reads.run(caller.id, lambda: _answer(s, job))
+
+
+def _answer(s: Service, job: str) -> Response:
+    there, plan = find_job(s, job), job_contents(s, job).plan
+    if isinstance(plan, FitPlan):
+        made = fit_answer(s, job, plan, there.cases)
+        return _json({"complete": there.done == there.cases, "ended": there.state in ENDED, "answer": made})
+    follow = s.job_cache.follow(job, lambda: study_of_document(s.store.document(job)))
+    if follow is None:
+        raise Refusal(409, "the job has no answer, because it was submitted without optimise, refine or fit")
+    digest = job_contents(s, job).digest
+    with s.job_cache.following:
+        seen = None
+        while not follow.is_over and (seen := round_results(s.store, s.parts, job, digest, follow)) is not None:
+            follow.report(seen)
+        told = {"complete": follow.is_over, "ended": there.state in ENDED, "answer": follow.answer or None}
+    return _json(told)
+
+
+def _json(data: Any) -> Response:
+    return Response(text_of(data), media_type="application/json")
+
+
+def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:
+    """Outcomes and some results of a job's cases so far; with very many cases the sampled rows, and the sample's document."""
+    import pyarrow as pa
+
+    there, schema, whole = find_job(s, job), job_contents(s, job).schema, job_tally(s, job)
+    shown = pa.schema([schema.field(n) for n in dict.fromkeys(("case", "outcome", *names))])
+    if whole is not None:
+        return sampled_rows(whole, shown), sample_document(whole)
+    return pa.concat_tables([shown.empty_table(), *result_rows(s, job, shown, 0, there.cases)]), None

@@ -1,0 +1,223 @@
+"""/v1/jobs: submit a batch, list jobs, read one, cancel it, follow its events."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel
+from sse_starlette import EventSourceResponse, ServerSentEvent
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.service.api.documents.job_document import Attempt, JobDocument, JobList, State, attempt_document, job_document
+from trunnion.service.api.documents.job_request_examples import EXAMPLES
+from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses, header_schema
+from trunnion.service.api.job_data.job_access import find_job, find_own_job
+from trunnion.service.api.routes.tags_usage_audit import check_quota, forget
+from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.transport.api_keys_and_rates import Caller, Reader, ServerState, Submitter
+from trunnion.service.api.transport.request_bodies import body_schema, check_body
+from trunnion.service.executor.build_stage import read_stage
+from trunnion.service.executor.webhooks import is_allowed
+from trunnion.service.request_models.job_request import JobRequest, current_document
+from trunnion.service.store.job_and_chunk_records import Job
+from trunnion.service.store.table_definitions import ACTIVE, ENDED
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+POLL_SECONDS = 0.4
+MOST_STREAMS, STREAMS_OF_ONE = 500, 50
+PLACE = header_schema("Location", "The job.")
+REQUEST: dict[str, Any] = {"$ref": "#/components/schemas/JobRequest"}
+EVENT: dict[str, Any] = {
+    "type": "object",
+    "description": "One event; its data is a JSON text.",
+    "required": ["event", "data"],
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string"},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+}
+
+
+@router.post(
+    "",
+    status_code=202,
+    response_model=JobDocument,
+    responses={
+        200: {"model": JobDocument, "description": "The existing job that was submitted with this idempotency key.", **PLACE},
+        202: PLACE,
+        **error_responses(409, 413),
+    },
+    openapi_extra=body_schema(JobRequest, EXAMPLES),
+)
+async def submit_job(
+    request: Request,
+    caller: Submitter,
+    s: ServerState,
+    idempotency_key: Annotated[
+        str | None,
+        Header(max_length=255, min_length=1, description="A repeated request with the same key returns the existing job."),
+    ] = None,
+) -> Response:
+    """Submit a batch. The header ``Location`` is the address of the job."""
+    made = await check_body(s, request, caller, "plan_job")
+    job, new = await run_in_threadpool(keep, s, caller, made, idempotency_key)
+    return Json(job_document(job), 202 if new else 200, {"Location": f"/v1/jobs/{job.id}"})
+
+
+def keep(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
+    """Store a planned job: (job, whether it is new). Refusal (429, 503) when the key or the server has too many."""
+    states = s.store.states()
+    if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
+        raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
+    if made["notify"] and not is_allowed(made["notify"], s.settings.webhooks):
+        hint = (
+            f"an address below {' or '.join(s.settings.webhooks)}" if s.settings.webhooks else "start the server with --webhook URL"
+        )
+        raise SceneError([Problem("notify", "webhook address is not allowed", hint)])
+    check_quota(s, caller, made["cases"])
+    job, new = s.store.submit(caller.id, **made, key=key)
+    if new:
+        s.store.note(caller.id, "submitted", job.id, cases=job.cases, scene=job.scene)
+        s.dispatcher.wake()
+    return job, new
+
+
+@router.get("", response_model=JobList, responses=error_responses())
+def list_jobs(
+    caller: Reader,
+    s: ServerState,
+    state: Annotated[State | None, Query(description="Only jobs in this state.")] = None,
+    scene: Annotated[str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs of this scene.")] = None,
+    label: Annotated[str | None, Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs with this label.")] = None,
+    tag: Annotated[str | None, Query(max_length=50, pattern="^[^\\x00]*$", description="Only jobs with this tag.")] = None,
+    search: Annotated[
+        str | None,
+        Query(max_length=200, pattern="^[^\\x00]*$", description="Only jobs with this text in label, tags, scene or id."),
+    ] = None,
+    cursor: Annotated[str | None, Query(max_length=200, description="``next`` of the previous page.")] = None,
+    limit: Annotated[int, Query(ge=1, le=500)] = 50,
+) -> Response:
+    """List jobs, newest first, a page at a time."""
+    found, after = s.store.page(state, scene, label, tag, search, cursor, limit)
+    return Json({"jobs": [job_document(j) for j in found], "next": after})
+
+
+class JobFacts(BaseModel):
+    """Number of cases and columns of a planned job."""
+
+    cases: int
+    columns: list[str]
+
+
+@router.post("/check", response_model=JobFacts, responses=error_responses(413), openapi_extra=body_schema(JobRequest, EXAMPLES))
+async def check_job(request: Request, caller: Reader, s: ServerState) -> Response:
+    """Check a request: the planned job, or every problem. Nothing is submitted."""
+    return Response(await check_body(s, request, caller, "check_job"), media_type="application/json")
+
+
+@router.get("/{job}", response_model=JobDocument, responses=error_responses(404))
+def get_job(job: str, caller: Reader, s: ServerState) -> Response:
+    """Return a job: state, progress, rows by outcome, problems."""
+    there = find_job(s, job)
+    return Json(job_document(there, worker_stage(s, there)))
+
+
+def worker_stage(s: Service, job: Job | None) -> str:
+    """Stage that the first worker of a running job reports before the first rows."""
+    return read_stage(s.parts, job.id) if job is not None and job.state == "running" and not job.done else ""
+
+
+@router.delete(
+    "/{job}",
+    response_model=JobDocument,
+    responses={204: {"description": "The job is deleted."}, **error_responses(404, 409)},
+)
+def cancel_job(
+    job: str,
+    caller: Submitter,
+    s: ServerState,
+    purge: Annotated[bool, Query(description="Delete the ended job with its results.")] = False,
+) -> Response:
+    """Cancel a job of your own (role admin: any job). Computed rows are kept. An ended job does not change. With ``purge``, an
+    ended job is deleted."""
+    find_own_job(s, caller, job)
+    if purge:
+        forget(s, caller, job)
+        return Response(status_code=204)
+    after = s.store.cancel(job)
+    s.store.note(caller.id, "cancelled", job)
+    s.dispatcher.wake()
+    assert after is not None
+    return Json(job_document(after))
+
+
+@router.get("/{job}/request", responses={200: {"content": {"application/json": {"schema": REQUEST}}}, **error_responses(404)})
+def get_job_request(job: str, caller: Reader, s: ServerState) -> Response:
+    """Return the submitted request, with the scene itself in place of its name and changes. It can be submitted again."""
+    find_job(s, job)
+    return Json(current_document(s.store.document(job)))
+
+
+@router.get("/{job}/attempts", response_model=list[Attempt], responses=error_responses(404))
+def list_job_attempts(job: str, caller: Reader, s: ServerState) -> Response:
+    """List the last 5000 attempts to run chunks of the job: time, worker, result."""
+    find_job(s, job)
+    return Json([attempt_document(a) for a in s.store.attempts(job)[-5000:]])
+
+
+@router.get(
+    "/{job}/events",
+    response_class=EventSourceResponse,
+    responses={
+        200: {"description": "Server-sent events until the job has ended.", "content": {"text/event-stream": {"schema": EVENT}}},
+        **error_responses(404),
+    },
+)
+async def follow_job(
+    job: str,
+    request: Request,
+    caller: Reader,
+    s: ServerState,
+    last_event_id: Annotated[
+        str | None, Header(max_length=30, description="Id of the last event that the client received.")
+    ] = None,
+) -> Response:
+    """Follow a job: server-sent events ``submitted``, ``started``, ``progress`` (the job's document), ``chunk_retried``,
+    ``chunk_failed``, ``cancelling``, and one of ``done``, ``failed``, ``cancelled`` at the end."""
+    await run_in_threadpool(find_job, s, job)
+    if s.streams[caller.id] >= STREAMS_OF_ONE:
+        raise Refusal(429, f"you follow {STREAMS_OF_ONE} jobs already; poll instead", headers={"Retry-After": "10"})
+    if s.streams.total() >= MOST_STREAMS:
+        raise Refusal(503, "too many clients follow jobs; poll instead", headers={"Retry-After": "10"})
+    after = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
+    return EventSourceResponse(_followed(s, caller, job, min(after, 2**62)), ping=15)
+
+
+async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
+    """Events of the job as they occur, and the job's document after each change."""
+    s.streams[caller.id] += 1
+    sent = ""
+    try:
+        while True:
+            now = await run_in_threadpool(s.store.job, job)
+            fresh = await run_in_threadpool(s.store.events, job, after)
+            for e in fresh:
+                after = e.id
+                yield ServerSentEvent(json.dumps({"time": e.time, **e.data}), event=e.kind, id=str(e.id))
+            stage = await run_in_threadpool(worker_stage, s, now)
+            document = job_document(now, stage) if now else {}
+            progress = json.dumps({k: v for k, v in document.items() if k != "eta_seconds"})
+            if progress != sent:
+                sent = progress
+                yield ServerSentEvent(json.dumps(document), event="progress")
+            if not fresh and (now is None or now.state in ENDED):
+                return
+            await asyncio.sleep(POLL_SECONDS)
+    finally:
+        s.streams[caller.id] -= 1

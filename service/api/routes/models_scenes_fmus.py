@@ -1,0 +1,176 @@
+"""/v1/models, /v1/schema, /v1/scenes, /v1/fmus: bundled models, checks and views of scenes, FMU export."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from fastapi import Path as InPath
+from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel, Field
+from starlette.responses import HTMLResponse, Response
+
+from trunnion.basics.problems import Problem
+from trunnion.scene.file_format.json_schema import json_schema
+from trunnion.scene.library.model_folders import bundled_names, model_file
+from trunnion.scene.scene_loader import load_scene
+from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
+from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState, Submitter
+from trunnion.service.api.transport.request_bodies import body_media_type, body_schema, check_body, read_body, run_in_worker
+from trunnion.service.basics.json_text import text_of
+from trunnion.service.request_models.job_request import SceneSource
+from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest
+
+router = APIRouter(prefix="/v1", tags=["scenes"])
+YAML = """schema: 1
+gravity: [0, -9.81, 0]
+bodies:
+  arm: {box: [0.6 m, 40 mm, 40 mm], density: 7800, points: {pivot: [-300 mm, 0, 0]}}
+joints:
+  pivot: {type: revolute, axis: z, inboard: ground, outboard: arm.pivot}
+"""
+SCENES: Any = {
+    "name": {
+        "summary": "A bundled model with changed numbers",
+        "value": {"scene": "crank_slider", "overrides": {"gravity[3]": -1.62}},
+    },
+    "yaml": {"summary": "A scene as YAML text", "value": {"scene_text": YAML}},
+}
+FMUS: Any = {
+    "native": {"summary": "An FMU for the platform of the server", "value": {"scene": "crank_slider", "flavour": "native"}}
+}
+
+
+class ModelItem(BaseModel):
+    """A bundled model by name, with its title."""
+
+    name: str
+    title: str
+
+
+class ModelText(ModelItem):
+    """A bundled model with its scene as YAML text."""
+
+    text: str
+
+
+class ParameterItem(BaseModel):
+    """A number of a scene that can be varied."""
+
+    path: str
+    value: float
+    unit: str
+
+
+class ColumnItem(BaseModel):
+    """An output column of a scene."""
+
+    name: str
+    unit: str
+    description: str
+
+
+class SceneFacts(BaseModel):
+    """Parameters and columns of a valid scene."""
+
+    name: str
+    title: str
+    bodies: list[str]
+    joints: dict[str, str] = Field(description="Type by name.")
+    loops: int
+    until: float
+    parameters: list[ParameterItem]
+    columns: list[ColumnItem]
+    reductions: list[str] = Field(description="Default reductions of a job.")
+    notes: list[str] = Field(description="Unusual values, such as a start angle of 90 rad.")
+
+
+@router.get("/models", response_model=list[ModelItem], responses=error_responses())
+def list_models(caller: Reader) -> Response:
+    """List the bundled models."""
+    return Json([{"name": n, "title": _title(n)} for n in bundled_names()])
+
+
+@lru_cache(maxsize=256)
+def _title(name: str) -> str:
+    """Title of a bundled model, cached: it changes with the installation only."""
+    return load_scene(model_file(name)).title
+
+
+@router.get("/models/{name}", response_model=ModelText, responses=error_responses(404))
+def get_model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> Response:
+    """A bundled model's scene."""
+    if name not in bundled_names():
+        raise Refusal(404, "there is no such model")
+    file = model_file(name)
+    return Json({"name": name, "title": _title(name), "text": file.read_text(encoding="utf-8")})
+
+
+@router.get("/schema", responses={200: {"content": {"application/json": {"schema": {"type": "object"}}}}, **error_responses()})
+def get_scene_schema(caller: Reader) -> Response:
+    """The JSON Schema of scenes."""
+    return Response(_schema(), media_type="application/json")
+
+
+@lru_cache(maxsize=1)
+def _schema() -> bytes:
+    return text_of(json_schema())
+
+
+@router.post(
+    "/scenes/check", response_model=SceneFacts, responses=error_responses(413), openapi_extra=body_schema(SceneSource, SCENES)
+)
+async def check_scene(request: Request, caller: Reader, s: ServerState) -> Response:
+    """Check a scene: its parameters and columns, or every problem with its line (422)."""
+    return Response(await check_body(s, request, caller, "check_scene"), media_type="application/json")
+
+
+@router.post(
+    "/scenes/view",
+    response_class=HTMLResponse,
+    responses={
+        200: {"description": "A self-contained page.", "content": {"text/html": {"schema": {"type": "string"}}}},
+        **error_responses(413),
+    },
+    openapi_extra=body_schema(SceneSource, SCENES),
+)
+async def view_scene(
+    request: Request,
+    caller: Reader,
+    s: ServerState,
+    shown: Annotated[str, Query(max_length=200, pattern=r"^[\w=&.-]*$", description="Initial view, such as names=1&xray=1.")] = "",
+) -> Response:
+    """An interactive view of a scene's assembled start (bodies, pins, contact points, forces), or every problem (422)."""
+    body, limits = await read_body(request), s.settings.limits
+    given = (body, body_media_type(request), limits, shown)
+    return HTMLResponse(await run_in_worker(s.checks, caller, "draw_scene", *given, seconds=limits.check_seconds))
+
+
+@router.post(
+    "/fmus",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The FMU.",
+            "content": {"application/vnd.fmi.fmu": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **error_responses(413, 501),
+    },
+    openapi_extra=body_schema(FmuRequest, FMUS),
+)
+async def export_fmu(request: Request, caller: Submitter, s: ServerState) -> Response:
+    """Export a scene as an FMU and download it, within the server's ``answer_seconds`` and ``memory``."""
+    body, seconds = await read_body(request), s.settings.limits.answer_seconds
+    with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
+        file = Path(folder) / "model.fmu"
+        given = (body, body_media_type(request), s.settings.limits, str(file))
+        try:
+            name = await run_in_worker(s.exports, caller, "export_fmu", *given, seconds=seconds)
+        except ImportError as e:
+            hint = "pip install 'trunnion[fmu]' on the server"
+            raise Refusal(501, "FMU export is not installed", [Problem("fmu", str(e), hint)]) from e
+        data = await run_in_threadpool(file.read_bytes)
+    return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")

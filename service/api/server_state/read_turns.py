@@ -1,0 +1,46 @@
+"""Turns of requests that read stored rows. Few requests read at the same time, so that large reads do not delay small ones."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from typing import TypeVar
+
+from fastapi.concurrency import run_in_threadpool
+
+from trunnion.service.api.documents.problem_documents import Refusal
+from trunnion.service.request_workers.fair_queue import FairQueue, QueueFull
+
+READERS = 3
+"""Concurrent reads; one caller has at most one less."""
+T = TypeVar("T")
+
+
+class ReadTurns(FairQueue[int]):
+    """Turns of reading requests. Used in the event loop only."""
+
+    def __init__(self) -> None:
+        super().__init__(range(READERS))
+
+    async def run(self, who: str, work: Callable[[], T], begun: bool = False) -> T:
+        """Run work on a thread when it is the caller's turn. Refusal (429, 503) when too many wait. begun: the answer has started,
+        so the request is never refused."""
+        try:
+            slot = await self.take(who, begun)
+        except QueueFull as e:
+            raise Refusal(429 if e.own else 503, str(e), headers={"Retry-After": "5"}) from None
+        except asyncio.CancelledError:
+            if begun:
+                raise
+            raise Refusal(503, "the server is shutting down; try again", headers={"Retry-After": "10"}) from None
+        try:
+            return await run_in_threadpool(work)
+        finally:
+            self.release(who, slot)
+
+    async def stream(self, who: str, first: bytes, others: Iterator[bytes]) -> AsyncIterator[bytes]:
+        """An answer in pieces, each in its own turn: a slow client holds no turn."""
+        piece: bytes | None = first
+        while piece is not None:
+            yield piece
+            piece = await self.run(who, lambda: next(others, None), begun=True)

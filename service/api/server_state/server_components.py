@@ -1,0 +1,127 @@
+"""Components of a server, for request handlers: settings, store, cluster, dispatcher, parts, metrics."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+from fastapi import Request
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.service.api.documents.job_document import job_document
+from trunnion.service.api.server_state.answer_caches import AnswerLengths, JobCache, TallyCache
+from trunnion.service.api.server_state.read_turns import ReadTurns
+from trunnion.service.basics.prometheus_metrics import Metrics
+from trunnion.service.basics.server_settings import Settings
+from trunnion.service.executor.chunk_dispatcher import Dispatcher
+from trunnion.service.executor.dask_cluster import Cluster
+from trunnion.service.executor.job_retention import JobRetention
+from trunnion.service.executor.parquet_parts import Parts
+from trunnion.service.executor.webhooks import WebhookSender
+from trunnion.service.request_workers.worker_pool import WorkerPool
+from trunnion.service.store.database_connection import Unreachable
+from trunnion.service.store.leases_and_chunks import WorkStore
+
+CHECK_PROCESSES, EXPORT_PROCESSES = 2, 2
+"""Processes that check requests, and that export FMUs."""
+PROBE_SECONDS = 5.0
+"""A database that takes longer to answer is not ready."""
+
+
+@dataclass
+class Turns:
+    """Long requests of one kind: how many wait or run, and how many run. For the event loop only."""
+
+    there: int = 0
+    busy: int = 0
+
+
+class DatabaseProbe:
+    """Probes the database on its own thread, which no load of requests can block."""
+
+    def __init__(self, store: WorkStore):
+        self.store, self.pool = store, ThreadPoolExecutor(1, thread_name_prefix="pulse")
+
+    async def database(self) -> str:
+        """ "ok", or the problem."""
+        try:
+            await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pool, self.store.ping), PROBE_SECONDS)
+        except (Unreachable, TimeoutError):
+            return "unreachable"
+        return "ok"
+
+
+@dataclass
+class Service:
+    """Components of one server."""
+
+    settings: Settings
+    store: WorkStore
+    cluster: Cluster
+    parts: Parts
+    metrics: Metrics
+    dispatcher: Dispatcher
+    checks: WorkerPool
+    exports: WorkerPool
+    probe: DatabaseProbe
+    retention: JobRetention
+    webhook_sender: WebhookSender
+    replays: Turns = field(default_factory=Turns)
+    derivatives: Turns = field(default_factory=Turns)
+    streams: Counter[str] = field(default_factory=Counter)
+    job_cache: JobCache = field(default_factory=JobCache)
+    tallies: TallyCache = field(default_factory=TallyCache)
+    lengths: AnswerLengths = field(default_factory=AnswerLengths)
+    reads: ReadTurns = field(default_factory=ReadTurns)
+
+    def close(self) -> None:
+        """End all components; each ends before the components that it uses."""
+        self.checks.close()
+        self.exports.close()
+        self.retention.stop()
+        self.webhook_sender.stop()
+        self.dispatcher.stop()
+        self.cluster.close()
+        self.store.close()
+
+
+def make_data_folder(settings: Settings) -> None:
+    """Make the data folder; SceneError when it is not writable."""
+    try:
+        settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=settings.data):
+            pass
+    except OSError as e:
+        what = f"{settings.data} {write_error_text(e)}"
+        raise SceneError([Problem("--data", what, "choose another folder, such as --data ~/jobs")]) from e
+
+
+def write_error_text(e: OSError) -> str:
+    return f"cannot be written: {e.strerror or e}"
+
+
+def create_service(settings: Settings) -> Service:
+    """Create the components of a server and migrate the database. SceneError for wrong settings, Unreachable without a database."""
+    make_data_folder(settings)
+    store = WorkStore(settings.database_url)
+    store.upgrade()
+    parts, metrics = Parts(settings.results_url), Metrics()
+    if parts.local:
+        try:
+            parts.check()
+        except OSError as e:
+            raise SceneError([Problem("--results", f"{parts.root} {write_error_text(e)}", "choose another folder")]) from e
+    cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
+    dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
+    memory = settings.limits.memory
+    checks, exports = WorkerPool(CHECK_PROCESSES, memory), WorkerPool(EXPORT_PROCESSES, 2 * memory, lasting=False)
+    retention, sender = JobRetention(store, parts, settings), WebhookSender(store, settings, job_document)
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, DatabaseProbe(store), retention, sender)
+
+
+async def service(request: Request) -> Service:
+    """The components of the server of a request."""
+    return request.app.state.service  # type: ignore[no-any-return]

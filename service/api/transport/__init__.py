@@ -1,0 +1,1 @@
+"""Keys, limits and formats of all requests."""

@@ -1,0 +1,104 @@
+"""Requests that the cluster answers. They hold no thread, and are cancelled when the client disconnects."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+from fastapi import Request
+from fastapi.concurrency import run_in_threadpool
+
+from trunnion.service.api.documents.problem_documents import Refusal
+from trunnion.service.api.server_state.server_components import Service, Turns
+from trunnion.service.executor.dask_cluster import NoCluster
+
+MOST_WAITING = 32
+GONE = ("cancelled", "lost")
+LOOK_SECONDS = 0.25
+TURN_SECONDS = 0.05
+RESULT_SECONDS = 10
+
+
+@asynccontextmanager
+async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
+    """Wait for one of ``most`` concurrent turns. Refusal (503) when too many wait."""
+    if turns.there >= MOST_WAITING:
+        raise Refusal(503, "too many such requests wait; try again", headers={"Retry-After": "10"})
+    turns.there += 1
+    try:
+        while turns.busy >= most:
+            await asyncio.sleep(TURN_SECONDS)
+        turns.busy += 1
+        try:
+            yield
+        finally:
+            turns.busy -= 1
+    finally:
+        turns.there -= 1
+
+
+@dataclass(frozen=True)
+class ClusterCall:
+    """A function to call on the cluster. most: concurrent calls; priority: above 0 a call precedes the chunks of jobs, which have
+    0."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    turns: Turns
+    most: int
+    priority: int = 0
+
+
+async def call_cluster(s: Service, request: Request, seconds: float, call: ClusterCall) -> bytes:
+    """Result of a call. Refusal (503) when too many wait, or after ``seconds`` without a result."""
+    end = time.monotonic() + seconds
+    work = asyncio.create_task(_run_call(s, call))
+    try:
+        while not work.done():
+            await asyncio.wait({work}, timeout=LOOK_SECONDS)
+            if not work.done() and (time.monotonic() > end or await request.is_disconnected()):
+                raise Refusal(503, f"there was no answer within {seconds:g} s", headers={"Retry-After": "60"})
+        return work.result()
+    except asyncio.CancelledError:
+        raise Refusal(503, "the server is shutting down; try again", headers={"Retry-After": "10"}) from None
+    finally:
+        work.cancel()
+
+
+async def _run_call(s: Service, call: ClusterCall) -> bytes:
+    """Take a turn and call; cancelling this task cancels the call on the cluster."""
+    async with take_turn(call.turns, call.most):
+        future = await run_in_threadpool(lambda: s.cluster.submit(call.function, *call.arguments, priority=call.priority))
+        loop, over = asyncio.get_running_loop(), asyncio.Event()
+
+        def came(_: Any) -> None:
+            with suppress(RuntimeError):  # the loop is already closed when the server ends
+                loop.call_soon_threadsafe(over.set)
+
+        future.add_done_callback(came)
+        try:
+            while not over.is_set() and future.status not in GONE:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(over.wait(), LOOK_SECONDS)
+            return bytes(await run_in_threadpool(_result, future))
+        finally:
+            if not future.done():
+                loop.run_in_executor(None, future.cancel)
+
+
+def _result(future: Any) -> Any:
+    """Result of a future. Raises the function's own error, or NoCluster when the worker was lost."""
+    from distributed import KilledWorker
+
+    error = future.exception(timeout=RESULT_SECONDS) if future.status == "error" else None
+    if isinstance(error, KilledWorker):
+        raise NoCluster("the worker process ended repeatedly")
+    if error is not None:
+        raise error
+    if future.status != "finished":
+        raise NoCluster("the cluster was lost")
+    return future.result(timeout=RESULT_SECONDS)

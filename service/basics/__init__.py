@@ -1,0 +1,1 @@
+"""Settings, JSON and metrics, used by all folders of the service."""

@@ -1,0 +1,103 @@
+"""Settings of a server: storage, cluster, limits."""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of requests.
+
+    body: bytes of a request. bodies: bodies of a scene. cases: cases of a job. duration: simulated seconds. rows: output rows of a
+    case. output_bytes: size of a job's table. job_seconds: building and stepping of a job. cpu_limit, max_steps: processor seconds
+    and steps of a case. answer_seconds: work for an immediate answer (case run again, sensitivity, FMU). check_seconds: reading and
+    checking a request. memory: address space of a checking process, bytes; FMU export gets twice as much. waiting: queued or
+    running jobs. key_jobs, key_bytes, key_cases: active jobs, stored bytes and cases a day of a key. rate: requests of a key (or,
+    without keys, an address), such as "20/second"; "" for no limit."""
+
+    body: int = 2_000_000
+    bodies: int = 128
+    cases: int = 2_000_000
+    duration: float = 100_000.0
+    rows: int = 10_000_000
+    output_bytes: int = 4_000_000_000
+    job_seconds: float = 86_400.0
+    cpu_limit: float = 600.0
+    max_steps: float = 100_000_000.0
+    answer_seconds: float = 120.0
+    check_seconds: float = 10.0
+    memory: float = 4e9
+    waiting: int = 10_000
+    key_jobs: int = 1_000
+    key_bytes: float = 100e9
+    key_cases: float = 50e6
+    rate: str = ""
+
+
+@dataclass(frozen=True)
+class Certificates:
+    """PEM files for a TLS scheduler: the signing authority, this server's certificate, its key."""
+
+    authority: Path
+    certificate: Path
+    key: Path
+
+    def given(self) -> dict[str, str]:
+        """Arguments of ``distributed.security.Security``."""
+        return {"tls_ca_file": str(self.authority), "tls_client_cert": str(self.certificate), "tls_client_key": str(self.key)}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a server.
+
+    data: folder for database, results and scratch files by default. database: SQLAlchemy URL. results: fsspec URL. scheduler:
+    address of a Dask scheduler, "" for ``workers`` local processes. tls: certificates for the scheduler. chunk_seconds: longest
+    duration of a chunk. keep: seconds until ended jobs are deleted, 0 for never. webhooks: URL prefixes that jobs may notify.
+    webhook_secret: signs webhooks, "" for a generated secret."""
+
+    data: Path
+    host: str = "127.0.0.1"
+    port: int = 8765
+    database: str = ""
+    results: str = ""
+    scheduler: str = ""
+    workers: int = 0
+    tls: Certificates | None = None
+    require_keys: bool = False
+    limits: Limits = field(default_factory=Limits)
+    chunk_seconds: float = 2.0
+    attempts: int = 5
+    retry_delay: float = 2.0
+    lease: float = 6.0
+    keep: float = 0.0
+    webhooks: tuple[str, ...] = ()
+    webhook_secret: str = ""
+
+    @property
+    def database_url(self) -> str:
+        """SQLAlchemy URL of the database; by default an SQLite file in the data folder."""
+        return self.database or f"sqlite:///{(self.data / 'trunnion.db').absolute()}"
+
+    @property
+    def results_url(self) -> str:
+        """fsspec URL of the folder of parts."""
+        return self.results or str((self.data / "results").absolute())
+
+    @property
+    def open(self) -> bool:
+        """Whether requests need no key: only this machine can reach the server."""
+        return is_loopback(self.host) and not self.require_keys
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host name or address means this machine only."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

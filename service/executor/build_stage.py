@@ -1,0 +1,71 @@
+"""Stage of a job before its first rows (deriving, compiling, running) or of a fit, stored beside its parts."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from functools import lru_cache
+
+from trunnion.service.executor.parquet_parts import Parts
+
+DERIVING, COMPILING, RUNNING, FITTING = STAGES = ("deriving", "compiling", "running", "fitting")
+LOGS = ("trunnion.kernel", "trunnion.analysis.fits")
+Tell = Callable[[str], None]
+_TELL: ContextVar[Tell | None] = ContextVar("stage", default=None)
+
+
+class _Hears(logging.Filter):
+    """Reports the start of the compiler on any thread of a build, and the progress of a fit."""
+
+    def __init__(self, level: int):
+        super().__init__()
+        self.level = level
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Report the stage; the record is logged only at the original level."""
+        tell = _TELL.get()
+        if tell is not None and record.name == LOGS[1]:
+            tell(f"{FITTING}: {record.getMessage()}")
+        elif tell is not None and str(record.msg).startswith("compile"):
+            tell(COMPILING)
+        return record.levelno >= self.level
+
+
+@lru_cache(maxsize=1)
+def _listen() -> None:
+    """Attach the filters to the loggers of builds and fits in this process."""
+    for logger in map(logging.getLogger, LOGS):
+        logger.addFilter(_Hears(logger.getEffectiveLevel()))
+        logger.setLevel(logging.DEBUG)
+
+
+@contextmanager
+def report_stages(parts: Parts, job: str, wanted: bool) -> Iterator[Tell]:
+    """Store reported stages of the job within this block (wanted: else nothing is stored). Compilation and fits report themselves.
+    Failed writes are ignored."""
+    last = ""
+
+    def tell(stage: str) -> None:
+        nonlocal last
+        if wanted and stage != last:
+            last = stage
+            with suppress(OSError):
+                parts.write(parts.stage_file(job), stage.encode())
+
+    _listen()
+    token = _TELL.set(tell)
+    try:
+        yield tell
+    finally:
+        _TELL.reset(token)
+
+
+def read_stage(parts: Parts, job: str) -> str:
+    """Last reported stage; "" when unknown."""
+    try:
+        text = parts.read(parts.stage_file(job)).decode("utf-8", "replace")
+    except OSError:
+        return ""
+    return text[:300] if text.partition(":")[0] in STAGES else ""

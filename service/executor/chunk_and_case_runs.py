@@ -1,0 +1,213 @@
+"""Functions that run on Dask workers: a chunk of a job into a Parquet part, or one case again. Runners are cached between
+chunks."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trunnion.analysis.fits.batch_plan import FitPlan, FitRunner
+from trunnion.analysis.studies.case_rounds import ReportedCases
+from trunnion.basics.interrupts import watched
+from trunnion.batch.plan import Runner, Stopped
+from trunnion.service.basics.json_text import text_of
+from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
+from trunnion.service.executor.parquet_parts import Parts, outcomes
+from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_tallies import is_tallied, write_tally
+from trunnion.service.request_models.job_request import plan_of_document
+
+if TYPE_CHECKING:
+    from trunnion.simulation.results.result import Result
+
+CACHED_RUNNERS = 4
+MOST_EVENTS = 2000
+MARKER_SECONDS = 0.1
+"""Least time between two checks of the stop marker."""
+CHECK_SHARE = 0.05
+"""Largest share of the time spent on these checks; remote storage makes them rarer."""
+_local = threading.local()
+Values = Sequence[Sequence[float]] | None
+
+
+class OutOfTime(RuntimeError):
+    """The chunk used its whole time before the kernel was built."""
+
+
+class Cancelled(RuntimeError):
+    """The job was stopped."""
+
+
+def run_chunk(
+    url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
+) -> dict[str, Any]:
+    """Run the cases of a piece and write their part; returns the fields of ``Done``. url: location of parts and of the job's
+    document. seconds: limit of building and stepping; longest: limit of stepping. A chunk that exceeds a limit stops at once; its
+    part has the finished cases. An existing valid part is kept. values: parameter values of the cases of a study. pause: least
+    seconds between two checks of the stop marker."""
+    parts = Parts(url)
+    start, stop = piece.start, piece.stop
+    there = parts.part_outcomes(piece)
+    if there is not None:
+        return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _worker_name()}
+    runner = _cached_runner(parts, piece.job, piece.document)
+    built, stepped, began = runner.build_seconds, runner.seconds, time.thread_time()
+    watch = ChunkMonitor(parts, piece.job, seconds, longest, pause)
+    if values is not None and isinstance(runner.plan.cases.values, ReportedCases):
+        runner.plan.cases.values.report(start, values)
+    with watched(watch.check), report_stages(parts, piece.job, wanted=start == 0) as watch.tell:
+        watch.tell(DERIVING if runner.plan.kernel == "compiled" else RUNNING)
+        try:
+            table, reached = runner.chunk(start, stop, watch), stop
+        except Stopped as overran:
+            table, reached = _finished_prefix(overran.table, start)
+    size = _write_results(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
+    build = runner.build_seconds - built
+    spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
+    return {"counts": outcomes(table), "bytes": size, "worker": _worker_name(), "reached": reached, **spent}
+
+
+def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
+    """Write rows, tally and part of a piece; size in bytes."""
+    size = 0
+    if runner.plan.series is not None and runner.rows is not None:
+        kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
+        size = parts.write_rows(piece, kept)
+    if is_tallied(runner.plan):
+        size += write_tally(parts, piece, runner.plan, table)
+    return size + parts.write_part(piece, table)
+
+
+def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
+    """(rows of the finished cases before the first unfinished case, number of that case)."""
+    there = table["case"].to_numpy() == start + np.arange(len(table))
+    n = len(table) if there.all() else int(there.argmin())
+    return table.slice(0, n), start + n
+
+
+class ChunkMonitor:
+    """Called every few hundredths of a second during building and stepping. Ends an overdue chunk and keeps its finished cases;
+    raises when the job was stopped, or when building is overdue."""
+
+    def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf, pause: float = 0.0):
+        self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest
+        self.stepping = inf
+        self.tell: Tell = lambda stage: None
+        self.marker, self.looked = parts.marker(job), time.monotonic()
+        self.least = self.pause = max(MARKER_SECONDS, pause)
+
+    def __call__(self, done: int) -> bool:
+        now = time.monotonic()
+        if self.stepping > now:
+            self.stepping = now
+            self.tell(RUNNING)
+        self._check_stop_marker(now)
+        return now < self.end and now - self.stepping < self.longest
+
+    def check(self) -> None:
+        """Raise when the time is used up or the job was stopped."""
+        now = time.monotonic()
+        if now > self.end:
+            raise OutOfTime("the chunk used its whole time")
+        self._check_stop_marker(now)
+
+    def _check_stop_marker(self, now: float) -> None:
+        """Raise when the job was stopped."""
+        if now - self.looked > self.pause:
+            stopped = self.parts.exists(self.marker)
+            self.looked = time.monotonic()
+            self.pause = max(self.least, (self.looked - now) / CHECK_SHARE)
+            if stopped:
+                raise Cancelled("the job was stopped")
+
+
+class RequestMonitor:
+    """Raises when the client of the current task has disconnected."""
+
+    def __init__(self) -> None:
+        self.looked = time.monotonic()
+
+    def check(self) -> None:
+        from distributed import get_worker
+
+        now = time.monotonic()
+        if now - self.looked > MARKER_SECONDS:
+            self.looked = now
+            worker = get_worker()
+            task = worker.state.tasks.get(worker.get_current_task())
+            if task is None or task.state == "cancelled":
+                raise Cancelled("the client has disconnected")
+
+
+def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
+    """This thread's runner of a job; CorruptPart when the job's file has another digest."""
+    kept: OrderedDict[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", OrderedDict())
+    key = (parts.url, job, digest)
+    if key not in kept:
+        try:
+            data = parts.read(parts.job_file(job))
+        except FileNotFoundError:
+            data = b""
+        if digest_of(data) != digest:
+            raise CorruptPart("the job's document beside its parts is damaged")
+        plan = plan_of_document(json.loads(data))
+        kept[key] = FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
+    kept.move_to_end(key)
+    while len(kept) > CACHED_RUNNERS:
+        kept.popitem(last=False)
+    return kept[key]
+
+
+def drop_runners() -> None:
+    _local.__dict__.pop("runners", None)
+
+
+def run_trajectory(
+    url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str, changes: Mapping[str, float] | None = None
+) -> bytes:
+    """Run one case again. kind: ``table`` or ``certified`` (an Arrow stream, with errors), ``animation`` (a page), ``events``
+    (JSON). changes: parameter values of a case of a study."""
+    from trunnion.batch.sweep import trajectory
+    from trunnion.plots.animation.html_or_film import page
+    from trunnion.plots.mechanism_pictures.instant_picture import needed
+
+    with watched(RequestMonitor().check):
+        plan = _cached_runner(Parts(url), job, digest).plan
+        if kind == "animation":
+            return page(trajectory(plan, case, needed(plan.scene), changes)).encode()
+        if kind == "events":
+            return events_bytes(trajectory(plan, case, outputs, changes))
+        return arrow_bytes(trajectory(plan, case, outputs, changes, kind == "certified").to_arrow())
+
+
+def events_bytes(result: Result) -> bytes:
+    """Outcome and first events of a run as JSON."""
+    from trunnion.plots.style.captions import event_text
+
+    told = [{"time": e.time, "kind": e.kind, "joint": e.joint, "text": event_text(e)} for e in result.events[:MOST_EVENTS]]
+    o = result.outcome
+    end = {"name": o.name, "time": o.time if isfinite(o.time) else None, "joint": o.joint, "advice": o.advice}
+    return text_of({"events": told, "count": len(result.events), "outcome": end})
+
+
+def arrow_bytes(table: Any) -> bytes:
+    import pyarrow as pa
+
+    sink = pa.BufferOutputStream()
+    with pa.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    return bytes(sink.getvalue())
+
+
+def _worker_name() -> str:
+    return f"{socket.gethostname()}:{os.getpid()}"

@@ -1,0 +1,112 @@
+"""The Dask cluster of a server: local processes, or a scheduler by address. A lost cluster is connected again."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from trunnion.service.basics.server_settings import Certificates
+
+log = logging.getLogger("trunnion.service")
+CONNECT_SECONDS = 10
+RETRY_SECONDS = 1.0
+COUNT_SECONDS = 1.0
+UNWATCHED = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "5s",
+}
+"""Disables measurements for Dask's dashboard, which is not used: two thirds of an idle server's processor time."""
+
+
+OPEN = """connections to this scheduler are not encrypted; anyone who reaches it can run code on its workers: use a tls:// address
+(--scheduler-ca, --scheduler-cert, --scheduler-key), or isolate its network"""
+
+
+class NoCluster(RuntimeError):
+    """No cluster is available; a retry can succeed."""
+
+
+class Cluster:
+    """A connection to the cluster. Its futures are cancelled when the scheduler is lost."""
+
+    def __init__(self, address: str, workers: int, scratch: Path, tls: Certificates | None = None):
+        self.address, self.scratch, self.tls = address, scratch, tls
+        if address.startswith("tcp://"):
+            log.warning("%s: %s", address, OPEN)
+        self.wanted = workers or os.cpu_count() or 1
+        self.client: Any = None
+        self.local: Any = None
+        self.counted, self.counted_at = 0, -COUNT_SECONDS
+        self.lock = threading.Lock()
+        self.failed_at = 0.0
+
+    def connect(self) -> Any:
+        """The connected client; NoCluster when the cluster is out of reach."""
+        with self.lock:
+            if self.client is not None and self.client.status == "running":
+                return self.client
+            if self.client is not None and self.client.status == "connecting":
+                raise NoCluster("the scheduler is out of reach; reconnecting")
+            if time.monotonic() - self.failed_at < RETRY_SECONDS:
+                raise NoCluster("the cluster could not be reached a moment ago")
+            self._drop()
+            try:
+                self._make()
+            except Exception as e:
+                self.failed_at = time.monotonic()
+                self._drop()
+                raise NoCluster(f"{self.address or 'local cluster'}: {e}") from e
+            return self.client
+
+    def _make(self) -> None:
+        from dask import config
+        from distributed import Client
+        from distributed.security import Security
+
+        if not self.address:
+            from trunnion.service.executor.local_tls_cluster import local_cluster
+
+            config.set(UNWATCHED)
+            self.scratch.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self.local = local_cluster(self.wanted, str(self.scratch), logging.ERROR)
+        shown = {"security": Security(require_encryption=True, **self.tls.given())} if self.tls else {}
+        self.client = Client(self.local or self.address, timeout=CONNECT_SECONDS, set_as_default=False, **shown)
+        log.info("cluster: %s", self.client)
+
+    def _drop(self) -> None:
+        for thing in (self.client, self.local):
+            if thing is not None:
+                with suppress(Exception):
+                    thing.close(timeout=2)
+        self.client = self.local = None
+
+    def slots(self) -> int:
+        """Number of concurrent chunks (0 without workers); NoCluster when the cluster is out of reach."""
+        if time.monotonic() - self.counted_at > COUNT_SECONDS:
+            client = self.connect()
+            try:
+                self.counted = sum(client.nthreads(callback_timeout=CONNECT_SECONDS).values())
+            except Exception as e:
+                raise NoCluster(str(e)) from e
+            self.counted_at = time.monotonic()
+        return self.counted
+
+    def submit(self, function: Callable[..., Any], *arguments: Any, priority: int = 0) -> Any:
+        """Future of a call on the cluster; NoCluster when it is out of reach."""
+        client = self.connect()
+        try:
+            return client.submit(function, *arguments, pure=False, priority=priority)
+        except Exception as e:
+            raise NoCluster(str(e)) from e
+
+    def close(self) -> None:
+        """End the local cluster, or disconnect from the scheduler."""
+        with self.lock:
+            self._drop()

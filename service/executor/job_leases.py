@@ -1,0 +1,148 @@
+"""Jobs of this server: it leases them, renews the leases, takes over unleased jobs, and ends finished ones.
+
+This memory can be lost at any moment: chunks found ``running`` at a takeover are done when their part exists, else they run
+again."""
+
+from __future__ import annotations
+
+import queue
+import secrets
+import time
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+from trunnion.analysis.studies.case_rounds import StudyProgress
+from trunnion.service.basics.server_settings import Settings
+from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.chunk_size import COMMIT_SIZE
+from trunnion.service.executor.parquet_parts import Parts
+from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
+from trunnion.service.executor.study_rounds import round_results
+from trunnion.service.request_models.job_request import current_settings, study_of_document
+from trunnion.service.store.chunk_outcomes import Done, Lost
+from trunnion.service.store.job_and_chunk_records import Chunk, Job
+from trunnion.service.store.leases_and_chunks import WorkStore
+
+
+class LeasedJobs:
+    """Jobs leased by this server. name: the server's name in leases; returned: (job, first case, future) from the cluster, not
+    stored yet; claimed, renewed: monotonic times of the last claim and renewal, s."""
+
+    def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
+        self.store, self.parts, self.settings = store, parts, settings
+        self.name = secrets.token_hex(8)
+        self.jobs: dict[str, Active] = {}
+        self.returned: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
+        self.claimed = self.renewed = -1e9
+
+    def _renew(self) -> None:
+        """Renew the leases during long work. Newly claimed jobs wait for the next claim."""
+        if time.monotonic() - max(self.claimed, self.renewed) > self.settings.lease / 3:
+            self.store.claim(self.name, self.settings.lease)
+            self.renewed = time.monotonic()
+
+    def _claim(self) -> None:
+        """Renew leases, take over unleased jobs, drop lost and ended ones."""
+        held = {j.id: j for j in self.store.claim(self.name, self.settings.lease)}
+        self.claimed = time.monotonic()
+        for gone in self.jobs.keys() - held.keys():
+            self._forget(self.jobs[gone])
+        for job in held.values():
+            if job.id in self.jobs:
+                self.jobs[job.id].job = job
+            else:
+                self._take_over(job)
+
+    def _take_over(self, job: Job) -> None:
+        """Start a newly leased job, or resume it."""
+        document = self.store.document(job.id)
+        if job.state != "cancelling":
+            self.parts.write(self.parts.job_file(job.id), document_bytes(document))
+        spent = job.seconds + job.build_seconds
+        active = Active(job, planned=job.planned, spent=spent, document=digest_of(document_bytes(document)))
+        active.apart = active.warm = document.get("fit") is not None
+        active.cpu_limit = inf if active.apart else current_settings(document).get("cpu_limit") or self.settings.limits.cpu_limit
+        if job.done and job.seconds:
+            active.cost = job.seconds / job.done
+        study = study_of_document(document)
+        if study is not None and job.state != "cancelling":
+            active.follow = StudyProgress(study)
+        self.jobs[job.id] = active
+        self._settle_running(active)
+
+    def _settle_running(self, active: Active) -> None:
+        """Clear up chunks that are stored as running without a future here: those of an earlier server, and those of an
+        interrupted commit."""
+        left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
+        there = self.parts.names(active.job.id) if left else set()
+        for k in range(0, len(left), COMMIT_SIZE):
+            self._settle_chunks(active, left[k : k + COMMIT_SIZE], there)
+        self.store.begin(self.name, active.job.id)
+        active.sure = True
+        self._advance_study(active)
+
+    def _mark_uncertain(self) -> None:
+        """Note that a write was interrupted, so that the store may be ahead of this server's memory."""
+        for active in self.jobs.values():
+            active.sure = False
+
+    def _settle_chunks(self, active: Active, chunks: list[Chunk], there: set[str]) -> None:
+        """Chunks without a future are done if their part is among the file names ``there``; the others run again."""
+        done: dict[int, Done] = {}
+        for chunk in chunks:
+            self._renew()
+            piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
+            found = self.parts.part_outcomes(piece) if self.parts.part(piece).rpartition("/")[2] in there else None
+            if found is not None:
+                done[chunk.start] = Done(found[0], 0.0, 0.0, found[1])
+        gone = {c.start: Lost("its server was lost", 0.0, False) for c in chunks if c.start not in done}
+        self._renew()
+        self.store.record_outcomes(self.name, active.job.id, done, gone, self.settings.attempts)
+
+    def _forget(self, active: Active) -> None:
+        for _, future in active.flying.values():
+            future.cancel()
+        self.jobs.pop(active.job.id, None)
+
+    def _check_job(self, active: Active) -> None:
+        """End or cancel the job if it is time, and find lost futures."""
+        if active.job.state == "cancelling":
+            self._stop_job(active, "cancelled", [])
+            return
+        if not active.sure:
+            self._settle_running(active)
+        if time.monotonic() - active.looked < 1.0:
+            return
+        active.looked = time.monotonic()
+        for start, (_, future) in list(active.flying.items()):
+            if future.status in ("cancelled", "lost"):
+                self.returned.put((active.job.id, start, future))
+        self._end_if_over(active)
+
+    def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:
+        """End a job early; its workers see the stop marker."""
+        if active.flying:
+            self.parts.write(self.parts.marker(active.job.id), b"")
+        self.store.end(self.name, active.job.id, state, problems)
+        self._forget(active)
+
+    def _advance_study(self, active: Active) -> None:
+        """Report complete rounds to the study and request more cases. Requests depend only on the seed and the results, so a study
+        that is taken over continues unchanged."""
+        follow, asked = active.follow, -1
+        while follow is not None and not follow.is_over and asked != follow.requested:
+            asked = follow.requested
+            seen = round_results(self.store, self.parts, active.job.id, active.document, follow)
+            if seen is not None:
+                follow.report(seen)
+        if follow is not None and (follow.is_over or follow.requested > (active.job.asked or 0)):
+            self.store.ask(self.name, active.job.id, follow.requested, follow.is_over)
+            active.job = replace(active.job, asked=follow.requested, cases=follow.requested if follow.is_over else active.job.cases)
+            active.nothing_until = 0.0
+
+    def _end_if_over(self, active: Active) -> None:
+        if active.follow is not None and not active.flying:
+            self._advance_study(active)
+        if not active.flying and self.store.end_if_over(self.name, active.job.id) is not None:
+            self._forget(active)

@@ -1,0 +1,37 @@
+"""A local cluster without HTTP ports. Its TLS certificates are made at the start."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+from distributed import Nanny, Scheduler, SpecCluster, Worker
+from distributed.security import Security
+
+
+class QuietScheduler(Scheduler):
+    """A scheduler without its HTTP server."""
+
+    def start_http_server(self, *given: Any, **more: Any) -> None:
+        """Start none."""
+
+
+class QuietWorker(Worker):
+    """A worker without its HTTP server."""
+
+    def start_http_server(self, *given: Any, **more: Any) -> None:
+        """Start none."""
+
+
+def local_cluster(workers: int, scratch: str, silence: int) -> SpecCluster:
+    """Local worker processes with a scheduler in this process. Connections must present the certificate, which is made here and
+    held in memory."""
+    logging.getLogger("distributed").setLevel(silence)
+    security = Security.temporary()
+    common = {"host": "127.0.0.1", "protocol": "tls://", "security": security}
+    own = {"nthreads": 1, "worker_class": QuietWorker, "local_directory": scratch, "silence_logs": silence}
+    worker = {"cls": Nanny, "options": common | own}
+    scheduler = {"cls": QuietScheduler, "options": common | {"port": 0, "dashboard": False}}
+    return SpecCluster(
+        workers=dict.fromkeys(range(workers), worker), scheduler=scheduler, worker=worker, security=security, silence_logs=silence
+    )

@@ -1,0 +1,163 @@
+"""Parquet parts of jobs, in a folder or at an fsspec URL. A part is written whole or not at all, and never changes."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import fsspec
+from fsspec.implementations.local import LocalFileSystem
+
+from trunnion.basics.atomic_files import replacing
+from trunnion.service.executor.part_checksum import CorruptPart, Piece, part_bytes, read_part_bytes
+
+if TYPE_CHECKING:
+    import pyarrow
+
+
+class Parts:
+    """The parts of all jobs under one URL. OSError (or the file system's error) when writing fails."""
+
+    def __init__(self, url: str):
+        self.url = url
+        self.fs, self.root = fsspec.core.url_to_fs(url)
+        self.root = self.root.rstrip("/")
+        self.local = isinstance(self.fs, LocalFileSystem)
+
+    def part(self, piece: Piece) -> str:
+        """Path of a piece's part."""
+        return f"{self.root}/{piece.job}/part-{piece.start:09d}-{piece.stop:09d}.parquet"
+
+    def write(self, path: str, data: bytes) -> None:
+        """Write bytes to a path, whole or not at all."""
+        self.fs.makedirs(path.rpartition("/")[0], exist_ok=True)
+        if not self.local:
+            self.fs.pipe_file(path, data)  # object stores write whole objects only
+            return
+        with replacing(path, ".tmp") as work, work.open("wb") as f:
+            f.write(data)
+            f.flush()
+            os.fsync(f.fileno())
+
+    def write_part(self, piece: Piece, table: pyarrow.Table) -> int:
+        """Write the part of a piece; size in bytes."""
+        return self.write_table(self.part(piece), piece, table)
+
+    def write_table(self, path: str, piece: Piece, table: pyarrow.Table) -> int:
+        """Write a table of a piece to a path; size in bytes."""
+        data = part_bytes(table, piece)
+        self.write(path, data)
+        return len(data)
+
+    def tally(self, piece: Piece) -> str:
+        """Path of a piece's tally."""
+        return f"{self.root}/{piece.job}/tally-{piece.start:09d}-{piece.stop:09d}.parquet"
+
+    def all_tally(self, job: str) -> str:
+        """Path of the total tally of a job."""
+        return f"{self.root}/{job}/tally.parquet"
+
+    def rows_part(self, piece: Piece) -> str:
+        """Path of the stored rows of a piece."""
+        return f"{self.root}/{piece.job}/rows-{piece.start:09d}-{piece.stop:09d}.parquet"
+
+    def write_rows(self, piece: Piece, table: pyarrow.Table) -> int:
+        """Write the stored rows of a piece; size in bytes. They are written before the part: if the part exists, so do they."""
+        return self.write_table(self.rows_part(piece), piece.of_rows, table)
+
+    def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
+        """The stored rows of a piece. If they are missing or damaged, deletes the part, so that the cases are recomputed, and
+        raises CorruptPart."""
+        try:
+            return read_part_bytes(self.read(self.rows_part(piece)), piece.of_rows, columns)
+        except (CorruptPart, FileNotFoundError) as e:
+            with suppress(FileNotFoundError):
+                self.fs.rm_file(self.part(piece))
+            raise CorruptPart(f"its rows: {e}" if isinstance(e, CorruptPart) else "the file of its rows is missing") from None
+
+    def read_part(self, piece: Piece, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
+        """(table of a piece, size of its part in bytes). CorruptPart when it is missing, unreadable or damaged."""
+        try:
+            data = self.read(self.part(piece))
+        except FileNotFoundError:
+            raise CorruptPart("it is missing") from None
+        except OSError as e:
+            if not self.local:
+                raise  # more likely it is out of reach for now
+            raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
+        return read_part_bytes(data, piece, columns), len(data)
+
+    def part_outcomes(self, piece: Piece) -> tuple[dict[str, int], int] | None:
+        """(cases by outcome, size in bytes) of a piece's part; None without a valid part."""
+        try:
+            table, size = self.read_part(piece, ["outcome"])
+        except CorruptPart:
+            return None
+        beside = (self.rows_part(piece), self.tally(piece))
+        return outcomes(table), size + sum(int(self.fs.size(path)) for path in beside if self.exists(path))
+
+    def exists(self, path: str) -> bool:
+        """Whether a file exists now; no cache is used."""
+        self.fs.invalidate_cache()
+        return bool(self.fs.exists(path))
+
+    def names(self, job: str) -> set[str]:
+        """Names of a job's files now; no cache is used."""
+        self.fs.invalidate_cache()
+        try:
+            return {str(x).rpartition("/")[2] for x in self.fs.ls(f"{self.root}/{job}", detail=False)}
+        except FileNotFoundError:
+            return set()
+
+    def read(self, path: str) -> bytes:
+        data: Any = self.fs.cat_file(path)
+        return bytes(data)
+
+    def read_many(self, paths: list[str]) -> list[bytes | None]:
+        """Bytes of files, read concurrently where possible; None for unreadable ones."""
+        if len(paths) == 1:
+            try:
+                return [self.read(paths[0])]
+            except OSError:
+                return [None]
+        found: Any = self.fs.cat(paths, on_error="return")
+        return [bytes(data) if isinstance(data := found.get(path), bytes) else None for path in paths]
+
+    def folders(self) -> list[str]:
+        """Folders of jobs."""
+        try:
+            return [str(x).rstrip("/") for x in self.fs.ls(self.root, detail=False)]
+        except FileNotFoundError:
+            return []
+
+    def remove(self, job: str) -> None:
+        """Remove the files of a job."""
+        with suppress(FileNotFoundError):
+            self.fs.rm(f"{self.root}/{job}", recursive=True)
+
+    def check(self) -> None:
+        """Raise when nothing can be written."""
+        path = f"{self.root}/.check-{secrets.token_hex(6)}"
+        self.write(path, b"ok")
+        self.fs.rm_file(path)
+
+    def marker(self, job: str) -> str:
+        """Path of the stop marker of a job."""
+        return f"{self.root}/{job}/stopped"
+
+    def stage_file(self, job: str) -> str:
+        """Path of the file with the stage of a job."""
+        return f"{self.root}/{job}/stage"
+
+    def job_file(self, job: str) -> str:
+        """Path of the file with the job's document."""
+        return f"{self.root}/{job}/job.json"
+
+
+def outcomes(table: pyarrow.Table) -> dict[str, int]:
+    """Number of cases by outcome."""
+    import pyarrow.compute as pc
+
+    return {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}

@@ -1,0 +1,41 @@
+"""Function that runs on Dask workers for ``POST /v1/sensitivities``: a run with its derivatives, within a time limit."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from trunnion.basics.interrupts import watched
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.scene.scene_loader import scene_from_dict
+from trunnion.service.basics.json_text import text_of
+from trunnion.service.executor.chunk_and_case_runs import RequestMonitor
+
+
+def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
+    """Values and derivatives as JSON. asked: the scene as plain data, and the arguments of ``trunnion.sensitivity``. SceneError
+    when the work takes more than ``seconds``; Cancelled when the client has disconnected."""
+    from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+
+    scene = scene_from_dict(asked.pop("scene"))
+    check = _TimedMonitor(seconds).check
+    with watched(check):
+        return text_of(sensitivity(scene, **asked, tick=check).document())
+
+
+class _TimedMonitor(RequestMonitor):
+    """Raises when the time is used up or the client has disconnected; called in every step and while building."""
+
+    def __init__(self, seconds: float):
+        super().__init__()
+        self.seconds, self.end = seconds, time.monotonic() + seconds
+
+    def check(self) -> None:
+        if time.monotonic() > self.end:
+            raise SceneError([budget_problem(self.seconds)])
+        super().check()
+
+
+def budget_problem(seconds: float) -> Problem:
+    hint = "request a shorter run, larger rtol, fewer parameters or a larger budget; a second request is faster"
+    return Problem("budget", f"the time budget of {seconds:g} s is used up", hint)

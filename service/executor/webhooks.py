@@ -1,0 +1,106 @@
+"""A thread that sends webhooks when jobs end: signed, retried, only to allowed addresses."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import logging
+import secrets
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+
+from trunnion.service.basics.server_settings import Settings
+from trunnion.service.store.database_connection import Unreachable
+from trunnion.service.store.job_and_chunk_records import Job
+from trunnion.service.store.webhook_queue import Webhook, WebhookStore
+
+log = logging.getLogger("trunnion.service")
+ATTEMPTS, FIRST_DELAY = 10, 5.0
+"""Attempts, and seconds from the first to the second. Each pause is twice the one before: 85 min in all."""
+ANSWER_SECONDS = 10.0
+LOOK_SECONDS = 1.0
+SIGNATURE, IDENTITY = "Trunnion-Signature", "Trunnion-Delivery"
+
+
+def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
+    """Whether an address lies below one of the prefixes: same scheme, host and port, and a path below theirs."""
+    try:
+        asked = urlsplit(url)
+        port = asked.port
+        if asked.scheme not in ("http", "https") or asked.username is not None or ".." in asked.path or "\\" in url:
+            return False
+        for prefix in prefixes:
+            own = urlsplit(prefix)
+            same = (own.scheme, own.hostname, own.port) == (asked.scheme, asked.hostname, port)
+            if same and (own.path.rstrip("/") == asked.path.rstrip("/") or asked.path.startswith(own.path.rstrip("/") + "/")):
+                return True
+    except ValueError:
+        return False
+    return False
+
+
+def signing_secret(settings: Settings) -> bytes:
+    """The secret of the settings, else a generated one in the data folder."""
+    if settings.webhook_secret:
+        return settings.webhook_secret.encode()
+    file = Path(settings.data) / "webhook.secret"
+    if not file.exists():
+        file.touch(mode=0o600)
+        file.write_text(secrets.token_urlsafe(32))
+    return file.read_text().strip().encode()
+
+
+def signature(secret: bytes, body: bytes) -> str:
+    """HMAC-SHA256 of a body, as in the header."""
+    return "sha256=" + hmac.new(secret, body, hashlib.sha256).hexdigest()
+
+
+class WebhookSender:
+    """Sends due webhooks. document: describes a job to clients."""
+
+    def __init__(self, store: WebhookStore, settings: Settings, document: Callable[[Job], dict[str, Any]]):
+        self.store, self.settings, self.document = store, settings, document
+        self.stopping = threading.Event()
+        self.thread = threading.Thread(target=self._run, name="teller", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread, if any address is allowed."""
+        if self.settings.webhooks:
+            self.thread.start()
+
+    def stop(self) -> None:
+        """Stop the thread; the next server sends the rest."""
+        self.stopping.set()
+
+    def _run(self) -> None:
+        secret = signing_secret(self.settings)
+        with httpx.Client(timeout=ANSWER_SECONDS, follow_redirects=False, trust_env=False) as http:
+            while not self.stopping.is_set():
+                try:
+                    while not self.stopping.is_set() and (hook := self.store.next_webhook()) is not None:
+                        self.send(http, hook, secret)
+                except Unreachable as e:
+                    log.warning("webhooks: %s", e)
+                self.stopping.wait(LOOK_SECONDS)
+
+    def send(self, http: httpx.Client, hook: Webhook, secret: bytes) -> None:
+        """Send one webhook and store the result."""
+        body = json.dumps({"event": hook.kind, "delivery": hook.id, "job": self.document(hook.job)}).encode()
+        said = {"Content-Type": "application/json", SIGNATURE: signature(secret, body), IDENTITY: str(hook.id)}
+        try:
+            if not is_allowed(hook.url, self.settings.webhooks):
+                raise ValueError("webhook address is no longer allowed")
+            answer = http.post(hook.url, content=body, headers=said)
+            result = "told" if answer.is_success else f"status {answer.status_code}"
+        except (httpx.HTTPError, httpx.InvalidURL, ValueError) as e:
+            result = f"{type(e).__name__}: {e}"
+        delay = None if result == "told" or hook.attempts >= ATTEMPTS else FIRST_DELAY * 2.0 ** (hook.attempts - 1)
+        self.store.record_delivery(hook, result, delay)
+        if result != "told":
+            log.info("webhook of job %s: %s", hook.job.id, result)

@@ -1,0 +1,128 @@
+// Requests to the server, and small helpers for the page.
+
+export const $ = (id) => document.getElementById(id);
+export const ENDED = ["done", "failed", "cancelled"];
+const heard = new Set();
+
+// Listeners called with true or false after each request: whether the server answered.
+export const onAnswer = (tell) => heard.add(tell);
+
+class ProblemError extends Error {
+  constructor(document) {
+    super(document.detail || document.title);
+    this.problems = document.problems || [];
+    this.status = document.status;
+  }
+}
+
+export function make(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value !== false && value != null) node.setAttribute(name, value === true ? "" : value);
+  }
+  node.append(...children.filter((c) => c != null));
+  return node;
+}
+
+export const key = () => sessionStorage.getItem("key") || "";
+
+export function useKey(text) {
+  sessionStorage.setItem("key", text);
+  document.cookie = `trunnion_key=${encodeURIComponent(text)}; path=/; SameSite=Strict`; // for downloads, events and pictures
+}
+
+async function sent(method, path, body, signal, more) {
+  const headers = { ...(key() ? { Authorization: `Bearer ${key()}` } : {}), ...more };
+  if (body !== undefined) headers["Content-Type"] = "application/json";
+  let answer;
+  try {
+    answer = await fetch(path, { method, headers, signal, body: body === undefined ? undefined : JSON.stringify(body) });
+  } catch (e) {
+    if (e.name === "AbortError") throw e;
+    heard.forEach((tell) => tell(false));
+    throw new ProblemError({ title: "the server does not answer", status: 0 });
+  }
+  heard.forEach((tell) => tell(true));
+  if (answer.ok) return answer;
+  const problem = await answer.json().catch(() => ({ title: `status ${answer.status}`, status: answer.status }));
+  if (answer.status === 401 && $("keyform")) {
+    $("keyform").hidden = false;
+    if ($("locked") && !document.body.dataset.locked) {
+      document.body.dataset.locked = "true";
+      $("locked").hidden = false;
+      $("key").focus();
+    }
+    if (!key()) problem.detail = "an API key is required";
+  }
+  throw new ProblemError(problem);
+}
+
+export async function ask(method, path, body, signal, more) {
+  const answer = await sent(method, path, body, signal, more);
+  return answer.status === 204 ? null : answer.json();
+}
+
+export const askText = async (method, path, body, signal) => (await sent(method, path, body, signal)).text();
+
+// Debounce: work starts after a pause; a new call aborts the present one.
+export function later(work, wait = 300) {
+  let timer = 0, running = null;
+  return (...given) => {
+    clearTimeout(timer);
+    timer = setTimeout(() => {
+      running?.abort();
+      running = new AbortController();
+      work(running.signal, ...given).catch(wrong);
+    }, wait);
+  };
+}
+
+export function notice(text) {
+  const box = $("notice");
+  box.hidden = !text;
+  box.replaceChildren(...(text ? [text, " ", make("button", { type: "button", "aria-label": "dismiss", onclick: () => notice("") }, "×")] : []));
+}
+
+// Show an unhandled error at the top; the banner reports a lost server.
+export function wrong(e) {
+  if (e.name !== "AbortError" && e.status !== 0) notice(e.problems?.length ? e.problems.map((p) => `${p.where}: ${p.what}`).join("; ") : e.message);
+}
+
+export function problemItem(p, jump) {
+  const line = p.line && jump ? make("button", { type: "button", onclick: () => jump(p.line) }, `line ${p.line}`) : null;
+  return make("li", {}, line, make("b", {}, p.where), `: ${p.what} `, make("span", { class: "hint" }, p.hint ? `→ ${p.hint}` : ""));
+}
+
+// A list of problems, focusable so that the keyboard can scroll it.
+export const problemList = (problems, jump) => make("ul", { class: "problems", tabindex: "0", "aria-label": "problems" }, ...problems.map((p) => problemItem(p, jump)));
+
+// A path or column name with line breaks allowed after dots.
+export const breaking = (text) => text.split(/(?<=[.:])(?!\d)/).flatMap((part, i) => (i ? [make("wbr"), part] : [part]));
+
+const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
+
+export const downloads = (path) => KINDS.map(([kind, name]) => make("a", { href: `${path}?format=${kind}`, download: true }, name));
+
+export function number(x) {
+  return x == null ? "–" : Math.abs(x) >= 1e5 || (x !== 0 && Math.abs(x) < 1e-3) ? x.toExponential(3) : String(+x.toPrecision(6));
+}
+
+export const many = (n) => n.toLocaleString("en");
+export const few = (n, one, more = `${one}s`) => `${many(n)} ${n === 1 ? one : more}`;
+
+// Options of a select; keeps the selected one if it remains.
+export function choices(select, options, first) {
+  const before = select.value;
+  select.replaceChildren(...options.map(([value, text, title]) => make("option", { value, title }, text ?? value)));
+  const values = options.map((o) => o[0]);
+  select.value = values.includes(before) ? before : values.includes(first) ? first : values[0] ?? "";
+}
+
+// A short time: the hour today, else with the day; the title has the full time.
+export function dated(text) {
+  const at = new Date(text), now = new Date(), today = at.toDateString() === now.toDateString();
+  const day = { day: "numeric", month: "short", ...(at.getFullYear() === now.getFullYear() ? {} : { year: "numeric" }) };
+  const hour = at.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
+  return make("time", { datetime: text, title: at.toString() }, today ? `today ${hour}` : `${at.toLocaleDateString("en-GB", day)}, ${hour}`);
+}

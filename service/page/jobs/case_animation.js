@@ -1,0 +1,86 @@
+// Animation of a case in a frame beside its curves, at the time of the cursor.
+
+import { $, choices } from "../basics/requests_and_dom.js";
+
+let job = null, tell = () => {}, wide = false, ready = false, from = 0;
+
+export function begin(onTime) {
+  tell = onTime;
+  $("moving").addEventListener("change", load);
+  $("animate").addEventListener("click", () => { const frame = $("animation").contentWindow; if (frame?.play) frame.play($("animate").dataset.playing !== "true"); });
+  $("wide").addEventListener("click", () => spread(!wide));
+  document.addEventListener("keydown", (e) => { if (e.key === "Escape" && wide) spread(false); });
+  $("animation").addEventListener("load", loaded);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (e) => $("animation").contentWindow?.theme?.(e.matches));
+}
+
+export function clear() {
+  spread(false);
+  ready = false;
+  $("animation").removeAttribute("src");
+  for (const id of ["animation", "animationlink", "wide"]) $(id).hidden = true;
+  $("animate").disabled = true;
+  $("motionnote").hidden = false;
+  $("moving").replaceChildren();
+  job = null;
+}
+
+// Cases to animate; the first one is selected.
+export function offer(now, numbers) {
+  const before = job?.id === now.id ? $("moving").value : "";
+  job = now;
+  choices($("moving"), numbers.map((n) => [String(n), `case ${n}`]));
+  if (!numbers.length) { $("animation").hidden = true; $("motionnote").textContent = "No case is selected for the animation."; $("motionnote").hidden = false; $("animate").disabled = true; return; }
+  if ($("moving").value !== before) load();
+}
+
+function load() {
+  const address = `/v1/jobs/${job.id}/cases/${$("moving").value}/animation`;
+  ready = false;
+  $("motionnote").textContent = "Loading the motion …";
+  $("motionnote").hidden = false;
+  $("animation").src = `${address}?values=0&t=${from}`;
+  $("animationlink").href = address;
+  for (const id of ["animation", "animationlink", "wide"]) $(id).hidden = false;
+}
+
+function loaded() {
+  const inside = $("animation").contentDocument;
+  if (!$("animation").hasAttribute("src") || !inside?.getElementById("stage")) {
+    if ($("animation").hasAttribute("src")) refused(inside);
+    return;
+  }
+  ready = true;
+  $("motionnote").hidden = true;
+  $("animate").disabled = false;
+  inside.addEventListener("shown", (e) => {
+    const playing = String(e.detail.playing);
+    if ($("animate").dataset.playing !== playing) { $("animate").dataset.playing = playing; $("animate").textContent = e.detail.playing ? "Pause" : "Play"; }
+    if (Math.abs(e.detail.t - from) > 1e-12) { from = e.detail.t; tell(from); }
+  });
+  inside.addEventListener("keydown", (e) => { if (e.key === "Escape" && wide) { spread(false); $("wide").focus(); } });
+  $("animate").dataset.playing = "false";
+  $("animate").textContent = "Play";
+  $("animation").contentWindow.seek(from);
+}
+
+// The server answered with an error: show it.
+function refused(inside) {
+  $("animation").hidden = true;
+  let why = "";
+  try { const told = JSON.parse(inside.body.textContent); why = told.problems?.[0]?.what ?? told.detail; } catch { /* it says nothing */ }
+  $("motionnote").textContent = `This case cannot be animated${why ? `: ${why}` : " now"}.`;
+}
+
+export function seek(t) {
+  from = t;
+  if (ready) $("animation").contentWindow.seek(t);
+}
+
+function spread(on) {
+  wide = on;
+  $("motion").classList.toggle("wide", on);
+  document.body.classList.toggle("covered", on);
+  $("wide").textContent = on ? "Back to the page" : "Fill the window";
+  if (ready) $("animation").contentWindow.numbers?.(on && innerWidth > 900);
+}

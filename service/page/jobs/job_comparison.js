@@ -1,0 +1,100 @@
+// Comparison of jobs: differences of their requests, and a result of each over the same number.
+
+import { $, ask, breaking, choices, few, make, many, number, wrong } from "../basics/requests_and_dom.js";
+import * as charts from "../plots/plotly.js";
+import * as outcomes from "../basics/outcome_colours.js";
+import { Table, middles } from "../basics/result_rows.js";
+import { learn, title, unit, words } from "../basics/axis_labels.js";
+
+const MOST = 6, MOST_DIFFERENCES = 60, ASKED = ["vary", "sample", "cases", "optimise", "refine", "until", "every", "rtol", "method", "kernel", "cpu_limit"];
+let tables = [], requests = [], turn = 0;
+
+export function begin() {
+  for (const id of ["compareup", "compareacross"]) $(id).addEventListener("change", () => drawn().catch(wrong));
+  charts.onScheme(() => { if (tables.length) { listed(); return drawn(); } return null; });
+}
+
+export async function enter(query) {
+  const mine = ++turn, ids = (query.get("jobs") ?? "").split(",").filter((x) => /^[0-9a-z]{24}$/.test(x)).slice(0, MOST);
+  tables = [];
+  for (const id of ["compared", "differences", "comparetable"].map((x) => $(x))) (id.tBodies?.[0] ?? id).replaceChildren();
+  $("comparenote").textContent = "";
+  if (ids.length < 2) { $("comparenote").textContent = "Choose at least two jobs in the list."; return leave; }
+  try {
+    await learn();
+    const jobs = await Promise.all(ids.map((id) => ask("GET", `/v1/jobs/${id}`)));
+    requests = await Promise.all(ids.map((id) => ask("GET", `/v1/jobs/${id}/request`)));
+    const made = jobs.map((j) => new Table(j));
+    await Promise.all(made.map((t) => t.fetch()));
+    if (mine !== turn) return leave;
+    tables = made;
+    listed();
+    differences();
+    const names = (of) => of(tables[0]).filter((c) => tables.every((t) => t.column(c.name)));
+    choices($("compareup"), names((t) => t.results).map((c) => [c.name, c.name, words(c)]));
+    choices($("compareacross"), [...names((t) => t.paths), tables[0].column("case")].map((c) => [c.name, c.name, words(c)]));
+    await drawn();
+  } catch (e) {
+    $("comparenote").textContent = e.message;
+  }
+  return leave;
+}
+
+const leave = () => { turn++; tables = []; charts.clear($("compareplot")); };
+const look = (i) => ({ color: outcomes.color(i), shape: outcomes.shape(i) });
+const named = (t) => t.job.label || t.job.scene;
+const several = () => new Set(tables.map(named)).size < tables.length;
+const called = (t) => (several() ? `${named(t)} (${t.job.id.slice(0, 4)})` : named(t));
+
+function listed() {
+  $("compared").replaceChildren(...tables.map((t, i) => make("li", {}, outcomes.mark(look(i)), " ", make("a", { href: `/jobs/${t.job.id}`, "data-route": true }, called(t)),` · ${few(t.job.cases, "case")}, ${t.job.state}: `, Object.entries(t.job.outcomes).map(([o, n]) => `${many(n)} ${outcomes.said(o)}`).join(", "))));
+}
+
+// Fields of the requests that differ, by path.
+function differences() {
+  const flat = requests.map((r) => {
+    const out = new Map();
+    const walk = (value, path) => {
+      if (value && typeof value === "object" && !(Array.isArray(value) && value.every((v) => typeof v !== "object"))) for (const [k, v] of Object.entries(value)) walk(v, path ? `${path}.${k}` : k);
+      else if (value != null) out.set(path, Array.isArray(value) ? value.join(", ") : typeof value === "number" ? number(value) : String(value));
+    };
+    walk(r.scene, "");
+    for (const key of ASKED) walk(r[key], key);
+    return out;
+  });
+  const paths = [...new Set(flat.flatMap((f) => [...f.keys()]))].filter((p) => new Set(flat.map((f) => f.get(p))).size > 1);
+  const rows = paths.slice(0, MOST_DIFFERENCES).map((p) => [p, ...flat.map((f) => f.get(p) ?? "–")]);
+  if (paths.length > rows.length) rows.push([`and ${paths.length - rows.length} more`, ...flat.map(() => "")]);
+  fill($("differences"), ["", ...tables.map(called)], rows.length ? rows : [["none: the requests are equal", ...flat.map(() => "")]]);
+}
+
+async function drawn() {
+  const mine = turn, up = $("compareup").value, across = $("compareacross").value;
+  if (!up || !across) { $("comparenote").textContent = "These jobs have no result and number in common."; return; }
+  const found = await Promise.all(tables.map((t) => (t.job.done ? t.bins(across, "", up, { nx: 60 }) : null)));
+  if (mine !== turn) return;
+  const c = tables[0].column(up), x = tables[0].column(across);
+  const traces = found.map((got, i) => {
+    const k = got ? got.cells.mean.map((_, j) => j).filter((j) => got.cells.mean[j] != null) : [], at = got ? middles(got.x) : [], cell = got?.cells;
+    const spread = k.some((j) => cell.known[j] > 1), { color, shape } = look(i);
+    return {
+      type: "scatter", mode: "markers", name: called(tables[i]), x: k.map((j) => at[cell.x[j]]), y: k.map((j) => cell.mean[j]), marker: { color, symbol: shape, size: 8 },
+      ...(spread ? { error_y: { type: "data", symmetric: false, array: k.map((j) => cell.most[j] - cell.mean[j]), arrayminus: k.map((j) => cell.mean[j] - cell.least[j]), color, thickness: 1, width: 0 } } : {}),
+      text: k.map((j) => (cell.known[j] > 1 ? `mean of ${few(cell.known[j], "case")}: ${number(cell.mean[j])}, ${number(cell.least[j])} to ${number(cell.most[j])}` : `case ${cell.first[j]}: ${number(cell.mean[j])}`)), hovertemplate: "%{x}<br>%{text}<extra>%{fullData.name}</extra>",
+    };
+  });
+  const spread = traces.some((t) => t.error_y);
+  await charts.draw($("compareplot"), traces, { ...charts.legend, xaxis: charts.axis(title(x)), yaxis: charts.axis(title(c)) }, `${words(c)} against ${words(x)} of ${tables.length} jobs`);
+  $("comparenote").textContent = spread ? "Marks are means over several cases with the same number; lines go to the smallest and the largest value." : "";
+  const rows = tables.map((t, i) => {
+    const cell = found[i]?.cells, known = cell ? cell.mean.map((m, j) => [m, cell.known[j], cell.least[j], cell.most[j]]).filter(([m]) => m != null) : [];
+    const n = known.reduce((s, r) => s + r[1], 0), u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)}\u00a0${u}`.trim() : "–");
+    return [called(t), many(n), put(Math.min(...known.map((r) => r[2]))), n ? put(known.reduce((s, r) => s + r[0] * r[1], 0) / n) : "–", put(Math.max(...known.map((r) => r[3])))];
+  });
+  fill($("comparetable"), ["", "cases with it", "least", "mean", "largest"], rows);
+}
+
+function fill(table, heads, rows) {
+  table.tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make(x ? "th" : "td", x ? { scope: "col" } : {}, ...breaking(x)))));
+  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((v) => make("td", {}, v)))));
+}

@@ -1,0 +1,134 @@
+// Fields of a request: varied numbers and the rest; conversion from and to the form.
+
+import { $, make } from "../basics/requests_and_dom.js";
+
+const SEP = ", ";
+export const way = () => document.querySelector("input[name=way]:checked").value;
+const study = () => way() === "optimise" || way() === "refine";
+
+export function clear() {
+  $("axes").replaceChildren();
+  for (const id of ["reductions", "until", "label", "goalof", "target", "within"]) $(id).value = "";
+}
+
+// Default result of a study: the first one of the scene.
+export function proposed(facts) {
+  if (study() && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
+}
+
+export function switched(facts) {
+  $("sampling").hidden = way() !== "sample";
+  $("study").hidden = !study();
+  $("goallabel").hidden = $("withinlabel").hidden = way() !== "optimise";
+  $("targetlabel").hidden = way() !== "optimise" || $("goal").value !== "reach";
+  proposed(facts);
+  for (const input of document.querySelectorAll(".values")) {
+    const parts = input.value.split(":");
+    if (way() !== "vary" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
+    if (way() === "vary" && parts.length === 2) input.value += ":11";
+    input.placeholder = forms();
+  }
+}
+
+const forms = () => (study() ? "low:high" : way() === "sample" ? "low:high, or normal(mean, deviation), triangular(low, mode, high), …" : "first:last:count, or a, b, c");
+
+// A row: number, values, present value, problem.
+export function axis(path, values, suggested, changed) {
+  const id = `axis${Math.random().toString(36).slice(2)}`;
+  const input = make("input", { class: "path", list: "paths", value: path, "aria-label": "number of the scene", "aria-describedby": id, autocomplete: "off", spellcheck: "false" });
+  const range = make("input", { class: "values", value: values, "aria-label": "its values", "aria-describedby": id, placeholder: forms(), autocomplete: "off" });
+  const row = make("div", { class: "axis", role: "group" });
+  const remove = make("button", { type: "button", "aria-label": `do not vary ${path || "this number"}`, onclick: () => { row.remove(); $("addaxis").focus(); changed(); } }, "×");
+  row.append(input, range, remove, make("p", { class: "now", id }));
+  input.addEventListener("change", () => { if (!range.value) range.value = suggested(input.value).values; hints(suggested); changed(); });
+  $("axes").append(row);
+  return input;
+}
+
+export function hints(suggested) {
+  for (const row of $("axes").children) {
+    const note = row.querySelector(".now"), path = row.querySelector(".path").value.trim();
+    note.dataset.now = suggested(path).now;
+    row.querySelector("button").setAttribute("aria-label", `do not vary ${path || "this number"}`);
+    if (!note.classList.contains("bad")) note.textContent = note.dataset.now;
+  }
+}
+
+const told = (p) => (p.hint ? `${p.what}: ${p.hint}` : p.what);
+const PLACES = { reductions: "reductions", until: "until", label: "label", "sample.count": "samplecount", "sample.seed": "seed", "optimise.cases": "most", "refine.cases": "most", reach: "target" };
+const OF_WAYS = ["samplecount", "seed", "most", "target", "goalof", "within"];
+
+// The field of a problem; the goal and the constraints of a study are reductions, too.
+function place(p) {
+  if (p.where.startsWith("within")) return "within";
+  const named = study() && p.where === "reductions" ? ["goalof", "within"].find((id) => p.what.includes(`'${$(id).value.split("=")[0].trim()}'`)) : null;
+  return named ?? (p.where === "cases" && study() ? "most" : PLACES[p.where]);
+}
+
+// Show problems at their rows and fields.
+export function tell(problems) {
+  for (const row of $("axes").children) {
+    const path = row.querySelector(".path").value.trim(), note = row.querySelector(".now");
+    const mine = problems.filter((p) => path && p.where.split(/[.]/).slice(1).join(".").replace(/^(ranges|bounds)[.]/, "") === path);
+    note.classList.toggle("bad", mine.length > 0);
+    note.textContent = mine.length ? mine.map(told).join("; ") : (note.dataset.now ?? "");
+    for (const input of row.querySelectorAll("input")) input.setAttribute("aria-invalid", String(mine.length > 0));
+  }
+  for (const id of new Set([...Object.values(PLACES), ...OF_WAYS])) $(id).setAttribute("aria-invalid", String(problems.some((p) => place(p) === id)));
+  $("waynote").textContent = problems.filter((p) => OF_WAYS.includes(place(p))).map(told).join("; ");
+}
+
+const named = () => [...$("axes").children].map((row) => [row.querySelector(".path").value.trim(), row.querySelector(".values").value.trim()]).filter(([p]) => p);
+const ends = (text) => { const parts = text.split(":").slice(0, 2).map((x) => x.trim()); return parts.length < 2 ? [...parts, ""] : parts; };
+
+export function request() {
+  const rows = named(), body = {
+    scene_text: $("scene").value, label: $("label").value,
+    reductions: $("reductions").value.split("\n").map((x) => x.trim()).filter(Boolean),
+  };
+  if ($("until").value) body.until = +$("until").value;
+  if (way() === "vary") body.vary = Object.fromEntries(rows.map(([p, v]) => [p, v.includes(":") ? v : v.split(",").map((x) => x.trim())]));
+  else if (study()) body[way()] = wanted(rows);
+  else {
+    const ranges = Object.fromEntries(rows.map(([p, v]) => [p, v.includes("(") ? v : ends(v)]));
+    body.sample = { ranges, count: +$("samplecount").value, seed: +$("seed").value, method: $("method").value };
+  }
+  return body;
+}
+
+// Request of a study.
+function wanted(rows) {
+  const asked = { bounds: Object.fromEntries(rows.map(([p, v]) => [p, ends(v)])), cases: +$("most").value };
+  const of = $("goalof").value.trim();
+  if (way() === "refine") return { ...asked, of };
+  asked[$("goal").value] = $("goal").value === "reach" ? [of, $("target").value.trim()] : of;
+  const kept = $("within").value.split(",").map((x) => x.trim()).filter(Boolean).map((x) => [x.slice(0, x.lastIndexOf("=")).trim(), ends(x.slice(x.lastIndexOf("=") + 1)).map((e) => e || null)]);
+  if (kept.length) asked.within = Object.fromEntries(kept);
+  return asked;
+}
+
+const spread = (v) => (Array.isArray(v) ? v.map((x) => x ?? "").join(":") : String(v));
+
+// Fill the form from a request (of a job or a draft); a list of cases becomes values of each number.
+export function put(body, suggested, changed) {
+  clear();
+  const is = ["sample", "optimise", "refine"].find((w) => body[w]) ?? "vary", study = body.optimise ?? body.refine;
+  document.querySelector(`input[name=way][value=${is}]`).checked = true;
+  if (body.sample) { $("samplecount").value = body.sample.count; $("seed").value = body.sample.seed ?? 0; $("method").value = body.sample.method ?? "latin"; }
+  if (study) {
+    const goal = ["minimise", "maximise", "reach"].find((g) => study[g] != null);
+    $("most").value = study.cases ?? 200;
+    if (goal) $("goal").value = goal;
+    $("goalof").value = goal === "reach" ? study.reach[0] : study[goal] ?? study.of ?? "";
+    $("target").value = goal === "reach" ? study.reach[1] : "";
+    $("within").value = Object.entries(study.within ?? {}).map(([n, e]) => `${n}=${spread(e)}`).join(SEP);
+  }
+  $("reductions").value = (body.reductions ?? []).join("\n");
+  $("until").value = body.until ?? "";
+  $("label").value = body.label ?? "";
+  const listed = {};
+  for (const one of body.cases ?? []) for (const [p, v] of Object.entries(one)) listed[p] = [...new Set([...(listed[p] ?? []), v])];
+  const rows = Object.entries(body.vary ?? body.over ?? body.sample?.ranges ?? study?.bounds ?? listed);
+  for (const [path, v] of rows) axis(path, is === "vary" && Array.isArray(v) ? v.join(SEP) : spread(v), suggested, changed);
+  switched(null);
+}

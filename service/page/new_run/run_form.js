@@ -1,0 +1,192 @@
+// New run: scene, varied numbers and reductions, checked while typing; submission.
+
+import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
+import * as asked from "./request_fields.js";
+import * as editor from "./scene_editor.js";
+import * as jobs from "../jobs/job_lists.js";
+import * as preview from "./mechanism_preview.js";
+import * as router from "../basics/router.js";
+import { onReturn } from "../basics/server_status.js";
+
+const DRAFT = "draft", BUSY = 3000;
+const FIRST = [".friction.mu", ".friction.", ".start."];
+let facts = null, models = null, ready = false, sendKey = "";
+
+export function begin() {
+  $("model").addEventListener("change", () => load().catch(wrong));
+  $("addaxis").addEventListener("click", () => { asked.axis("", "", suggested, changed).focus(); changed(); });
+  for (const input of [$("sweep"), $("reductions"), $("until"), $("label")]) input.addEventListener("input", changed);
+  for (const way of [...document.getElementsByName("way"), $("goal")]) way.addEventListener("change", () => { asked.switched(facts); changed(); });
+  $("sweep").addEventListener("submit", (e) => { e.preventDefault(); submit().catch(wrong); });
+  for (const id of ["reductions", "until", "label"]) $(id).addEventListener("keydown", (e) => { if (e.key === "Enter" && (id !== "reductions" || e.ctrlKey)) { e.preventDefault(); $("sweep").requestSubmit(); } });
+  onReturn(() => { if (router.here() === "compose") start().catch(wrong); });
+}
+
+// Open the view with the draft of this tab, a job's scene (?from=ID), or the first model.
+export async function enter(query) {
+  const from = query.get("from");
+  await start(from).catch(wrong);
+  if (from) router.remember({});
+  const timer = setInterval(() => { if (!document.hidden) jobs.recent().catch(() => {}); }, BUSY);
+  return () => clearInterval(timer);
+}
+
+async function start(from) {
+  jobs.recent().catch(wrong);
+  if (!models) {
+    models = await ask("GET", "/v1/models");
+    $("model").replaceChildren(...models.map((m) => make("option", { value: m.name }, m.title || m.name)), make("option", { value: "", hidden: true }, "a scene of your own"));
+    $("model").value = "spherical_pendulum";
+  }
+  if (from) { await take(from); return; }
+  if (ready) { await check(); return; }
+  const draft = JSON.parse(sessionStorage.getItem(DRAFT) || "null");
+  if (!draft) { await load(); return; }
+  $("model").value = draft.model;
+  editor.put(draft.scene);
+  asked.put(draft.body, suggested, changed);
+  ready = true;
+  await check();
+}
+
+async function load() {
+  const model = await ask("GET", `/v1/models/${$("model").value}`);
+  editor.put(model.text);
+  asked.clear();
+  ready = true;
+  await check();
+}
+
+// Fill the form from a job's request.
+async function take(id) {
+  const [body, scene] = await Promise.all([ask("GET", `/v1/jobs/${id}/request`), askText("GET", `/v1/jobs/${id}/scene`)]);
+  $("model").value = "";
+  editor.put(scene);
+  asked.put(body, suggested, changed);
+  ready = true;
+  await check();
+  notice("");
+}
+
+export const typed = () => { keep(); checkScene(); };
+
+function changed() { keep(); checkJob(); }
+
+// Store a draft, which survives a reload.
+function keep() {
+  try {
+    sessionStorage.setItem(DRAFT, JSON.stringify({ model: $("model").value, scene: editor.text(), body: asked.request() }));
+  } catch { /* storage is full: no draft */ }
+}
+
+function suggested(path) {
+  const found = facts?.parameters.find((p) => p.path === path);
+  if (!found) return { values: "", now: "" };
+  const [low, high] = found.value ? [found.value / 2, found.value * 1.5].sort((a, b) => a - b) : [0, 1];
+  const now = `now ${number(found.value)} ${found.unit === "1" ? "" : found.unit.replaceAll("*", "·")}`.trim();
+  return { values: `${+low.toPrecision(4)}:${+high.toPrecision(4)}` + (asked.way() === "vary" ? ":21" : ""), now };
+}
+
+const checkScene = later((signal) => check(signal));
+
+async function check(signal) {
+  const box = $("verdict");
+  try {
+    facts = await awaited(ask("POST", "/v1/scenes/check", { scene_text: editor.text() }, signal), signal, $("verdict"), $("jobverdict"));
+  } catch (e) {
+    if (e.name === "AbortError") throw e;
+    if (e.status === 0) return unanswered(GONE, $("verdict"), $("jobverdict"));
+    facts = null;
+    const problems = e.problems?.length ? e.problems : [{ where: "scene", what: e.message }];
+    editor.tell(problems);
+    box.className = "verdict bad";
+    box.replaceChildren(problemList(problems, editor.toLine));
+    $("facts").textContent = few(problems.length, "problem");
+    $("facts").className = "bad";
+    preview.stale([]);
+    $("submit").disabled = true;
+    $("count").textContent = "";
+    $("jobverdict").className = "verdict";
+    $("jobverdict").textContent = "Correct the problems of the scene first.";
+    return;
+  }
+  editor.tell([]);
+  box.className = facts.notes.length ? "verdict note" : "verdict good";
+  box.replaceChildren(facts.notes.length ? make("ul", {}, ...facts.notes.map((n) => make("li", {}, n))) : "No problems.");
+  $("facts").className = "";
+  $("facts").textContent = [few(facts.bodies.length, "body", "bodies"), few(Object.keys(facts.joints).length, "joint"), facts.loops ? few(facts.loops, "loop") : ""].filter(Boolean).join(" · ");
+  preview.draw(editor.text(), $("model").value);
+  $("paths").replaceChildren(...facts.parameters.map((p) => make("option", { value: p.path }, `${number(p.value)} ${p.unit === "1" ? "" : p.unit}`)));
+  $("results").replaceChildren(...["outcome", ...facts.reductions].map((r) => make("option", { value: r })));
+  if (!$("axes").children.length) {
+    const path = FIRST.map((f) => facts.parameters.find((p) => p.path.includes(f))).find(Boolean)?.path ?? facts.parameters[0].path;
+    asked.axis(path, suggested(path).values, suggested, changed);
+  }
+  asked.hints(suggested);
+  asked.proposed(facts);
+  if (!$("reductions").value) $("reductions").value = facts.reductions.slice(0, 8).join("\n");
+  if (!$("until").value) $("until").value = facts.until;
+  await checkRequest(signal);
+}
+
+// Remove results of an earlier text while the new one is not checked.
+const SLOW = 400, GONE = "Not checked: the server does not answer."; // ms
+
+function unanswered(why, ...boxes) {
+  for (const box of boxes) {
+    box.className = "verdict";
+    box.textContent = why;
+  }
+  $("count").textContent = "";
+}
+
+async function awaited(answer, signal, ...boxes) {
+  const slow = setTimeout(() => { if (!signal?.aborted) unanswered("Checking …", ...boxes); }, SLOW);
+  try { return await answer; } finally { clearTimeout(slow); }
+}
+
+const checkJob = later((signal) => (facts ? checkRequest(signal) : Promise.resolve()));
+
+async function checkRequest(signal) {
+  const box = $("jobverdict");
+  sendKey = crypto.getRandomValues(new Uint32Array(4)).join("-");
+  try {
+    const found = await awaited(ask("POST", "/v1/jobs/check", asked.request(), signal), signal, $("jobverdict"));
+    asked.tell([]);
+    box.className = "verdict good";
+    const cases = (["optimise", "refine"].includes(asked.way()) ? "at most " : "") + few(found.cases, "case");
+    box.textContent = cases;
+    $("count").textContent = cases;
+    $("count").className = "";
+    $("submit").disabled = false;
+  } catch (e) {
+    if (e.name === "AbortError") throw e;
+    if (e.status === 0) return unanswered(GONE, $("jobverdict"));
+    const problems = e.problems?.length ? e.problems : [{ where: "job", what: e.message }];
+    asked.tell(problems);
+    box.className = "verdict bad";
+    box.replaceChildren(problemList(problems));
+    $("count").textContent = `${few(problems.length, "problem")} below`;
+    $("count").className = "bad";
+    $("submit").disabled = true;
+  }
+}
+
+// The idempotency key changes with the form only, so that a repeated submission after a lost answer makes one job.
+async function submit() {
+  if (!facts || $("submit").disabled) return;
+  notice("");
+  $("submit").disabled = true;
+  $("submit").textContent = "Sending …";
+  try {
+    const body = asked.request();
+    if (facts.name === "scene" && !body.label) body.label = $("model").value; // the scene has no name
+    const job = await ask("POST", "/v1/jobs", body, undefined, { "Idempotency-Key": sendKey });
+    sendKey = crypto.getRandomValues(new Uint32Array(4)).join("-");
+    await router.go(`/jobs/${job.id}`);
+  } finally {
+    $("submit").textContent = "Run";
+    $("submit").disabled = false;
+  }
+}
+

@@ -1,0 +1,1 @@
+"""Request models with their limits."""

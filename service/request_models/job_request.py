@@ -1,0 +1,266 @@
+"""Request model of a job, its limits and its plan."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import replace
+from math import isfinite
+from typing import Annotated, Any
+
+from pydantic import Field, StringConstraints, WithJsonSchema, create_model
+
+from trunnion.analysis.studies.case_rounds import ReportedCases, Study
+from trunnion.analysis.studies.request import make_study, set_values
+from trunnion.basics.number_declarations import Bound
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.renamed_words import SETTINGS, deprecation_notes
+from trunnion.basics.setting_declarations import offered
+from trunnion.batch.plan import Plan, Run, plan
+from trunnion.scene.composition.deprecated_keys import replace_deprecated
+from trunnion.scene.composition.source_lines import copy_of
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.file_format.yaml_writer import scene_to_dict
+from trunnion.scene.library.model_folders import bundled_names, model_file
+from trunnion.scene.overrides import apply
+from trunnion.scene.scene_loader import load_scene, scene_from_dict, scene_from_text
+from trunnion.service.basics.server_settings import Limits
+from trunnion.service.request_models.fit_request import Fit, fit_of_document, fit_of_request
+from trunnion.service.request_models.limit_checks import (
+    budget_problems,
+    case_limit_problems,
+    kept_row_problems,
+    varied_limit_problems,
+)
+from trunnion.service.request_models.sample_and_study_fields import (
+    Number,
+    Optimise,
+    Path,
+    PlainText,
+    Refine,
+    RequestModel,
+    Sample,
+    Tag,
+    Text,
+    study_request,
+)
+from trunnion.simulation.settings.run_settings import settings_given, settings_read, told
+
+JOBS = "POST /v1/jobs"
+ONE_SOURCE = "give exactly one of vary, cases, sample, optimise, refine and fit"
+MOST_TEXT, MOST_VALUES = 250_000, 100_000
+"""Characters and values (keys included) of a scene: ten times those of the largest allowed scene."""
+
+
+def _values(data: Any) -> int:
+    """Number of keys and values in plain data."""
+    todo, n = [data], 0
+    while todo:
+        value = todo.pop()
+        n += 2 * len(value) if isinstance(value, dict) else len(value) if isinstance(value, list) else 0
+        todo += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return n
+
+
+class SceneSource(RequestModel):
+    """A scene: name of a bundled model, JSON (``scene``), or YAML text (``scene_text``)."""
+
+    scene: PlainText | dict[str, Any] | None = Field(None, description="Name of a bundled model, or a whole scene as JSON.")
+    scene_text: Annotated[str, StringConstraints(max_length=MOST_TEXT)] | None = Field(
+        None, description="A whole scene as YAML text."
+    )
+    overrides: dict[Path, Any] = Field(default_factory=dict, max_length=1000, description="Changes by dotted path.")
+
+
+def with_settings(who: str) -> Any:
+    """Model of a scene with the run settings that ``who`` offers. The schema has their bounds; the shared checks enforce them."""
+    fields: dict[str, Any] = {}
+    for s in offered(who):
+        kind = PlainText if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
+        fields[s.name] = (kind | None, Field(None, description=told(s, who)))
+    return create_model("WithSettings", __base__=SceneSource, **fields)
+
+
+def _schema(bound: Bound) -> dict[str, Any]:
+    """JSON Schema of a bounded number."""
+    least = {"exclusiveMinimum" if bound.open else "minimum": bound.least} if isfinite(bound.least) else {}
+    return {"type": "number"} | least | ({"maximum": bound.most} if isfinite(bound.most) else {})
+
+
+class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
+    """A batch: a scene, exactly one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``, and the
+    results to keep."""
+
+    vary: dict[Path, list[Number] | Number] | None = Field(
+        None,
+        max_length=100,
+        description='Grid: values by path, a list or "first:last:count"; every combination, the last path fastest.',
+    )
+    cases: list[dict[Path, Number]] | None = Field(None, min_length=1, description="List: each case's values by path.")
+    sample: Sample | None = None
+    optimise: Optimise | None = None
+    refine: Refine | None = None
+    fit: Fit | None = None
+    reductions: list[PlainText] = Field(
+        default_factory=list,
+        max_length=500,
+        description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, …, any); error:… of each.",
+    )
+    trajectories: list[PlainText] = Field(
+        default_factory=list,
+        max_length=100,
+        description="Columns, or patterns of columns, that are stored over time for every case.",
+    )
+    spacing: float | None = Field(None, gt=0, description="Spacing of the stored rows, s; default: all rows.")
+    certify: bool = Field(
+        False,
+        description="Whether to store the error of each reduction as `error:…`; `error.why` names the reason of a missing error.",
+    )
+    budget: float | None = Field(None, gt=0, description="Most computing time of the job, all workers together, s.")
+    label: PlainText = Field("", description="Label.")
+    notify: PlainText = Field(
+        "",
+        description="Address to which the server reports the end of the job; it must begin with a --webhook address of the server.",
+    )
+    tags: list[Tag] = Field(default_factory=list, max_length=20, description="Tags.")
+
+
+def scene_of(source: SceneSource, limits: Limits) -> Scene:
+    """The scene of a request; SceneError with every problem. No file is opened but those of bundled models."""
+    given = [x for x in (source.scene, source.scene_text) if x is not None]
+    if len(given) != 1:
+        what = "no scene is given" if not given else "two scenes are given"
+        raise SceneError([Problem("scene", what, "give scene (a model's name, or JSON) or scene_text (YAML)")])
+    if isinstance(source.scene, dict) and (n := _values(source.scene)) > MOST_VALUES:
+        raise SceneError([Problem("scene", f"it holds {n} values, more than {MOST_VALUES}", "remove unused values")])
+    if isinstance(source.scene, str):
+        if source.scene not in bundled_names():
+            hint = f"one of {', '.join(bundled_names())}; or give the scene itself"
+            raise SceneError([Problem("scene", f"there is no bundled model {source.scene!r}", hint)])
+        scene = load_scene(model_file(source.scene))
+    elif source.scene is not None:
+        scene = scene_from_dict(source.scene)
+    else:
+        scene = scene_from_text(source.scene_text or "", name="scene")
+    if source.overrides:
+        scene = apply(scene, source.overrides)
+    if len(scene.bodies) > limits.bodies:
+        raise SceneError(
+            [
+                Problem(
+                    "bodies",
+                    f"{len(scene.bodies)} bodies are more than the {limits.bodies} allowed",
+                    "ask the operator for a higher limit",
+                )
+            ]
+        )
+    return scene
+
+
+def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
+    """The plan; SceneError with every problem, those of limits included."""
+    scene = scene_of(request, limits)
+    asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
+    values, problems = settings_read(JOBS, asked)
+    problems += budget_problems(request.budget, limits)
+    if request.fit is not None:
+        return fit_of_request(scene, asked, values["rtol"], problems, limits)
+    most = {name: values[name] or getattr(limits, name) for name in ("cpu_limit", "max_steps")}
+    run = replace(Run(**values), **most)
+    problems += case_limit_problems(run, scene, limits)
+    try:
+        made = _planned(scene, asked, run, limits.cases)
+    except SceneError as e:
+        told = {p.where for p in problems}
+        raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
+    problems += varied_limit_problems(made, limits)
+    width = len(made.cases.paths) + len(made.reductions) + 6
+    if made.cases.count * width * 8 > limits.output_bytes:
+        what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
+        problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
+    problems += kept_row_problems(made, limits)
+    if problems:
+        raise SceneError(problems)
+    return made
+
+
+def study_of_document(document: dict[str, Any]) -> Study | None:
+    """The study of a stored document; None for a batch whose cases are all known."""
+    wanted = study_request(current_settings(document))
+    if wanted is None:
+        return None
+    document = current_document(document)
+    with deprecation_notes():
+        run = Run(**settings_given(JOBS, document))
+        return make_study(scene_from_dict(document["scene"]), wanted, document["reductions"], run)[0]
+
+
+def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
+    """The plan of a scene and the other fields of a request. A study reports the numbers of its cases later (``ReportedCases``)."""
+    if (wanted := study_request(asked)) is not None:
+        ways = [asked[n] for n in ("vary", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
+        wrong = [Problem("vary", "there is more than one source of cases", ONE_SOURCE)] if len(ways) > 1 else []
+        for name, what in (("trajectories", "rows"), ("certify", "errors")):
+            if asked.get(name):
+                wrong.append(Problem(name, f"{what} of a study's cases are not stored", "fetch single cases"))
+        if most is not None and wanted.cases > most:
+            wrong.append(
+                Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask the operator for a higher limit")
+            )
+        made, planned = make_study(scene, wanted, asked["reductions"], run, wrong)
+        return set_values(made, planned, ReportedCases())
+    sample = asked["sample"] or {}
+    return plan(
+        scene,
+        asked["vary"],
+        asked["cases"],
+        sample.get("ranges"),
+        count=sample.get("count", 0),
+        seed=sample.get("seed", 0),
+        sampling=sample.get("method", "latin"),
+        keep=asked["reductions"],
+        run=run,
+        trajectories=asked.get("trajectories") or (),
+        most=most,
+        **{n: asked[n] for n in ("spacing", "certify") if n in asked},
+    )
+
+
+def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
+    """The stored request: it contains the scene instead of its name and changes, and the limits of a case, so that its meaning is
+    fixed."""
+    asked = request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides", "notify"})
+    return asked | {"scene": scene_to_dict(made.scene), "cpu_limit": made.run.cpu_limit, "max_steps": made.run.max_steps}
+
+
+def current_document(document: dict[str, Any]) -> dict[str, Any]:
+    """A stored document in the current words; deprecated ones are not reported."""
+    with deprecation_notes():
+        scene = copy_of(document["scene"])
+        replace_deprecated(scene, {})
+    return current_settings(document) | {"scene": scene}
+
+
+def current_settings(document: dict[str, Any]) -> dict[str, Any]:
+    """A stored document with current names of settings; its scene is unchanged."""
+    return {SETTINGS.get(name, name): value for name, value in document.items()}
+
+
+def identity_of(request: JobRequest) -> str:
+    """Digest of a request. It uses deprecated names of fields, so that an idempotency key survives an update of the server."""
+    before = {new: old for old, new in SETTINGS.items()}
+    return digest({before.get(name, name): value for name, value in request.model_dump(mode="json").items()})
+
+
+def plan_of_document(document: dict[str, Any]) -> Plan:
+    """Plan of a stored document."""
+    document = current_document(document)
+    with deprecation_notes():
+        scene, values = scene_from_dict(document["scene"]), settings_given(JOBS, document)
+        if document.get("fit") is not None:
+            return fit_of_document(scene, document, values["rtol"])
+        return _planned(scene, document, Run(**values), None)
+
+
+def digest(value: Any) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True, ensure_ascii=True).encode()).hexdigest()

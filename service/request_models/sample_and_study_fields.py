@@ -1,0 +1,117 @@
+"""Field types of requests, and request models of samples and studies."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+
+from trunnion.analysis.studies.box_refinement import OUTCOME
+from trunnion.analysis.studies.evolution_strategy import GOALS
+from trunnion.analysis.studies.request import LEAST, MOST, MOST_REFINED, TOLERANCES, StudyRequest
+from trunnion.basics.renamed_words import SETTINGS, current
+
+Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
+PlainText = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
+Text = Annotated[str, StringConstraints(max_length=100)]
+Number = float | Text
+Tag = Annotated[str, StringConstraints(min_length=1, max_length=50, pattern=r"^[\w.:/+@-]+$")]
+DEEPEST = 60
+
+
+def _unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+class RequestModel(BaseModel):
+    """Base of all requests. Unknown fields are problems."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sound(cls, data: Any) -> Any:
+        """Refuse invalid Unicode and deep nesting; replace deprecated names of fields."""
+        todo = [(data, 0)]
+        while todo:
+            value, depth = todo.pop()
+            if depth > DEEPEST:
+                raise ValueError(f"it is nested more than {DEEPEST} deep")
+            if isinstance(value, str) and not _unicode(value):
+                raise ValueError("it holds half of a surrogate pair, which is invalid Unicode")
+            if isinstance(value, dict):
+                todo += [(k, depth + 1) for k in value]
+                value = list(value.values())
+            if isinstance(value, list):
+                todo += [(v, depth + 1) for v in value]
+        return current_fields(data, cls.model_fields) if isinstance(data, dict) else data
+
+
+def current_fields(data: dict[str, Any], known: Container[str]) -> dict[str, Any]:
+    """Fields of a request under current names; deprecated ones are reported. A request with both names is refused later."""
+    renamed = [k for k in data if k not in known and SETTINGS.get(k) in known and SETTINGS[k] not in data]
+    return {current("field", SETTINGS, k) if k in renamed else k: v for k, v in data.items()}
+
+
+class Sample(RequestModel):
+    """A sample of cases, reproducible by its seed."""
+
+    ranges: dict[Path, tuple[Number, Number] | Text] = Field(
+        max_length=100,
+        description='By path: lowest and highest value, or "normal(mean, deviation)", "lognormal(mean, deviation)", '
+        '"triangular(low, mode, high)".',
+    )
+    count: int = Field(ge=1, le=100_000_000, description="How many cases; with the method saltelli, how many points.")
+    seed: int = Field(0, ge=0, le=2**63 - 1)
+    method: Annotated[str, StringConstraints(pattern="^(latin|random|sobol|saltelli)$")] = Field(
+        "latin", description="saltelli: 2 × numbers + 2 cases for each point, for Sobol indices."
+    )
+
+
+Bounds = dict[Path, tuple[Number, Number]]
+
+
+class Optimise(RequestModel):
+    """Optimal parameters within bounds; exactly one of ``minimise``, ``maximise`` and ``reach``. The seed determines the cases."""
+
+    bounds: Bounds = Field(min_length=1, max_length=50, description="Lowest and highest value, by path.")
+    minimise: PlainText | None = Field(None, description="Reduction to minimise.")
+    maximise: PlainText | None = Field(None, description="Reduction to maximise.")
+    reach: tuple[PlainText, Number] | None = Field(None, description="Reduction and its target value.")
+    within: dict[PlainText, tuple[Number | None, Number | None]] = Field(
+        default_factory=dict, max_length=50, description="Reductions and their two limits; null: no limit."
+    )
+    cases: int = Field(600, ge=LEAST, le=MOST, description="Most cases.")
+    seed: int = Field(0, ge=0, le=2**62)
+    tolerance: float = Field(
+        1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Tolerance of the optimal numbers, relative to their ranges."
+    )
+
+
+class Refine(RequestModel):
+    """Refinement where outcomes change and a result jumps or bends."""
+
+    bounds: Bounds = Field(min_length=1, max_length=MOST_REFINED, description="Lowest and highest value, by path.")
+    of: PlainText = Field(
+        OUTCOME, description="A reduction whose jumps and bends are located, too; outcome: only changes of the outcome are located."
+    )
+    cases: int = Field(200, ge=LEAST, le=MOST, description="Most cases.")
+    tolerance: float = Field(
+        1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Width of a located change, relative to the ranges."
+    )
+
+
+def study_request(asked: Mapping[str, Any]) -> StudyRequest | None:
+    """The study of a request; None without one."""
+    if (best := asked.get("optimise")) is not None:
+        goals = {name: best[name] for name in GOALS if best.get(name) is not None}
+        rest = {name: best[name] for name in ("cases", "seed", "tolerance")}
+        return StudyRequest("optimise", best["bounds"], goals, best["within"], **rest)
+    if (where := asked.get("refine")) is not None:
+        return StudyRequest("refine", where["bounds"], of=where["of"], cases=where["cases"], tolerance=where["tolerance"])
+    return None

@@ -1,0 +1,80 @@
+"""A queue for a few slots that serves callers in turn."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter, OrderedDict, deque
+from collections.abc import Sequence
+from typing import Generic, TypeVar
+
+MOST_OF_CALLER, MOST = 64, 512
+"""Waiting requests of one caller, and of all."""
+
+
+Slot = TypeVar("Slot")
+
+
+class QueueFull(RuntimeError):
+    """Too many requests are waiting. own: whether these are the caller's own."""
+
+    def __init__(self, own: bool):
+        super().__init__("too many of your requests are waiting" if own else "too many requests wait")
+        self.own = own
+
+
+class FairQueue(Generic[Slot]):
+    """Slots and the requests that wait for one. Callers take turns, and no caller holds all of several slots. For the event loop
+    only."""
+
+    def __init__(self, places: Sequence[Slot]):
+        self.count, self.free = len(places), list(places)
+        self.waiting: OrderedDict[str, deque[asyncio.Future[Slot]]] = OrderedDict()
+        self.busy: Counter[str] = Counter()
+
+    def _may_take(self, who: str) -> bool:
+        """Whether a caller may take one more slot: all but the last one of several."""
+        return self.busy[who] < max(1, self.count - 1)
+
+    async def take(self, who: str, begun: bool = False) -> Slot:
+        """Wait for a slot. QueueFull when too many wait; never when the answer has started (``begun``)."""
+        if self.free and self._may_take(who):
+            self.busy[who] += 1
+            return self.free.pop()
+        if not begun and len(self.waiting.get(who, ())) >= MOST_OF_CALLER:
+            raise QueueFull(own=True)
+        if not begun and sum(map(len, self.waiting.values())) >= MOST:
+            raise QueueFull(own=False)
+        place: asyncio.Future[Slot] = asyncio.get_running_loop().create_future()
+        self.waiting.setdefault(who, deque()).append(place)
+        try:
+            return await place
+        except asyncio.CancelledError:
+            if place.done() and not place.cancelled():
+                self.release(who, place.result())
+            raise
+
+    def release(self, who: str, place: Slot) -> None:
+        """Return a slot; the next caller gets it."""
+        self.busy[who] -= 1
+        if self.busy[who] <= 0:
+            del self.busy[who]
+        for next_ in list(self.waiting):
+            if not self._may_take(next_):
+                continue
+            queue = self.waiting[next_]
+            while queue:
+                first = queue.popleft()
+                if not first.done():
+                    self._requeue(next_)
+                    self.busy[next_] += 1
+                    first.set_result(place)
+                    return
+            self._requeue(next_)
+        self.free.append(place)
+
+    def _requeue(self, who: str) -> None:
+        """Move a caller with more waiting requests to the end of the queue."""
+        if self.waiting[who]:
+            self.waiting.move_to_end(who)
+        else:
+            del self.waiting[who]

@@ -1,0 +1,108 @@
+"""Plans of jobs made from other jobs: failed cases again, more cases of the same scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydantic import Field, create_model
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.renamed_words import OUTCOMES, current
+from trunnion.batch.cases.grids_and_samples import Cases
+from trunnion.service.basics.server_settings import Limits
+from trunnion.service.request_models.job_request import (
+    JobRequest,
+    PlainText,
+    RequestModel,
+    current_document,
+    plan_of_document,
+    plan_of_request,
+)
+from trunnion.service.request_workers.worker_tasks import read_request, stored_fields, task, validate_request
+
+MOST = 100_000
+"""Most cases that a request can list one by one."""
+CASE_SOURCES = ("vary", "cases", "sample")
+STUDIES = ("optimise", "refine", "fit")
+OTHERS = ("rtol", "method", "kernel", "cpu_limit", "max_steps", "budget", "label", "tags", "notify")
+"""Settings that a rerun or an extension can change."""
+
+
+def _fields(*names: str) -> Any:
+    """Fields of a job's request; omitted ones keep their values."""
+    whole = JobRequest.model_fields
+    return {n: (whole[n].annotation | None, Field(None, description=whole[n].description)) for n in names}  # type: ignore[operator]
+
+
+class RerunRequest(create_model("Others", __base__=RequestModel, **_fields(*OTHERS))):  # type: ignore[misc]
+    """Cases to run again and changed settings; by default, all cases that did not end as ``done``, with unchanged settings."""
+
+    outcomes: list[PlainText] | None = Field(
+        None, max_length=50, description="Only cases with these outcomes, and cases without a result."
+    )
+
+
+class ExtendRequest(create_model("More", __base__=RequestModel, **_fields(*CASE_SOURCES, *OTHERS))):  # type: ignore[misc]
+    """More cases of the same scene: exactly one of ``vary``, ``cases`` and ``sample``."""
+
+
+@task
+def rerun_outcomes(body: bytes, media: str, limits: Limits) -> list[str] | None:
+    """Outcomes of the cases to run again; None: all but ``done``."""
+    found: list[str] | None = read_request(RerunRequest, body, media).outcomes
+    return found if found is None else [current("outcome", OUTCOMES, name) for name in found]
+
+
+@task
+def plan_rerun(body: bytes, media: str, limits: Limits, document: dict[str, Any], numbers: list[int]) -> dict[str, Any]:
+    """A job of some cases of another."""
+    asked = read_request(RerunRequest, body, media).model_dump(mode="json", exclude_none=True, exclude={"outcomes"})
+    document = current_document(document)
+    _refuse_study(document)
+    return _listed_cases(document, asked, plan_of_document(document).cases, numbers, limits)
+
+
+@task
+def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, Any]) -> dict[str, Any]:
+    """A job of more cases of another job's scene, without the cases of that job."""
+    asked = read_request(ExtendRequest, body, media).model_dump(mode="json", exclude_none=True)
+    document = current_document(document)
+    _refuse_study(document)
+    given = {k: asked.pop(k) for k in CASE_SOURCES if k in asked}
+    more = plan_of_request(validate_request(JobRequest, _without_cases(document) | asked | given), limits).cases
+    there = plan_of_document(document).cases
+    new = _new_cases(more, there) if set(more.paths) == set(there.paths) else np.arange(more.count)
+    if not len(new):
+        raise SceneError([Problem("vary", "the job already has all these cases", "give other values")])
+    return _listed_cases(document, asked, more, new.tolist(), limits)
+
+
+def _refuse_study(document: dict[str, Any]) -> None:
+    """Refuse studies and fits: their cases depend on each other."""
+    if any(document.get(name) for name in STUDIES):
+        what = "the cases of this job are fits" if document.get("fit") else "the cases of this job depend on each other"
+        raise SceneError([Problem("job", what, "submit its request again with more cases or other settings")])
+
+
+def _new_cases(more: Cases, there: Cases) -> np.ndarray:
+    """Numbers of the cases in ``more`` that are not in ``there``; both vary the same paths."""
+    order = [more.paths.index(p) for p in there.paths]
+    old = set(map(tuple, there.values(0, there.count).tolist()))
+    values = more.values(0, more.count)[:, order].tolist()
+    return np.array([i for i, v in enumerate(values) if tuple(v) not in old], int)
+
+
+def _without_cases(document: dict[str, Any]) -> dict[str, Any]:
+    """A job's request without its cases and labels."""
+    return {k: v for k, v in document.items() if k not in (*CASE_SOURCES, "label", "tags", "notify")}
+
+
+def _listed_cases(document: dict[str, Any], asked: dict[str, Any], of: Cases, numbers: list[int], limits: Limits) -> dict[str, Any]:
+    """A job of listed cases."""
+    if len(numbers) > MOST:
+        what = f"{len(numbers)} cases are more than the {MOST} that one request can list"
+        raise SceneError([Problem("cases", what, "submit a separate job")])
+    return stored_fields(
+        validate_request(JobRequest, _without_cases(document) | asked | {"cases": [of.changes(i) for i in numbers]}), limits
+    )

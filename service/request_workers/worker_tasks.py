@@ -1,0 +1,147 @@
+"""Tasks of the worker processes: parse, check and plan requests. No web framework is imported here."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.renamed_words import deprecation_notes
+from trunnion.service.basics.json_text import text_of
+from trunnion.service.basics.server_settings import Limits
+from trunnion.service.request_models.job_request import JobRequest, SceneSource, document_of, identity_of, plan_of_request, scene_of
+from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest, SensitivityRequest, plain
+
+M = TypeVar("M", bound=BaseModel)
+TASKS: dict[str, Callable[..., Any]] = {}
+"""Tasks by name. The first arguments are body, media type and limits."""
+
+
+def task(work: Callable[..., Any]) -> Callable[..., Any]:
+    """Register a function as a task."""
+    TASKS[work.__name__] = work
+    return work
+
+
+def read_request(model: type[M], body: bytes, media: str) -> M:
+    """A request; SceneError with everything that is wrong with it."""
+    kind = media.partition(";")[0].strip().lower()
+    if body and not (kind == "application/json" or (kind.startswith("application/") and kind.endswith("+json"))):
+        raise SceneError([Problem("body", "the body is not declared as JSON", "add the header Content-Type: application/json")])
+    try:
+        data = json.loads(body) if body else None
+    except json.JSONDecodeError as e:
+        raise SceneError([Problem("body", f"invalid JSON: {e.msg}, at character {e.pos}"[:500])]) from None
+    except (ValueError, RecursionError) as e:
+        raise SceneError([Problem("body", f"invalid JSON: {e}"[:500])]) from None
+    return validate_request(model, data)
+
+
+def validate_request(model: type[M], data: Any) -> M:
+    """Plain data as a request; SceneError with every problem."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as e:
+        raise SceneError(map(_of_validation, e.errors(include_url=False, include_input=False))) from None
+    except RecursionError:
+        raise SceneError([Problem("body", "the body is nested too deeply")]) from None
+
+
+def _of_validation(e: Any) -> Problem:
+    """A pydantic error as a problem."""
+    return Problem(".".join(map(str, e["loc"]))[:300] or "body", str(e["msg"])[:500])
+
+
+@task
+def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
+    """Parameters and columns of a scene, as JSON."""
+    from trunnion.batch.tables.reductions import DEFAULTS, reductions
+    from trunnion.kernel.interface.output_columns import columns
+    from trunnion.scene.checks.unusual_magnitudes import magnitude_notes
+    from trunnion.scene.expressions.parameter_dependence import unused_notes
+    from trunnion.scene.overrides import list_parameters
+    from trunnion.system.construction.system_builder import build
+
+    with deprecation_notes() as deprecated:
+        scene = scene_of(read_request(SceneSource, body, media), limits)
+    built = build(scene)
+    everything = columns(built.system)
+    try:
+        kept = [r.name for r in reductions((), everything)]
+    except SceneError:
+        kept = list(DEFAULTS)
+    facts = {
+        "name": scene.name,
+        "title": scene.title,
+        "bodies": list(scene.bodies),
+        "joints": {n: j.type for n, j in scene.joints.items()},
+        "loops": len(built.system.cuts),
+        "until": float(scene.simulation.until),
+        "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
+        "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],
+        "reductions": kept,
+        "notes": [*deprecated, *magnitude_notes(scene), *unused_notes(scene)],
+    }
+    return text_of(facts)
+
+
+@task
+def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
+    """The page of a scene's assembled start."""
+    from trunnion.plots.animation.html_or_film import page
+    from trunnion.plots.mechanism_pictures.instant_picture import assemble_start
+
+    return page(assemble_start(scene_of(read_request(SceneSource, body, media), limits), "scene"), shown).encode()
+
+
+@task
+def check_job(body: bytes, media: str, limits: Limits) -> bytes:
+    """Number of cases and columns of a job, as JSON."""
+    made = plan_of_request(read_request(JobRequest, body, media), limits)
+    return text_of({"cases": made.cases.count, "columns": made.schema.names})
+
+
+@task
+def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
+    """A job as arguments of ``Store.submit``."""
+    return stored_fields(read_request(JobRequest, body, media), limits)
+
+
+def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
+    """A request as arguments of ``Store.submit``; SceneError with every problem."""
+    made = plan_of_request(request, limits)
+    return {
+        "digest": identity_of(request),
+        "scene": "".join(c for c in made.scene.name if c.isprintable())[:200],
+        "label": request.label,
+        "tags": request.tags,
+        "notify": request.notify,
+        "document": json.dumps(document_of(request, made)),
+        "cases": made.cases.count,
+        "asked": 0 if request.optimise or request.refine else None,
+        "budget": request.budget or limits.job_seconds,
+    }
+
+
+@task
+def plan_sensitivity(body: bytes, media: str, limits: Limits) -> tuple[dict[str, Any], float]:
+    """(arguments of a sensitivity for a worker, its time budget in s)."""
+    return plain(read_request(SensitivityRequest, body, media), limits)
+
+
+@task
+def export_fmu(body: bytes, media: str, limits: Limits, file: str) -> str:
+    """Write an FMU into a file; returns a file name for the client."""
+    request = read_request(FmuRequest, body, media)
+    scene = scene_of(request, limits)
+    try:
+        export = import_module("trunnion.fmu.scene_export").export
+    except (ImportError, AttributeError) as e:
+        raise ImportError(f"cannot be loaded: {e}") from None
+    export(scene, Path(file), flavour=request.flavour, platform=request.platform, fmi=request.fmi)
+    return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in scene.name)[:60] or "model"

@@ -1,0 +1,205 @@
+"""The store of jobs, events and keys. Every method is one transaction. After ``Unreachable`` nothing was stored; or everything,
+if the connection broke during the commit."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import secrets
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import Connection, and_, func, insert, or_, select, update
+from sqlalchemy.exc import IntegrityError
+
+from trunnion.service.store.database_connection import engine_of, transaction, upgrade
+from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, event_of, job_of, key_of
+from trunnion.service.store.table_definitions import ACTIVE, STATES, events, jobs, keys
+
+
+class Conflict(RuntimeError):
+    """The idempotency key belongs to another request."""
+
+
+class BadCursor(ValueError):
+    """An invalid cursor."""
+
+
+class Store:
+    """Jobs for clients: submit, read, list, cancel; events; keys. ``WorkStore`` adds the server's side."""
+
+    def __init__(self, url: str):
+        self.engine = engine_of(url)
+
+    def upgrade(self) -> None:
+        upgrade(self.engine)
+
+    def close(self) -> None:
+        self.engine.dispose()
+
+    def now(self, c: Connection) -> float:
+        """Seconds since the epoch by the database's clock, which all servers share."""
+        if self.engine.dialect.name == "postgresql":
+            return float(c.exec_driver_sql("SELECT extract(epoch FROM clock_timestamp())").scalar_one())
+        return time.time()  # SQLite has none of its own
+
+    def ping(self) -> None:
+        """Query the database; Unreachable when it does not answer."""
+        with transaction(self.engine) as c:
+            c.execute(select(func.count()).select_from(keys))
+
+    # -- jobs ---------------------------------------------------------------------------------------------------------------
+
+    def submit(
+        self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
+        tags: Sequence[str] = (), notify: str = "", asked: int | None = None,
+    ) -> tuple[Job, bool]:  # fmt: skip
+        """Store a new job: (job, whether it is new). A repeated idempotency ``key`` with the same ``digest`` returns the first job;
+        Conflict for another digest. asked: 0 for a study, whose cases depend on results."""
+        values: dict[str, Any] = {
+            "id": secrets.token_hex(12),
+            "owner": owner,
+            "idempotency_key": key,
+            "digest": digest,
+            "scene": scene,
+            "label": label,
+            "document": document,
+            "state": "queued",
+            "cases": cases,
+            "budget": budget,
+            "tags": json.dumps(list(tags)),
+            "notify": notify,
+            "asked": asked,
+        }
+        try:
+            with transaction(self.engine, writing=True) as c:
+                c.execute(insert(jobs).values(values | {"created": self.now(c)}))
+                self._event(c, values["id"], "submitted", {"cases": cases})
+                return job_of(c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
+        except IntegrityError:
+            with transaction(self.engine) as c:
+                same = and_(jobs.c.owner == owner, jobs.c.idempotency_key == key)
+                earlier = job_of(c.execute(select(jobs).where(same)).mappings().one())
+            if earlier.digest != digest:
+                raise Conflict(f"the idempotency key belongs to job {earlier.id}, whose request differs: use a new key") from None
+            return earlier, False
+
+    def job(self, job: str) -> Job | None:
+        """The job with an id, or None."""
+        with transaction(self.engine) as c:
+            row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
+        return job_of(row) if row else None
+
+    def document(self, job: str) -> dict[str, Any]:
+        """The submitted request as stored."""
+        with transaction(self.engine) as c:
+            return json.loads(c.execute(select(jobs.c.document).where(jobs.c.id == job)).scalar_one())
+
+    def page(
+        self,
+        state: str | None = None,
+        scene: str | None = None,
+        label: str | None = None,
+        tag: str | None = None,
+        search: str | None = None,
+        cursor: str | None = None,
+        limit: int = 50,
+    ) -> tuple[list[Job], str | None]:
+        """(jobs, newest first; cursor of the next page, None on the last). BadCursor for an invalid cursor."""
+        query = select(jobs).order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
+        for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
+            if wanted is not None:
+                query = query.where(column == wanted)
+        if tag is not None:
+            query = query.where(jobs.c.tags.contains(json.dumps(tag), autoescape=True))
+        if search is not None:
+            words = (jobs.c.label, jobs.c.scene, jobs.c.tags, jobs.c.id)
+            query = query.where(or_(*(c.icontains(search, autoescape=True) for c in words)))
+        if cursor is not None:
+            created, last = _decoded(cursor)
+            query = query.where(or_(jobs.c.created < created, and_(jobs.c.created == created, jobs.c.id < last)))
+        with transaction(self.engine) as c:
+            found = [job_of(row) for row in c.execute(query).mappings()]
+        more = len(found) > limit
+        found = found[:limit]
+        return found, _encoded(found[-1]) if more else None
+
+    def cancel(self, job: str) -> Job | None:
+        """Request cancellation; a job that nobody works on is ``cancelled`` at once. None for an unknown job."""
+        with transaction(self.engine, writing=True) as c:
+            now = self.now(c)
+            idle = or_(jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
+            free = and_(jobs.c.id == job, jobs.c.state.in_(ACTIVE), idle, jobs.c.state == "queued")
+            if c.execute(update(jobs).where(free).values(state="cancelled", finished=now)).rowcount:
+                self._event(c, job, "cancelled", {})
+                self._queue_webhook(c, job, "cancelled")
+            elif c.execute(
+                update(jobs).where(jobs.c.id == job, jobs.c.state.in_(("queued", "running"))).values(state="cancelling")
+            ).rowcount:
+                self._event(c, job, "cancelling", {})
+            row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
+            return job_of(row) if row else None
+
+    def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
+        """Queue the end of a job, in stores that can."""
+
+    def states(self) -> dict[str, int]:
+        """Number of jobs by state."""
+        with transaction(self.engine) as c:
+            found = c.execute(select(jobs.c.state, func.count()).group_by(jobs.c.state)).all()
+        return dict.fromkeys(STATES, 0) | {str(s): int(n) for s, n in found}
+
+    # -- events -------------------------------------------------------------------------------------------------------------
+
+    def _event(self, c: Any, job: str, kind: str, data: dict[str, Any]) -> None:
+        self._events(c, job, [(kind, data)])
+
+    def _events(self, c: Any, job: str, told: Sequence[tuple[str, dict[str, Any]]]) -> None:
+        now = self.now(c)
+        c.execute(insert(events), [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
+
+    def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
+        """Events of a job with ids above ``after``, in order."""
+        query = select(events).where(events.c.job == job, events.c.id > after).order_by(events.c.id).limit(limit)
+        with transaction(self.engine) as c:
+            return [event_of(row) for row in c.execute(query).mappings()]
+
+    # -- keys ---------------------------------------------------------------------------------------------------------------
+
+    def add_key(self, key: Key) -> None:
+        """Store a key, with the hash of its secret."""
+        with transaction(self.engine, writing=True) as c:
+            c.execute(insert(keys).values({n: getattr(key, n) for n in Key.__dataclass_fields__}))
+
+    def key(self, key: str) -> Key | None:
+        """The key with an id, even a revoked one, or None."""
+        with transaction(self.engine) as c:
+            row = c.execute(select(keys).where(keys.c.id == key)).mappings().first()
+        return key_of(row) if row else None
+
+    def all_keys(self) -> Sequence[Key]:
+        """All keys, oldest first."""
+        with transaction(self.engine) as c:
+            return [key_of(row) for row in c.execute(select(keys).order_by(keys.c.created, keys.c.id)).mappings()]
+
+    def revoke(self, key: str) -> bool:
+        """Revoke a key. False when no active key has this id."""
+        with transaction(self.engine, writing=True) as c:
+            found = and_(keys.c.id == key, keys.c.revoked.is_(None))
+            return bool(c.execute(update(keys).where(found).values(revoked=self.now(c))).rowcount)
+
+
+def _encoded(job: Job) -> str:
+    return base64.urlsafe_b64encode(f"{job.created!r} {job.id}".encode()).decode()
+
+
+def _decoded(cursor: str) -> tuple[float, str]:
+    try:
+        created, _, last = base64.b64decode(cursor.encode("ascii"), b"-_", validate=True).decode("ascii").partition(" ")
+        if len(last) != 24 or not last.isalnum():
+            raise ValueError
+        return float(created), last
+    except (ValueError, binascii.Error) as e:
+        raise BadCursor("invalid cursor") from e

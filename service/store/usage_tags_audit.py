@@ -1,0 +1,99 @@
+"""Usage of keys, deletion, labels and tags, audit log."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection, delete, func, insert, select, update
+
+from trunnion.service.store.database_connection import transaction
+from trunnion.service.store.job_and_chunk_records import Job, job_of
+from trunnion.service.store.jobs_events_keys import Store
+from trunnion.service.store.table_definitions import ACTIVE, ENDED, audit, jobs
+
+DAY = 86_400.0
+
+
+@dataclass(frozen=True)
+class Usage:
+    """Usage of an owner: active jobs, bytes of results, cases submitted within a day."""
+
+    jobs: int
+    bytes: int
+    cases: int
+
+
+@dataclass(frozen=True)
+class AuditRecord:
+    """An entry of the audit log: when, which key, action, job or key."""
+
+    id: int
+    time: float
+    who: str
+    what: str
+    about: str
+    data: dict[str, Any]
+
+
+class HousekeepingStore(Store):
+    """The part of the store for usage, deletion, tags and the audit log."""
+
+    def usage(self, owner: str) -> Usage:
+        """Present usage of an owner. Cases of deleted jobs still count on the day of their submission."""
+        with transaction(self.engine) as c:
+            own, now = jobs.c.owner == owner, self.now(c)
+            active = c.execute(select(func.count()).select_from(jobs).where(own, jobs.c.state.in_(ACTIVE))).scalar_one()
+            kept = c.execute(select(func.coalesce(func.sum(jobs.c.bytes), 0)).where(own)).scalar_one()
+            today = c.execute(select(func.coalesce(func.sum(jobs.c.cases), 0)).where(own, jobs.c.created > now - DAY)).scalar_one()
+            gone = c.execute(select(audit.c.data).where(audit.c.what == "deleted", audit.c.time > now - DAY)).scalars()
+            deleted = [d for d in map(json.loads, gone) if d.get("owner") == owner and d.get("created", 0.0) > now - DAY]
+        return Usage(int(active), int(kept), int(today) + sum(d["cases"] for d in deleted))
+
+    def delete(self, job: str, who: str, **data: Any) -> bool:
+        """Delete an ended job with its chunks and events, and log it; False when it runs or does not exist."""
+        with transaction(self.engine, writing=True) as c:
+            gone = bool(c.execute(delete(jobs).where(jobs.c.id == job, jobs.c.state.in_(ENDED))).rowcount)
+            if gone:
+                self._note(c, who, "deleted", job, data)
+        return gone
+
+    def deleted(self, job: str) -> bool:
+        """Whether a job was deleted."""
+        with transaction(self.engine) as c:
+            query = select(audit.c.id).where(audit.c.about == job, audit.c.what == "deleted").limit(1)
+            return c.execute(query).first() is not None
+
+    def older(self, seconds: float, most: int = 200) -> list[Job]:
+        """Jobs that ended more than ``seconds`` ago, oldest first."""
+        with transaction(self.engine) as c:
+            old = select(jobs).where(jobs.c.state.in_(ENDED), jobs.c.finished < self.now(c) - seconds)
+            return [job_of(row) for row in c.execute(old.order_by(jobs.c.finished).limit(most)).mappings()]
+
+    def mark(self, job: str, label: str | None, tags: list[str] | None) -> None:
+        """Change label or tags of a job."""
+        values = ({"label": label} if label is not None else {}) | ({"tags": json.dumps(tags)} if tags is not None else {})
+        if values:
+            with transaction(self.engine, writing=True) as c:
+                c.execute(update(jobs).where(jobs.c.id == job).values(values))
+
+    def note(self, who: str, what: str, about: str, **data: Any) -> None:
+        """Add an entry to the audit log."""
+        with transaction(self.engine, writing=True) as c:
+            self._note(c, who, what, about, data)
+
+    def _note(self, c: Connection, who: str, what: str, about: str, data: dict[str, Any]) -> None:
+        told = {"time": self.now(c), "who": who, "what": what, "about": about, "data": json.dumps(data)}
+        c.execute(insert(audit).values(told))
+
+    def audit_records(
+        self, after: int = 0, limit: int = 100, who: str | None = None, about: str | None = None
+    ) -> list[AuditRecord]:
+        """Entries of the audit log with ids above ``after``, in order."""
+        query = select(audit).where(audit.c.id > after).order_by(audit.c.id).limit(limit)
+        for column, wanted in ((audit.c.who, who), (audit.c.about, about)):
+            if wanted is not None:
+                query = query.where(column == wanted)
+        with transaction(self.engine) as c:
+            return [AuditRecord(**{**row, "data": json.loads(row["data"])}) for row in c.execute(query).mappings()]

@@ -1,0 +1,62 @@
+"""Queue of webhooks: ends of jobs to report, and the results of attempts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import insert, or_, select, update
+
+from trunnion.service.store.database_connection import transaction
+from trunnion.service.store.job_and_chunk_records import Job, job_of
+from trunnion.service.store.table_definitions import hooks, jobs
+from trunnion.service.store.usage_tags_audit import HousekeepingStore
+
+CLAIM_SECONDS = 60.0
+"""Time during which no other server sends a claimed webhook."""
+
+
+@dataclass(frozen=True)
+class Webhook:
+    """A webhook to send: event, job, address, attempts so far."""
+
+    id: int
+    kind: str
+    url: str
+    attempts: int
+    job: Job
+
+
+class WebhookStore(HousekeepingStore):
+    """The part of the store for webhooks."""
+
+    def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
+        """Within a transaction: queue the end of a job, if its request names an address."""
+        if c.execute(select(jobs.c.notify).where(jobs.c.id == job)).scalar_one():
+            values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
+            c.execute(insert(hooks).values(values))
+
+    def next_webhook(self) -> Webhook | None:
+        """Claim the next due webhook; None if none is due."""
+        with transaction(self.engine, writing=True) as c:
+            now = self.now(c)
+            due = or_(hooks.c.not_before <= now, hooks.c.not_before > now + DAY)  # the clock was set back
+            query = select(hooks).where(hooks.c.state == "waiting", due).order_by(hooks.c.not_before, hooks.c.id).limit(1)
+            row = c.execute(query.with_for_update()).mappings().first()
+            if row is None:
+                return None
+            again = {"attempts": hooks.c.attempts + 1, "not_before": now + CLAIM_SECONDS}
+            c.execute(update(hooks).where(hooks.c.id == row["id"]).values(again))
+            job = c.execute(select(jobs).where(jobs.c.id == row["job"])).mappings().one()
+            return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, job_of(job))
+
+    def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:
+        """Store the result of an attempt: told (``delay`` None, ``result`` "told"), to retry after ``delay`` s, or given up."""
+        with transaction(self.engine, writing=True) as c:
+            state = "waiting" if delay is not None else "told" if result == "told" else "given_up"
+            values = {"state": state, "not_before": self.now(c) + (delay or 0.0)}
+            c.execute(update(hooks).where(hooks.c.id == hook.id).values(values))
+            self._event(c, hook.job.id, f"webhook_{state}", {"attempt": hook.attempts, "result": result[:300]})
+
+
+DAY = 86_400.0

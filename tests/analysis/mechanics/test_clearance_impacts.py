@@ -1,0 +1,132 @@
+"""Clearance as a warning: pins cross their bearings when and as fast as a simulated gap says; ideal joints are its limit."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import trunnion
+from trunnion import SceneError, knocks, simulate
+from trunnion.analysis.mechanics.clearance_impacts import mobility
+from trunnion.cli import main
+from trunnion.scene.data_classes import scene as sm
+
+MASS, PULL, HERTZ, CLEARANCE = 2.0, 30.0, 3.0, 20e-6
+RATE = 2 * np.pi * HERTZ
+LOOP = "quick_return"
+PIN = sm.Friction(mu=0.05, radius=0.01, half_length=0.02)
+WAVE = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ))
+BODY = sm.Body(mass=MASS, inertia=(0.01, 0.01, 0.01))
+
+
+def shaken(direction: float = 0.0, **joint) -> sm.Scene:
+    """A hub on a pin, pushed and pulled through its middle. direction: angle of the push about the pin from x, rad."""
+    hinge = sm.Joint("revolute", "ground", "hub", axis="y", **{"friction": PIN, **joint})
+    x, z = (sm.Signal(harmonic=sm.Harmonic(PULL * part, HERTZ)) for part in (np.cos(direction), np.sin(direction)))
+    push = sm.Force("force", "hub", (x, 0.0, z) if direction else (WAVE, 0.0, 0.0))
+    return sm.Scene({"hub": BODY}, {"pin": hinge}, "shaken", gravity=(0.0, 0.0, 0.0), forces={"push": push})
+
+
+@pytest.mark.parametrize("direction", [0.0, *np.random.default_rng(5).uniform(-np.pi, np.pi, 6)])
+@pytest.mark.parametrize("pin", ["inboard", "outboard"])
+def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: float) -> None:
+    """m s̈ = P sin ωt from rest where the force turns round: P/(m ω²) (ωt − sin ωt) = 2c, v = P/(m ω) (1 − cos ωt)."""
+    r = simulate(shaken(direction, pin=pin), until=0.95, every=1e-3)
+    found = knocks(r, CLEARANCE)
+    t = brentq(lambda t: PULL / (MASS * RATE**2) * (RATE * t - np.sin(RATE * t)) - 2 * CLEARANCE, 1e-9, 0.5 / HERTZ)
+    assert [k.time for k in found] == pytest.approx([k / (2 * HERTZ) for k in range(1, 6)], abs=1e-9)
+    for k in found:
+        assert (k.joint, k.turn, k.way, k.mass) == ("pin", pytest.approx(np.pi), pytest.approx(2 * CLEARANCE), pytest.approx(MASS))
+        assert k.flight == pytest.approx(t, rel=1e-6)
+        assert k.speed == pytest.approx(PULL / (MASS * RATE) * (1 - np.cos(RATE * t)), rel=1e-6)
+        assert k.energy == pytest.approx(0.5 * MASS * k.speed**2)
+
+
+@pytest.mark.parametrize("pin", ["inboard", "outboard"])
+@pytest.mark.parametrize("kind", ["revolute", "spherical"])
+def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str) -> None:
+    """Its normal is that of the ideal joint's contact as soon as the force has turned round, and so is its angle."""
+    rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
+    axis = "y" if kind == "revolute" else None
+    joint = sm.Joint(kind, "ground", "hub", axis=axis, pin=pin, friction=rub)
+    push = sm.Force("force", "hub", (WAVE, 0.0, 0.0))
+    scene = sm.Scene({"hub": BODY}, {"pin": joint}, "shaken", gravity=(0.0, 0.0, 0.0), forces={"push": push})
+    r = simulate(scene, until=0.3, every=1e-3)
+    first = knocks(r, CLEARANCE)[0]
+    row = int(np.searchsorted(r.time, first.time + first.flight))
+    assert first.normal == pytest.approx([r[f"pin.contact[1].normal[{k}]"][row] for k in (1, 2, 3)], abs=1e-9)
+    apart = first.angle - r["pin.contact[1].angle"][row]
+    assert np.exp(1j * apart) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_it_is_what_a_gap_does_that_is_simulated() -> None:
+    """The same hub on a rail between two hard stops, at rest on one of them until the force turns round."""
+    stops = sm.EndStops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
+    back = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ, phase=np.pi))
+    rail = sm.Joint("prismatic", "ground", "hub", axis="x", end_stops=stops, effort=back, start=sm.Start(q=CLEARANCE))
+    gap = simulate(sm.Scene({"hub": BODY}, {"rail": rail}, "gap", gravity=(0.0, 0.0, 0.0)), until=0.1, every=0.0, rtol=1e-10)
+    hit = next(e for e in gap.events if e.kind == "end_stop_engaged" and e.time > 1e-6)
+    [first, *_] = knocks(simulate(shaken(), until=0.5, every=1e-3), CLEARANCE)
+    assert first.flight == pytest.approx(hit.time, rel=1e-5)
+    row = int(np.argmin(np.abs(gap.time - hit.time)))
+    assert first.speed == pytest.approx(abs(gap["rail.qd[1]"][row]), rel=1e-4)
+
+
+def test_without_clearance_it_is_the_ideal_joint() -> None:
+    """Flight and speed go with the third root of it, and its square: (12 c m/Ṅ)^(1/3), Ṅ t²/(2 m)."""
+    r = simulate(shaken(), until=0.4, every=5e-4)
+    slope = PULL * RATE
+    for c in (1e-6, 1e-8, 1e-9):
+        [k, *_] = knocks(r, c)
+        t = (12 * c * MASS / slope) ** (1 / 3)
+        assert k.flight == pytest.approx(t, rel=3 * (RATE * t) ** 2 + 1e-5)  # rows 0.5 ms apart
+        assert k.speed == pytest.approx(slope * t**2 / (2 * MASS), rel=3 * (RATE * t) ** 2 + 1e-5)  # rows 0.5 ms apart
+
+
+def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:
+    """Of a free bar at its end: 1/m + a²/J across, 1/m along; of one on a hinge at its other end J/L² across, for two bars both."""
+    bar = sm.Body(box=(0.6, 0.04, 0.04), mass=3.0, center=(0.3, 0.0, 0.0))
+    scene = sm.Scene({"bar": bar}, {"pin": sm.Joint("revolute", "ground", "bar", axis="y", friction=PIN)}, "bar")
+    J = 3.0 * (0.6**2 + 0.04**2) / 12
+    W = mobility(simulate(scene, until=0.01, every=0.01), "pin")(0)
+    assert sorted(np.linalg.eigvalsh(W)) == pytest.approx([0.0, 1 / 3.0, 1 / 3.0 + 0.3**2 / J], rel=1e-9, abs=1e-12)
+    ball = replace(scene, joints={"pin": sm.Joint("spherical", "ground", "bar", friction=sm.Friction(mu=0.05, radius=0.01))})
+    W = mobility(simulate(ball, until=0.01, every=0.01), "pin")(0)
+    assert sorted(np.linalg.eigvalsh(W)) == pytest.approx([1 / 3.0, *[1 / 3.0 + 0.3**2 / J] * 2], rel=1e-9)
+
+
+def test_pins_of_a_loop_are_told_too() -> None:
+    found = knocks(simulate(LOOP, until=0.1, every=2e-4), 10e-6)
+    assert found == sorted(found, key=lambda k: k.time)
+    assert found
+    assert all(k.mass > 0.0 and k.speed > 0.0 and k.flight > 0.0 and 10e-6 < k.way <= 20e-6 for k in found)
+    assert {k.joint for k in found} <= set(trunnion.load_scene(LOOP).joints)
+
+
+def test_what_cannot_be_told_is_said() -> None:
+    r = simulate(shaken(), until=0.1, every=1e-3)
+    with pytest.raises(SceneError, match="is no joint of this scene"):
+        knocks(r, {"rail": 1e-5})
+    with pytest.raises(SceneError, match="must be positive"):
+        knocks(r, {"pin": -1e-5})
+    with pytest.raises(SceneError, match="need the column"):
+        knocks(simulate(shaken(), until=0.1, outputs=("pin.q*",)), 1e-5)
+
+
+def test_the_command_tells_them(capsys: pytest.CaptureFixture[str]) -> None:
+    how = ["knocks", LOOP, "--until", "0.1", "--every", "2e-4"]
+    assert main([*how, "--clearance", "crank_pin=10 um", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["knocks"]
+    expected = knocks(simulate(LOOP, until=0.1, every=2e-4), {"crank_pin": 10e-6})
+    assert [(k["joint"], k["time"]) for k in told] == [(k.joint, k.time) for k in expected]
+    joint = expected[0].joint
+    assert main([*how, "--clearance", f"{joint}=10 um"]) == 0
+    assert f"{expected[0].time:.6g}" in capsys.readouterr().out
+    assert main(how) == 2
+    assert "for example --clearance" in capsys.readouterr().err
+    assert main([*how, "--clearance", "10 s"]) == 2
+    assert main([*how, "--clearance", "nothing=10 um"]) == 2

@@ -1,0 +1,116 @@
+"""Where a mechanism rests, and how far from there friction holds it: by statics of the same poses in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from tests.analysis.mechanics.point_mass_chain import GRAVITY, chain
+from trunnion import SceneError, SimulationError, equilibrium, load_scene, simulate
+from trunnion.analysis.mechanics.equilibrium_pose import start_at
+from trunnion.scene.data_classes import scene as sm
+
+CLOSE = 1e-8
+
+
+def test_the_block_of_8_1_rests_within_the_cone_of_its_ball() -> None:
+    """m g L sin θ = μ/√(1 + μ²) r m g about every level axis; about the upright one it rests anywhere."""
+    scene = load_scene("spherical_pendulum")
+    mu, radius = scene.joints["ball"].friction.mu, scene.joints["ball"].friction.radius
+    edge = np.arcsin(mu / np.hypot(1.0, mu) * radius / scene.bodies["pendulum"].center[0])
+    found = equilibrium(scene)
+    assert found.kind == "neutral"
+    bands = {b.coordinate: b for b in found.bands}
+    free = [b for b in bands.values() if b.low is None]
+    assert [b.high for b in free] == [None]
+    for b in bands.values():
+        if b.low is not None and b.high is not None:
+            assert (-b.low, b.high) == (pytest.approx(edge, abs=CLOSE), pytest.approx(edge, abs=CLOSE))
+
+
+@pytest.mark.parametrize("law", ["coulomb", "stribeck"])
+def test_a_bar_on_a_pin_rests_where_its_weight_turns_it_less_than_friction(law: str) -> None:
+    """m g L/2 sin q = μ_s/√(1 + μ_s²) r m g: the two contacts of a journal share the weight."""
+    mu, radius, length = 0.4, 0.02, 0.6
+    speed = 0.01 if law == "stribeck" else None
+    rub = sm.Friction(mu=0.3, mu_static=mu, radius=radius, half_length=0.03, law=law, v_stribeck=speed)
+    body = sm.Body(box=(length, 0.05, 0.05), mass=2.0, center=(length / 2, 0.0, 0.0))
+    pin = sm.Joint("revolute", "ground", "bar", axis="y", friction=rub, start=sm.Start(q=0.2))
+    found = equilibrium(sm.Scene({"bar": body}, {"pin": pin}, "bar"))
+    edge = np.arcsin(mu / np.hypot(1.0, mu) * radius / (length / 2))
+    assert found.q["pin"] == pytest.approx([np.pi / 2], abs=CLOSE)
+    [band] = found.bands
+    assert (band.low, band.high) == (pytest.approx(np.pi / 2 - edge, abs=CLOSE), pytest.approx(np.pi / 2 + edge, abs=CLOSE))
+
+
+def pinned(torque: float, **joint: Any) -> sm.Scene:
+    """A pendulum of m g l = 0.981 N m on a pin whose friction holds the torque."""
+    bob = sm.Body(mass=1.0, center=(0.0, -0.1, 0.0), inertia=(0.01, 0.01, 0.01))
+    pin = sm.Joint("revolute", "ground", "bob", axis="z", friction=sm.Friction(torque=torque), **joint)
+    return sm.Scene({"bob": bob}, {"pin": pin}, gravity=(0.0, -9.81, 0.0))
+
+
+@pytest.mark.parametrize("below", [0.3, 1e-2, 1.5e-3, 1e-5, 1e-8])
+def test_friction_just_below_what_tips_a_pendulum_has_a_band_with_ends(below: float) -> None:
+    """The band ends where m g l sin q equals the torque. Beyond it a pose can hold again, near the top."""
+    (band,) = equilibrium(pinned(0.981 * (1.0 - below))).bands
+    end = np.arcsin(1.0 - below)
+    near = 1e-12 / np.cos(end)  # round-off of the share, over its slope
+    assert (band.low, band.high) == (pytest.approx(-end, abs=near), pytest.approx(end, abs=near))
+
+
+@pytest.mark.parametrize("end", [0.2, 3.0, 3.5, 5.0, 6.2])
+def test_a_band_ends_at_any_angle_up_to_a_turn(end: float) -> None:
+    scene = replace(pinned(2.0 * end, spring=sm.Spring(stiffness=2.0)), gravity=(0.0, 0.0, 0.0))
+    (band,) = equilibrium(scene).bands
+    assert (band.low, band.high) == (pytest.approx(-end, rel=1e-12), pytest.approx(end, rel=1e-12))
+
+
+def test_a_loop_stays_where_it_is_said_to_rest() -> None:
+    scene = load_scene("crank_slider_free")
+    found = equilibrium(scene)
+    assert found.kind == "stable"
+    bare = replace(scene, joints={n: replace(j, friction=None) for n, j in scene.joints.items()})
+    r = simulate(start_at(bare, {n: np.array(v) for n, v in found.q.items()}), until=2.0, outputs=("*.q[*]",))
+    for name, values in found.q.items():
+        assert r[f"{name}.q[1]"] == pytest.approx(np.full(len(r), values[0]), abs=1e-9)
+
+
+def test_a_chain_let_go_hangs_straight_down() -> None:
+    found = equilibrium(chain(4, start=1.0))
+    assert found.kind == "stable"
+    assert np.array(list(found.q.values())) == pytest.approx(np.zeros((4, 1)), abs=1e-9)
+
+
+def test_a_spring_carries_by_hooke() -> None:
+    body = sm.Body(box=(0.1, 0.1, 0.1), mass=3.0)
+    guide = sm.Joint("prismatic", "ground", "block", axis="z", spring=sm.Spring(500.0, 0.1))
+    found = equilibrium(sm.Scene({"block": body}, {"guide": guide}, "hung"))
+    assert found.q["guide"] == pytest.approx([0.1 - 3.0 * GRAVITY / 500.0], rel=1e-10)
+
+
+def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
+    """Three joints with springs under gravity, against a minimiser of the potential energy written down apart."""
+    n, stiff = 3, (3.0, 2.0, 1.0)
+    scene = chain(n, start=0.4)
+    joints = {k: replace(j, spring=sm.Spring(s, 0.5)) for (k, j), s in zip(scene.joints.items(), stiff, strict=True)}
+    found = equilibrium(replace(scene, joints=joints))
+
+    def energy(q: np.ndarray) -> float:
+        heights = -np.cumsum(np.cos(np.cumsum(q)))
+        return float(2.0 * GRAVITY * heights.sum() + 0.5 * np.array(stiff) @ (q - 0.5) ** 2)
+
+    best = minimize(energy, np.zeros(n), method="BFGS", options={"gtol": 1e-11})
+    assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the minimiser's own accuracy
+
+
+def test_what_falls_has_no_rest() -> None:
+    free = sm.Scene({"b": sm.Body(sphere=0.1, mass=1.0)}, {"j": sm.Joint("free", "ground", "b")}, "falls")
+    with pytest.raises(SimulationError, match="no pose of rest"):
+        equilibrium(free)
+    with pytest.raises(SceneError, match="no joint"):
+        equilibrium(chain(2), along="elbow")

@@ -1,0 +1,119 @@
+"""What a motion takes is what made it: efforts of a run, found again from its motion."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trunnion import SceneError, inverse, load_scene, simulate
+from trunnion.cli import main
+from trunnion.scene.data_classes import scene as sm
+
+CLOSE = 1e-8
+
+
+def efforts(time: np.ndarray, i: int) -> np.ndarray:
+    return 5.0 + 30.0 / (i + 1) * np.sin(2 * np.pi * 0.7 * time + 0.3 * i)
+
+
+def arm(n: int = 3) -> sm.Scene:
+    """An arm whose joints rub, moved by sines of torque."""
+    bodies, joints = {}, {}
+    for i in range(n):
+        bodies[f"b{i}"] = sm.Body(box=(0.5, 0.05, 0.05), density=2700, center=(0.25, 0.0, 0.0), points={"tip": (0.5, 0.0, 0.0)})
+        rub = sm.Friction(mu=0.2, radius=0.02, half_length=0.03)
+        effort = sm.Signal(harmonic=sm.Harmonic(30.0 / (i + 1), 0.7, 0.3 * i, 5.0))
+        inboard, axis = ("ground", "z") if i == 0 else (f"b{i - 1}.tip", "y")
+        start = sm.Start(q=0.3, qd=1.0)
+        joints[f"j{i}"] = sm.Joint("revolute", inboard, f"b{i}", axis=axis, friction=rub, effort=effort, start=start)
+    return sm.Scene(bodies, joints, "arm")
+
+
+def test_efforts_of_a_run_with_friction_are_found_again_from_its_motion() -> None:
+    scene = arm()
+    r = simulate(scene, until=0.3, every=0.001, rtol=1e-10)
+    assert any(e.kind == "reversal" for e in r.events)
+    motion = {n: r[n] for n in r.names if ".q[" in n or ".qd[" in n or ".qdd[" in n}
+    found = inverse(scene, r.time, motion)
+    assert not found.missing
+    for i in range(3):
+        assert found[f"j{i}.drive.effort[1]"] == pytest.approx(efforts(r.time, i), abs=CLOSE)
+        assert found[f"j{i}.contact[1].normal_force"] == pytest.approx(r[f"j{i}.contact[1].normal_force"], rel=CLOSE)
+
+
+def test_coordinates_alone_are_enough_where_nothing_turns_round() -> None:
+    """Spacing 2 ms, splines of degree 5: accelerations to its fourth power."""
+    scene = arm(2)
+    r = simulate(scene, until=0.2, every=0.002, rtol=1e-12)
+    assert not any(e.kind == "reversal" for e in r.events)
+    found = inverse(scene, r.time, {f"j{i}.q[1]": r[f"j{i}.q[1]"] for i in range(2)})
+    for i in range(2):
+        assert found[f"j{i}.drive.effort[1]"][5:-5] == pytest.approx(efforts(r.time, i)[5:-5], abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_loads_act_at_the_times_of_the_motion(seed: int) -> None:
+    """J q̈ = u + τ(t) for a wheel on a shaft without friction."""
+    rng = np.random.default_rng(seed)
+    amplitude, frequency, phase, mean, inertia = rng.uniform(0.1, 3.0, 5)
+    signals = (
+        (sm.Signal(harmonic=sm.Harmonic(amplitude, frequency, phase, mean)),
+         lambda t: mean + amplitude * np.sin(2 * np.pi * frequency * t + phase)),
+        (sm.Signal(ramp=sm.Ramp(mean, amplitude, duration=0.5, begin=0.2)),
+         lambda t: mean + (amplitude - mean) * np.clip((t - 0.2) / 0.5, 0.0, 1.0)),
+        (sm.Signal(table=sm.Table((0.0, 0.4, 2.0), (mean, amplitude, phase), interpolation="linear")),
+         lambda t: np.interp(t, (0.0, 0.4, 2.0), (mean, amplitude, phase))),
+    )  # fmt: skip
+    signal, torque = signals[seed % 3]
+    wheel = sm.Body(mass=1.0, inertia=(inertia, inertia, inertia))
+    shaft = sm.Joint("revolute", "ground", "wheel", axis="z")
+    load = sm.Torque("torque", on="wheel", torque=(0.0, 0.0, signal), frame="world")
+    scene = sm.Scene({"wheel": wheel}, {"shaft": shaft}, gravity=(0.0, 0.0, 0.0), forces={"load": load})
+    t = np.linspace(0.0, 1.5, 40)
+    q, qd, qdd = np.sin(3.0 * t), 3.0 * np.cos(3.0 * t), -9.0 * np.sin(3.0 * t)
+    found = inverse(scene, t, {"shaft.q[1]": q, "shaft.qd[1]": qd, "shaft.qdd[1]": qdd})
+    assert found["shaft.drive.effort[1]"] == pytest.approx(inertia * qdd - torque(t), abs=1e-12 * 10.0 * inertia + 1e-12)
+
+
+def test_in_a_loop_one_motion_takes_all_with_it() -> None:
+    """The crank of a crank-slider driven as it ran: its effort is none, for nothing drove it."""
+    scene = load_scene("crank_slider_free")
+    r = simulate(scene, until=0.3, every=0.01, rtol=1e-10)
+    crank = next(n for n, j in scene.joints.items() if j.type == "revolute" and "ground" in str(j.inboard))
+    motion = {f"{crank}.{q}[1]": r[f"{crank}.{q}[1]"] for q in ("q", "qd", "qdd")}
+    found = inverse(scene, r.time, motion)
+    forces = max(float(np.abs(r[n]).max()) for n in r.matching("*.reaction.force[*]"))
+    moving = np.abs(r[f"{crank}.qd[1]"]) > 1e-6  # at rest friction takes what it likes
+    assert np.abs(found[f"{crank}.drive.effort[1]"][moving]).max() < 1e-6 * forces
+
+
+def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> None:
+    scene = load_scene("double_pendulum")
+    source, out = tmp_path / "motion.csv", tmp_path / "efforts.csv"
+    assert main(["simulate", "double_pendulum", "--until", "0.05", "-o", str(source)]) == 0
+    joint = next(n for n, j in scene.joints.items() if j.type == "cylindrical")
+    assert main(["inverse", "double_pendulum", "--motion", str(source), "-o", str(out)]) == 0
+    with out.open() as file:
+        rows = list(csv.DictReader(file))
+    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # nothing drove it
+    plain = tmp_path / "plain.csv"
+    times = np.linspace(0.0, 0.5, 20)
+    body = "\n".join(f"{t},{0.1 * t**2}" for t in times)
+    plain.write_text(f"time,pivot.q[1]\n{body}\n")
+    assert main(["inverse", "simple_pendulum", "--motion", str(plain)]) == 0
+
+
+def test_every_mistake_in_a_motion_is_told() -> None:
+    scene, t = arm(1), np.linspace(0.0, 1.0, 4)
+    motion = {"j0.q[2]": t, "j0.qd[1]": t, "elbow.q[1]": t, "j0.qdd[1]": t[:2]}
+    with pytest.raises(SceneError) as told:
+        inverse(scene, t, motion)
+    assert {p.where for p in told.value.problems} == {"motion.j0.q[2]", "motion.j0.q[1]", "motion.elbow.q[1]", "motion.j0.qdd[1]"}
+    with pytest.raises(SceneError, match="at least"):
+        inverse(scene, t, {"j0.q[1]": t})
+    with pytest.raises(SceneError, match="no freedom"):
+        inverse(replace(scene, name="other"), t, {})

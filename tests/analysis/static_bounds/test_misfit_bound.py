@@ -1,0 +1,64 @@
+"""Self-stress of opposed joints, bounded by how far they are from fitting: what it holds has an end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import trunnion
+from tests.analysis.static_bounds import hand_calculation_scenes as scenes
+from trunnion.analysis.static_bounds.branch_and_bound import minimise
+from trunnion.analysis.static_bounds.equilibrium_equations import statics
+from trunnion.analysis.static_bounds.norm_program import Row
+from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states
+from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
+from trunnion.scene.overrides import scene_given
+
+MISFIT = 2e-6
+"""m."""
+
+
+def weightless() -> dict[str, Any]:
+    """The door, weighing nothing: its hinges press only against each other."""
+    return scenes.door() | {"gravity": [0, 0, 0]}
+
+
+def torque(stress: Stress, cells: int) -> tuple[float, float]:
+    """The largest torque on the weightless door that some state holds: (attained, certified)."""
+    st = statics(scene_given(weightless()))
+    a = admissible_states(st, tuple(st.pairs()), stress, Effort(cells), 0)
+    amount = a.space.amount(len(a.space.origin) - 1)
+    found = minimise(a.program.with_objective(Row(-amount)), a.effort, root=a.root)
+    return -found.value * a.space.scale, -found.bound * a.space.scale
+
+
+def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_misfit() -> None:
+    """Couples at both hinges, opposed: forces L, −L, −L, L at heights ±s/2 ± c balance, as do two faces that press with L against
+    each other."""
+    most = 30.0
+    held = scenes.RADIUS * scenes.MU / (1.0 + scenes.MU**2) ** 0.5 * 4.0 * most + scenes.THRUST * scenes.MU * 2.0 * most
+    assert torque(most, 8) == pytest.approx((held, held), rel=1e-8)
+
+
+def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
+    """Bounds by joint lie between those of the softer and of the stiffer for both; faces press no more than the softer's."""
+    soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))
+    assert soft < both < stiff
+    assert both <= stiff - scenes.THRUST * scenes.MU * 2.0 * (30.0 - 10.0) + 1e-9
+
+
+def test_misfit_is_self_stress_over_stiffness() -> None:
+    scene = scenes.walls()
+    for joint in scene["joints"].values():
+        joint["stiffness"] = 5e6
+    by_force = trunnion.hold(scene, bounds=True, self_stress=MISFIT * 5e6, cells=1)
+    by_length = trunnion.hold(scene, bounds=True, misfit=MISFIT, cells=1)
+    assert (by_length.pairs, by_length.loads) == (by_force.pairs, by_force.loads)
+    assert (by_length.misfit, by_length.self_stress) == (MISFIT, None)
+
+
+def test_two_bounds_or_a_negative_one_are_refused() -> None:
+    with pytest.raises(trunnion.SceneError, match=r"(?s)misfit.*not a valid length.*both misfit and self_stress"):
+        trunnion.hold(scenes.guide(0.1), bounds=True, misfit=-1.0, self_stress=1.0)

@@ -1,0 +1,109 @@
+"""The real dispatcher and its real store (SQLite) before workers that only wait: as many as wanted, on one machine."""
+
+from __future__ import annotations
+
+import heapq
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from trunnion.service.basics.prometheus_metrics import Metrics
+from trunnion.service.basics.server_settings import Settings
+from trunnion.service.executor.chunk_dispatcher import Dispatcher
+from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
+from trunnion.service.executor.parquet_parts import Parts
+from trunnion.service.executor.part_checksum import Piece
+from trunnion.service.store.leases_and_chunks import WorkStore
+
+
+class Unlearning(DispatchCost):
+    """Pieces as they were before their sizes followed from what they cost."""
+
+    def record(self, pieces: int, seconds: float) -> None:
+        """Learn nothing."""
+
+
+@dataclass
+class Later:
+    """The answer of a worker."""
+
+    said: dict[str, Any]
+    status: str = "pending"
+    calls: list[Callable[[Any], None]] = field(default_factory=list)
+
+    def add_done_callback(self, call: Callable[[Any], None]) -> None:
+        """Call it when it is said."""
+        self.calls.append(call)
+
+    def result(self, timeout: float = 0.0) -> dict[str, Any]:
+        """The answer."""
+        return self.said
+
+    def cancel(self) -> None:
+        """Nobody waits any more."""
+
+    def say(self) -> None:
+        """Say it now."""
+        self.status = "finished"
+        for call in self.calls:
+            call(self)
+
+
+class Waiting:
+    """A cluster of workers that wait as long as stepping would take, each one piece after the other. case: s."""
+
+    def __init__(self, workers: int, case: float):
+        self.counted, self.case = workers, case
+        self.free = [0.0] * workers
+        self.due: list[tuple[float, int, Later]] = []
+        self.number = 0
+        self.changed = threading.Condition()
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def slots(self) -> int:
+        """How many workers there are."""
+        return self.counted
+
+    def submit(self, function: Any, url: str, piece: Piece, *_: Any) -> Later:
+        """Have a piece done by the worker that is free first."""
+        n = piece.stop - piece.start
+        later = Later({"counts": {"done": n}, "seconds": n * self.case, "build_seconds": 0.0, "bytes": 25 * n})
+        with self.changed:
+            over = max(heapq.heappop(self.free), time.monotonic()) + n * self.case
+            heapq.heappush(self.free, over)
+            self.number += 1
+            heapq.heappush(self.due, (over, self.number, later))
+            self.changed.notify()
+        return later
+
+    def _run(self) -> None:
+        while True:
+            with self.changed:
+                while not self.due or self.due[0][0] > time.monotonic():
+                    self.changed.wait(self.due[0][0] - time.monotonic() if self.due else None)
+                later = heapq.heappop(self.due)[2]
+            later.say()
+
+
+def real(cases: int, workers: int, case: float, learns: bool) -> tuple[float, int, float]:
+    """(seconds from submission to the job's end, pieces, what a piece cost the dispatcher at the end, s)."""
+    with tempfile.TemporaryDirectory() as folder:
+        store, parts = WorkStore(f"sqlite:///{folder}/jobs.db"), Parts(f"{folder}/results")
+        store.upgrade()
+        dispatcher = Dispatcher(store, Waiting(workers, case), parts, Settings(Path(folder)), Metrics())  # type: ignore[arg-type]
+        learnt = dispatcher.dispatch_cost
+        if not learns:
+            dispatcher.dispatch_cost = Unlearning()
+        job, _ = store.submit("me", "d", "scene", "", "{}", cases, 1e9)
+        began = time.perf_counter()
+        dispatcher.start()
+        while (found := store.job(job.id)) is not None and found.state in ("queued", "running"):
+            time.sleep(0.05)
+        seconds, pieces = time.perf_counter() - began, len(store.finished(job.id))
+        dispatcher.stop()
+        store.close()
+        return seconds, pieces, learnt.cost(COMMIT_SIZE)

@@ -1,0 +1,80 @@
+"""Modules import each other one way: no circles, even through imports inside functions or for types; workers load no commands
+and no web."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from trunnion.packaging.commands import PACKAGES
+
+ROOT = Path(__file__).resolve().parents[2]
+WORKERS = (
+    *(f"trunnion.service.executor.{name}" for name in ("chunk_and_case_runs", "sensitivity_run", "parquet_parts")),
+    "trunnion.batch",
+)
+"""What runs in another process, on another machine perhaps: the cases of a batch, one run and its derivatives."""
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """Every module of the product by its dotted name."""
+    found = {}
+    for name, folder in PACKAGES.items():
+        for file in (ROOT / folder).rglob("*.py"):
+            parts = (name, *file.relative_to(ROOT / folder).with_suffix("").parts)
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def imports_of(text: str, known: set[str]) -> set[str]:
+    """Modules among the known ones that a source imports: at its top, in a function, or for types alone."""
+    out: set[str] = set()
+    for n in ast.walk(ast.parse(text)):
+        if isinstance(n, ast.Import):
+            out |= {a.name for a in n.names}
+        elif isinstance(n, ast.ImportFrom) and n.module:
+            out |= {f"{n.module}.{a.name}" if f"{n.module}.{a.name}" in known else n.module for a in n.names}
+    return out & known
+
+
+@cache
+def graph() -> dict[str, set[str]]:
+    """Module → the modules it imports."""
+    known = set(modules())
+    return {m: imports_of(f.read_text(encoding="utf-8"), known) - {m} for m, f in modules().items()}
+
+
+def reached(start: str) -> set[str]:
+    """The module and all modules that it may come to import, directly or through others."""
+    seen, todo = set(), [start]
+    while todo:
+        m = todo.pop()
+        if m not in seen:
+            seen.add(m)
+            todo += graph()[m]
+    return seen
+
+
+def test_no_module_imports_itself_by_a_detour() -> None:
+    try:
+        TopologicalSorter(graph()).prepare()
+    except CycleError as e:
+        pytest.fail(" → ".join(e.args[1]))
+
+
+def test_imports_inside_functions_and_for_types_count() -> None:
+    text = "if TYPE_CHECKING:\n    import a\nelse:\n    import b\ndef f():\n    from c.d import e\n    from c import g\n"
+    assert imports_of(text, {"a", "b", "c", "c.d", "c.d.e"}) == {"a", "b", "c", "c.d.e"}
+
+
+@pytest.mark.parametrize("worker", WORKERS)
+def test_workers_import_neither_the_command_line_nor_the_web_nor_the_store(worker: str) -> None:
+    """Those would take longer to load than all that a worker does for a small job."""
+    theirs = ("trunnion.cli", "trunnion.fmu.cli", *(f"trunnion.service.{name}" for name in ("cli", "api", "store", "server")))
+    found = sorted(m for m in reached(worker) if m.startswith(theirs))
+    assert not found

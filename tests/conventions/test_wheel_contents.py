@@ -1,0 +1,94 @@
+"""A wheel holds nothing but what installed code imports or reads."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import pytest
+from setuptools import Distribution
+
+from trunnion.packaging.commands import MODEL_FILE, PACKAGES, ROOT, BuildPy
+from trunnion.scene.library.model_folders import bundled_names
+
+LOADED_BY_OTHERS = ("trunnion.service.store.migrations.",)
+"""Modules that a library loads from a folder (Alembic)."""
+HASHED = {"trunnion.parts.primitives.library_prebuild"}
+"""Builds the libraries of a wheel. ``prebuilt_libraries.sources`` reads the file: a library is used with the same sources alone."""
+READ_BY_OTHERS = {"py.typed"}
+"""Files that tools read (type checkers)."""
+
+
+@cache
+def wheel_files() -> tuple[dict[str, Path], list[Path]]:
+    """Modules by their name and the other files that a wheel would hold, by their paths in the checkout."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        command = BuildPy(Distribution({"package_dir": dict(PACKAGES), "script_name": "setup.py"}))
+        command.ensure_finalized()
+        modules = {f"{p}.{m}".removesuffix(".__init__"): ROOT / f for p, m, f in command.find_all_modules()}
+        data = [ROOT / source / f for _, source, _, files in command.data_files for f in files]
+    return modules, [f for f in data if f.suffix != ".py"]
+
+
+@cache
+def imports(module: str) -> frozenset[str]:
+    """Modules of a wheel that a module imports, its parents among them, or names in a text: ``a.b``, ``a.b:c``, or ``b``
+    where the module is in the package of ``b`` or names it in a text."""
+    modules, found = wheel_files()[0], {module.rpartition(".")[0]}
+    tree = ast.parse(modules[module].read_text(encoding="utf-8"))
+    texts = [n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str)]
+    package = module if modules[module].name == "__init__.py" else module.rpartition(".")[0]
+    starts = ["", "trunnion.", f"{package}.", *(t.removesuffix(".") + "." for t in texts if t.startswith("trunnion."))]
+    for n in ast.walk(tree):
+        if isinstance(n, ast.Import):
+            found |= {a.name for a in n.names}
+        elif isinstance(n, ast.ImportFrom) and n.module:
+            found |= {n.module, *(f"{n.module}.{a.name}" for a in n.names)}
+    found |= {start + re.split("[:.]", text)[0] if start else text.partition(":")[0] for start in starts for text in texts}
+    return frozenset(found & set(modules))
+
+
+def test_every_module_is_reached_from_an_entry_point() -> None:
+    modules = wheel_files()[0]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    entries = project["scripts"].values()
+    reached = {*PACKAGES, *HASHED, *(e.partition(":")[0] for e in entries), *(m for m in modules if m.endswith(".__main__"))}
+    reached |= {m for m in modules if m.startswith(LOADED_BY_OTHERS)}
+    waiting = list(reached)
+    while waiting:
+        new = imports(waiting.pop()) - reached
+        reached |= new
+        waiting += new
+    assert sorted(set(modules) - reached) == []
+
+
+def test_installed_code_imports_no_module_of_the_checkout_alone() -> None:
+    modules = wheel_files()[0]
+    missing = []
+    for module, file in modules.items():
+        for n in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if (
+                isinstance(n, ast.ImportFrom)
+                and (n.module or "").partition(".")[0] in ("trunnion", "tests")
+                and n.module not in modules
+            ):
+                missing.append(f"{module}: {n.module}")
+    assert missing == []
+
+
+def test_every_other_file_is_named_by_an_installed_file() -> None:
+    modules, data = wheel_files()
+    texts = {f: f.read_text(encoding="utf-8") for f in [*modules.values(), *data]}
+    names = {f: f.stem if f.suffix in (".txt", ".hpp") else f.name for f in data if f.name not in READ_BY_OTHERS}
+    any_name = re.compile(rf"(?<![\w.-])(?:{'|'.join(sorted(map(re.escape, set(names.values())), key=len, reverse=True))})")
+    found = {f: set(any_name.findall(text)) for f, text in texts.items()}
+    unnamed = [f for f, name in names.items() if not any(name in said for other, said in found.items() if other != f)]
+    assert [f.relative_to(ROOT).as_posix() for f in unnamed] == []
+
+
+def test_of_models_a_wheel_holds_the_scenes_that_have_a_name() -> None:
+    assert sorted(f.parent.name for f in (ROOT / "models").rglob(MODEL_FILE)) == sorted(bundled_names())

@@ -1,0 +1,87 @@
+"""Installed as a wheel or as an editable checkout, the packages work from any folder and find their models."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = "import sys, setuptools.build_meta as h; print(getattr(h, 'build_' + sys.argv[1])(sys.argv[2]))"
+SCRIPT = """
+import json, trunnion, trunnion.fmu, trunnion.service
+from trunnion.scene.library.model_folders import model_names
+r = trunnion.simulate("spherical_pendulum", until=0.5)
+print(json.dumps([trunnion.__file__, str(trunnion.models_dir()), model_names(), r.outcome.ok]))
+"""
+TIMEOUT = 300
+"""Seconds; a slow machine builds a kernel in ten."""
+
+
+def installed(kind: str, folder: Path) -> Path:
+    """Python of a fresh environment that holds this project as built and, by path, the packages it needs."""
+    # what is built with a wheel is a matter of ``engine/parts/test_installation_without_compiler.py``
+    env = dict(os.environ, TRUNNION_PREBUILD="0")
+    name = subprocess.run(
+        [sys.executable, "-c", BUILD, kind, str(folder)], cwd=ROOT, env=env, capture_output=True, text=True, check=True
+    ).stdout.split()[-1]
+    place = folder / "env"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place)], check=True)
+    python = place / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    ask = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    site = Path(subprocess.run([str(python), "-c", ask], capture_output=True, text=True, check=True).stdout.strip())
+    zipfile.ZipFile(folder / name).extractall(site)
+    (site / "zz_needed.pth").write_text("\n".join({sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}))
+    return python
+
+
+def ask(python: Path, folder: Path, *words: str) -> str:
+    """Standard output of Python run in another folder, without what would lead it back to this checkout."""
+    env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    done = subprocess.run([str(python), *words], cwd=folder, env=env, capture_output=True, text=True, timeout=TIMEOUT)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("kind", ["wheel", "editable"])
+def test_it_runs_from_another_folder(kind: str, tmp_path: Path) -> None:
+    python, elsewhere = installed(kind, tmp_path), tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    file, models, names, ok = json.loads(ask(python, elsewhere, "-c", SCRIPT))
+    home = tmp_path / "env" if kind == "wheel" else ROOT
+    assert Path(file).is_relative_to(home)
+    assert Path(models) == (Path(file).parent / "_models" if kind == "wheel" else ROOT / "models")
+    assert names == sorted(p.parent.name for p in (ROOT / "models").glob("*/scene.yaml"))
+    assert ok
+
+
+def test_the_wheels_command_draws_and_animates(tmp_path: Path) -> None:
+    python = installed("wheel", tmp_path)
+    files = ["p.csv", "p.png", "p.html"]
+    flags = [w for pair in zip(("-o", "--plot", "--animate"), files, strict=True) for w in pair]
+    ask(python, tmp_path, "-m", "trunnion", "simulate", "spherical_pendulum", "--until", "0.5", *flags)
+    assert all((tmp_path / f).stat().st_size > 1000 for f in files)
+
+
+def test_the_wheel_adds_one_package(tmp_path: Path) -> None:
+    python = installed("wheel", tmp_path)
+    with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as wheel:
+        tops = {name.partition("/")[0] for name in wheel.namelist()}
+    assert tops == {"trunnion", next(t for t in tops if t.endswith(".dist-info"))}
+    assert python.exists()
+
+
+def test_a_users_own_files_of_the_folders_names_hide_nothing(tmp_path: Path) -> None:
+    """``engine.py``, ``fmu/`` and ``service.py`` beside a user's script are the user's, and ours are found all the same."""
+    python, beside = installed("wheel", tmp_path), tmp_path / "beside"
+    (beside / "fmu").mkdir(parents=True)
+    for name in ("engine.py", "service.py", "fmu/__init__.py"):
+        (beside / name).write_text("MINE = 1\n")
+    ask(python, beside, "-c", "import engine, fmu, service; assert engine.MINE + fmu.MINE + service.MINE == 3\n" + SCRIPT)
+    ask(python, beside, "-m", "trunnion", "check", "spherical_pendulum")

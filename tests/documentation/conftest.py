@@ -1,0 +1,19 @@
+"""The copies of the checkout in which pages are read."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+
+import pytest
+
+from tests.documentation.virtual_environments import Home
+
+
+@pytest.fixture(scope="module")
+def homes() -> Iterator[dict[str, Home]]:
+    """A copy of the checkout for every group, with an environment of its own; gone afterwards."""
+    made: dict[str, Home] = {}
+    yield made
+    for home in made.values():
+        shutil.rmtree(home.path, ignore_errors=True)

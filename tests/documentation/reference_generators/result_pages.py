@@ -1,0 +1,102 @@
+"""Generated pages of the reference: columns, events, outcomes, and the table of laws in ``notation.md``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+COLUMNS = """# Columns
+
+Output columns of a run, in the order of a result. Words in capitals are names and numbers of the scene. Indices count from 1. FMU
+variables and reductions of batches have the same names. `--outputs PATTERN` selects columns; `ball.*` selects all of joint `ball`.
+
+| column | unit | content |
+|---|---|---|
+"""
+STANDING_FOR = {
+    "JOINT.STEM[": "JOINT.DEVICE.effort[",
+    "the WHAT of": "the DEVICE of",
+    "friction.PLACE": "friction.torque[NUMBER]`, `JOINT.friction.force",
+    "friction WHAT": "friction torque or force",
+    "DISPLACEMENT": "rad or m",
+    "EFFORT": "N*m or N",
+    "NUMBERRADIUS": "NUMBER",
+    " (SENSE)": "",
+}
+"""Words of declarations that a scene replaces by one of several texts."""
+EVENTS = """# Events
+
+A run reports these kinds of events: `result.events` in Python, the list in the summary, `events.*` in tables and FMUs. Each has a
+time, a joint and a part (which of its friction pairs, from 1). For every contact of the pair it has the angle before, the angle
+after, and the angle by which the normal turned. Reductions of batches count and find them: `count:slip`, `first:stick`.
+
+| event | meaning |
+|---|---|
+"""
+OUTCOMES = """# Outcomes
+
+A run ends with one of these outcomes. Each names time, joint and remedy, and keeps all rows so far.
+
+| outcome | joint, and numbers reported | remedy |
+|---|---|---|
+| `done` | | none needed: the end time was reached |
+"""
+DETAILS = {
+    "jammed": "the friction pair: `part`, `friction`",
+    "inconsistent": "the friction pair",
+    "no_solution": "the joint with the most friction",
+    "open_loop": "the joint where the loop is cut; `independence`",
+    "dead_centre": "the first driven joint of the loop, else the joint where it is cut",
+    "gimbal_lock": "a universal joint of the loop, else the joint where it is cut; `independence`",
+    "overlap_lost": "the joint",
+    "not_finite": "the joint that moves fastest",
+    "inaccurate": "the joint of an event just before most of the error; `energy` (J, gained), `turned_over`, `share`",
+}
+"""Which joint an outcome names, and the numbers it reports."""
+OUTCOMES_END = """
+A contact that separates does not end a run: it goes on at the other side of its clearance, as the event `separation`. A decision
+that several sets of modes satisfy prefers sticking; a note and `certificate.indeterminate` say so. [End of
+reach](../theory/loops.md#end-of-reach) explains `open_loop` and `gimbal_lock`, [Jams](../theory/friction.md#jams) explains
+`jammed`. """
+
+
+def columns_text() -> str:
+    """The page of columns."""
+    from trunnion.columns.registry import reference
+
+    rows = (f"| `{name}` | {unit} | {cell(text)} |\n" for name, unit, text in reference())
+    return COLUMNS + "".join(readable(row) for row in rows)
+
+
+def readable(row: str) -> str:
+    """A row with the words that stand for several texts replaced by what they stand for."""
+    for word, meaning in STANDING_FOR.items():
+        row = row.replace(word, meaning)
+    return row
+
+
+def events_text() -> str:
+    """The page of events."""
+    from trunnion.runtime.abi.enumerations import EventKind
+
+    return EVENTS + "".join(f"| `{kind.name.lower()}` | {cell(kind.about)} |\n" for kind in EventKind)
+
+
+def outcomes_text() -> str:
+    """The page of outcomes."""
+    from trunnion.simulation.results.outcome import ADVICE
+
+    rows = (f"| `{name}` | {DETAILS.get(name, '')} | {cell(advice)} |\n" for name, advice in sorted(ADVICE.items()))
+    return OUTCOMES + "".join(rows) + OUTCOMES_END
+
+
+def cell(text: str) -> str:
+    """Text as the content of a table's cell."""
+    return text.replace("|", "\\|")
+
+
+def notation_text(page: Path) -> str:
+    """The page of notation with the table of friction laws that their declarations give."""
+    from trunnion.elements.friction.registry import table
+
+    return re.sub(r"(?m)^\| law \|.*\n(?:\|.*\n)+", lambda _: table() + "\n", page.read_text(encoding="utf-8"), count=1)

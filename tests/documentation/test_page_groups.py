@@ -1,0 +1,33 @@
+"""Every page is read, and says first where what it names comes from. Pages are read in ``test_models`` and ``test_others``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.documentation.code_blocks import pages, steps
+from tests.documentation.page_groups import GROUPS, ROOT, alone, begins
+
+
+def test_every_page_with_something_to_run_is_run() -> None:
+    found = {p.relative_to(ROOT).as_posix() for p in pages(ROOT)}
+    assert found == {page for group in GROUPS.values() for page in group if steps(ROOT / page)}
+
+
+def test_every_page_begins_with_what_it_installs() -> None:
+    """A page that names a command without saying where it comes from leaves its reader to guess."""
+    for page in (page for group in GROUPS.values() for page in group if steps(ROOT / page)):
+        first = begins(page)[0].text
+        assert "pip install" in first, f"{page} begins with {first.splitlines()[0]!r}"
+    assert "[README](../README.md)" in (ROOT / "models" / "README.md").read_text(encoding="utf-8")
+
+
+def test_two_processes_that_read_pages_of_one_kind_are_told_of_each_other(tmp_path: Path) -> None:
+    """They serve at one port. (``--dist loadgroup`` did not keep them apart: pytest 9.2 ignores the names by which it groups.)"""
+    alone(tmp_path, about_models=True)
+    alone(tmp_path, about_models=False)
+    alone(tmp_path, about_models=False)
+    (tmp_path / "others.process").write_text("another")
+    with pytest.raises(AssertionError, match="--dist loadfile"):
+        alone(tmp_path, about_models=False)

@@ -1,0 +1,51 @@
+"""Generated pages are current, and all pages build into a site."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from tests.documentation.reference_pages import PAGES, outdated
+
+ROOT = Path(__file__).resolve().parents[2]
+LARGEST_PAGE = 40 * 1024
+"""Bytes; a reader scrolls through no page that is longer."""
+
+
+def test_generated_pages_are_current() -> None:
+    assert outdated() == [], "run python -m tests.documentation.reference_pages"
+    assert len(PAGES) >= 2
+
+
+def test_no_page_is_longer_than_a_reader_scrolls() -> None:
+    pages = [p for top in ("engine", "fmu", "service", "models", "tests") for p in (ROOT / top).rglob("*.md")]
+    pages += list(ROOT.glob("*.md"))
+    assert len(pages) > 50
+    assert {p.relative_to(ROOT).as_posix(): p.stat().st_size for p in pages if p.stat().st_size > LARGEST_PAGE} == {}
+
+
+def test_all_pages_build_into_a_site_with_search(tmp_path: Path) -> None:
+    if find_spec("sphinx") is None:
+        pytest.skip("the site needs the extra docs")
+    build = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "--keep-going",
+        "-q",
+        "-c",
+        "engine/docs",
+        "-d",
+        str(tmp_path / "tree"),
+        ".",
+        str(tmp_path / "site"),
+    ]
+    done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    for page in ("index.html", "README.html", "search.html", "searchindex.js", "engine/docs/guide/first_run.html"):
+        assert (tmp_path / "site" / page).stat().st_size > 50

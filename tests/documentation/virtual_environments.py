@@ -1,0 +1,125 @@
+"""The environments in which pages are read: a copy of the checkout each, with a ``.venv`` that holds what was typed into it.
+
+What every page installs first, the project without extras, is unpacked once. Later environments begin as copies of that one (files
+are hard links), into which the page's own line is then typed as printed. At the end each holds exactly what its pages install.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from importlib.metadata import Distribution, distributions
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tests.documentation.code_blocks import PLAIN
+
+BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?:\.venv/bin/)?pip install -q \.(?: |$)")
+"""The line that makes an environment with the project and no extras."""
+EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
+PATIENCE = 180.0
+"""Seconds to wait for another process's environment; only where it has failed does one wait so long, and make its own then."""
+WITH_PYTHON = {"pip", "setuptools", "wheel"}
+"""What ``python -m venv`` may put into an environment by itself."""
+
+
+@dataclass
+class Home:
+    """A copy of the checkout. path: its folder; shared: a folder that the homes of one test session have in common; typed: the
+    lines that installed something here."""
+
+    path: Path
+    shared: Path
+    typed: list[str] = field(default_factory=list)
+    copied: bool = False
+    """Whether its environment began as a copy of another one."""
+
+    @property
+    def venv(self) -> Path:
+        """Folder of the environment."""
+        return self.path / ".venv"
+
+    def begin(self, line: str) -> None:
+        """Take over the environment without extras before an environment is made by ``line``. The session's first home that types
+        the line for it makes it, and all others wait for that."""
+        base, maker = self.shared / "base", self.shared / "base.maker"
+        if BASE.match(line) and not maker.exists():
+            with suppress(FileExistsError):
+                maker.touch(exist_ok=False)
+                return
+        end = time.monotonic() + PATIENCE
+        while maker.exists() and not base.exists() and time.monotonic() < end:
+            time.sleep(0.2)
+        if not self.venv.exists() and base.exists():
+            linked(base / "venv", self.venv, (base / "place").read_bytes())
+            self.copied = True
+
+    def typed_now(self, line: str) -> None:
+        """Remember an installation; the session's first one without extras is kept for later environments."""
+        if BASE.match(line) and not self.typed and not self.copied:
+            mine = self.shared / f"base-{os.getpid()}"
+            linked(self.venv, mine / "venv", bytes(self.venv))
+            (mine / "place").write_bytes(bytes(self.venv))
+            with suppress(OSError):  # another process was first
+                mine.rename(self.shared / "base")
+        self.typed.append(line)
+
+    @property
+    def extras(self) -> set[str]:
+        """Extras of this project that were typed here."""
+        return {extra for line in self.typed for found in EXTRAS.findall(line) for extra in found.split(",")}
+
+    def surplus(self) -> tuple[set[str], set[str]]:
+        """Names of the distributions that the environment has although nothing typed here asks for them, and of those it lacks."""
+        (site,) = self.venv.glob("lib/python*/site-packages")
+        there = {canonicalize_name(d.metadata["Name"]): d for d in distributions(path=[str(site)])}
+        asked = needed(there, "trunnion", self.extras)
+        return set(there) - asked - WITH_PYTHON, asked - set(there)
+
+
+def needed(there: dict[str, Distribution], name: str, extras: set[str]) -> set[str]:
+    """A distribution and all that it requires with these extras, directly or not."""
+    seen: set[tuple[str, str]] = set()
+    todo = [(canonicalize_name(name), extra) for extra in ("", *extras)]
+    while todo:
+        name, extra = step = todo.pop()
+        if step in seen:
+            continue
+        seen.add(step)
+        for text in (there[name].requires or []) if name in there else []:
+            wanted = Requirement(text)
+            if wanted.marker is None or wanted.marker.evaluate({"extra": extra}):
+                todo += [(canonicalize_name(wanted.name), e) for e in ("", *wanted.extras)]
+    return {name for name, _ in seen}
+
+
+def linked(old: Path, new: Path, place: bytes) -> None:
+    """A copy of an environment that was made at ``place``, with hard links for its packages; scripts and settings, which name their
+    place and are written over in place, are files of their own. The copy in which pages are read names where it stands."""
+    shutil.copytree(old, new, symlinks=True, ignore=shutil.ignore_patterns("lib"))
+    shutil.copytree(old / "lib", new / "lib", symlinks=True, copy_function=link)
+    if new.name == ".venv":
+        for script in (new / "bin").iterdir():
+            if not script.is_symlink():
+                script.write_bytes(script.read_bytes().replace(place, bytes(new)))
+
+
+def link(old: str, new: str) -> str:
+    """A second name of a file, or a copy where the file system has no such names."""
+    try:
+        os.link(old, new)
+    except OSError:
+        shutil.copy2(old, new)
+    return new
+
+
+def copied(root: Path, home: Path) -> Path:
+    """A copy of the checkout without files that are not part of it, such as environments and caches."""
+    ignore = shutil.ignore_patterns(*PLAIN, ".*_cache", ".hypothesis", "trunnion-data", "node_modules")
+    return Path(shutil.copytree(root, home, ignore=ignore))

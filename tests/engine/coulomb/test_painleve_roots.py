@@ -1,0 +1,61 @@
+"""Painlevé (theory, "Reference numbers", F4).
+
+The complement equations of 8.1 have one root while R = r μ/√(1+μ²) < I/(m l), else none or two."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.reference import every_root, forward
+from tests.reference.scenes.paper_examples import ball_pendulum, pendulum_start
+from tests.stability.entries.ball_pendulums import MU, PAINLEVE, pendulum
+from tests.stability.equivalent_scenes import told
+from tests.stability.scene_verdicts import ran
+
+STATES = ((0.4, 1.0), (-1.2, 3.0), (1.0, -2.0), (0.3, -0.5))
+
+
+def independent(radius: float, angle: float, rate: float) -> int:
+    """Roots found from many starts by the formulation that shares no code."""
+    state = forward(ball_pendulum(mu=MU, radius=radius, law="coulomb"), *pendulum_start(angle, rate))
+    return len(every_root(state, starts=25, spread=20.0))
+
+
+@pytest.mark.parametrize(("angle", "rate"), STATES)
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
+def test_below_the_threshold_there_is_one_root_and_it_is_found(share: float, angle: float, rate: float) -> None:
+    assert independent(share * PAINLEVE, angle, rate) == 1
+    r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
+    assert r.outcome.ok
+    assert r.certificate.roots[0] == 1
+
+
+@pytest.mark.parametrize(("angle", "rate"), STATES)
+@pytest.mark.parametrize("share", [1.01, 1.1])
+def test_above_the_threshold_none_is_named_and_two_are_counted(share: float, angle: float, rate: float) -> None:
+    count = independent(share * PAINLEVE, angle, rate)
+    assert count in (0, 2)
+    r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
+    if count == 0:
+        assert r.outcome.name in ("jammed", "inconsistent")
+        assert (r.outcome.joint, r.outcome.time) == ("ball", 0.0)
+    else:
+        assert r.outcome.ok
+        assert r.certificate.roots[0] == 2
+
+
+def test_a_known_acceleration() -> None:
+    """R = 0.0257 m, 60°, 2 rad/s: −13.261857 rad/s² (F4)."""
+    r = ran(pendulum(math.pi / 3, 0.0257 * math.hypot(1, MU) / MU, 2.0, 1e-6))
+    assert abs(r["ball.qdd[2]"][0]) == pytest.approx(13.261857, abs=5e-7)
+    assert np.sign(r["ball.qdd[2]"][0]) == -np.sign(r["ball.qd[2]"][0])
+
+
+@pytest.mark.parametrize("below", [1e-4, 1e-6])
+def test_just_below_the_threshold_it_stops_and_stays(below: float) -> None:
+    for seed in range(4):
+        r = ran(told(pendulum(1.0, PAINLEVE * (1 - below), -2.0, 0.02), "turned", seed))
+        assert r.outcome.ok, seed

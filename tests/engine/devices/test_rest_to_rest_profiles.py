@@ -1,0 +1,86 @@
+"""Drives from rest to rest: where, how fast and how suddenly they go, by the textbook's formulas of each profile."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from trunnion.scene.checks import problems
+from trunnion.scene.data_classes import scene as sm
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import simulate
+
+START, END, BEGIN, TIME = 0.2, -1.3, 0.3, 1.2
+WAY = END - START
+KERNELS = ("parts", "compiled")
+PROFILES = ("polynomial", "trapezoid", "s_curve")
+
+
+def moved(profile: str, kernel: str = "parts", kind: str = "revolute", **more: float) -> Result:
+    rub = sm.Friction(torque=0.5) if kind == "revolute" else sm.Friction(force=0.5)
+    move = sm.Move(**{"start": START, "end": END, "begin": BEGIN, "duration": TIME, "profile": profile, **more})
+    joint = sm.Joint(kind, "ground", "arm", axis="z", friction=rub, drive=sm.Drive(move=move))
+    body = sm.Body(box=(0.6, 0.05, 0.05), mass=2.0, center=(0.3, 0.0, 0.0))
+    return simulate(sm.Scene({"arm": body}, {"joint": joint}, "arm"), until=2.0, every=2e-3, rtol=1e-9, kernel=kernel)
+
+
+def first_half(profile: str, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Share of the way, its rate and acceleration up to u = 1/2, written down per phase."""
+    if profile == "polynomial":
+        return u**3 * (10 - 15 * u + 6 * u**2), 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
+    if profile == "trapezoid":  # peak speed 3/2, acceleration 9/2
+        early = u < 1 / 3
+        return np.where(early, 2.25 * u**2, 0.25 + 1.5 * (u - 1 / 3)), np.where(early, 4.5 * u, 1.5), np.where(early, 4.5, 0.0)
+    corners, accelerations = np.array([0, 1 / 12, 1 / 4, 1 / 3, 1.0]), [0, 6, 6, 0, 0]  # speeds up to 6 · 1/4 = 3/2
+    fine = np.linspace(0.0, 0.5, 600_001)
+    a = np.interp(fine, corners, accelerations)
+    v = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2 * np.diff(fine))])
+    x = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * np.diff(fine))])
+    return np.interp(u, fine, x), np.interp(u, fine, v), np.interp(u, corners, accelerations)
+
+
+def textbook(profile: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The whole: the second half is the first, mirrored."""
+    u = np.clip((t - BEGIN) / TIME, 0.0, 1.0)
+    early, inside = u <= 0.5, (t > BEGIN) & (t < BEGIN + TIME)
+    x, v, a = first_half(profile, np.where(early, u, 1 - u))
+    return np.where(early, x, 1 - x), np.where(inside, v, 0.0), np.where(inside, np.where(early, a, -a), 0.0)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_way_is_that_of_its_profile(profile: str, kind: str, kernel: str) -> None:
+    r = moved(profile, kernel, kind)
+    x, v, a = textbook(profile, r.time)
+    twelfths = (r.time - BEGIN) / TIME * 12
+    apart = np.abs(twelfths - np.round(twelfths)) > 1e-6  # at a knot either side holds
+    assert r["joint.q[1]"] == pytest.approx(START + WAY * x, abs=1e-9)
+    assert r["joint.qd[1]"] == pytest.approx(WAY / TIME * v, abs=1e-9)
+    assert r["joint.qdd[1]"][apart] == pytest.approx((WAY / TIME**2 * a)[apart], abs=1e-8)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_what_the_drive_gives_is_what_friction_takes(profile: str) -> None:
+    """From rest to rest, level: the drive's work is that of friction, whose torque is given."""
+    r = moved(profile)
+    assert r["energy.dissipated"][-1] == pytest.approx(0.5 * abs(WAY), rel=1e-6)
+    assert abs(r["energy.residual"]).max() < 1e-6
+    assert r["energy.kinetic"][[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_way_that_has_begun_before_goes_on() -> None:
+    whole, begun = (moved("s_curve", begin=b) for b in (BEGIN, BEGIN - 0.5))
+    shift = int(0.5 / 2e-3)
+    assert begun["joint.q[1]"][:-shift] == pytest.approx(whole["joint.q[1]"][shift:], abs=1e-9)
+
+
+def test_a_way_takes_time_and_is_one_kind_of_drive() -> None:
+    body, move = sm.Body(box=(0.1, 0.1, 0.1), mass=1.0), sm.Move(start=0.0, end=1.0, duration=1.0)
+
+    def driven(drive: sm.Drive) -> sm.Scene:
+        return sm.Scene({"b": body}, {"j": sm.Joint("revolute", "ground", "b", axis="z", drive=drive)}, "one")
+
+    assert not problems(driven(sm.Drive(move=move)))
+    assert problems(driven(sm.Drive(move=move, constant=sm.Constant(rate=1.0))))
+    assert problems(driven(sm.Drive(move=sm.Move(start=0.0, end=1.0, duration=0.0))))

@@ -1,0 +1,46 @@
+"""A joint that rubs and carries no load stays at rest while nothing demands friction of it, also when a load appears that demands
+none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes import scene as sm
+from trunnion.simulation.run import simulate
+
+SIZES = {"radius": 0.01, "flank_angle": 0.26, "half_length": 0.02, "half_width": 0.02, "half_height": 0.02}
+FRICTION = {
+    "revolute": ("radius", "half_length"), "cylindrical": ("radius", "half_length"), "spherical": ("radius",),
+    "universal": ("radius", "half_length"), "prismatic": ("half_length", "half_width", "half_height"),
+    "screw": ("radius", "flank_angle"),
+}  # fmt: skip
+AXES = {"spherical": {}, "universal": {"inboard": sm.Side("ground", axis="x"), "outboard": sm.Side("hub", axis="y")}}
+
+
+def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:
+    """A body at rest whose joint goes through its middle."""
+    numbers = {n: SIZES[n] for n in FRICTION[kind]} | ({"v_stribeck": 1e-3, "mu_static": 0.2} if law == "stribeck" else {})
+    axes = AXES.get(kind, {"axis": "x"}) | ({"pitch": 0.004} if kind == "screw" else {})
+    parts = {"inboard": "ground", "outboard": "hub"} | axes
+    joint = sm.Joint(kind, **parts, friction=sm.Friction(mu=0.05, law=law, **numbers))
+    body = sm.Body(mass=2.0, inertia=(0.01, 0.01, 0.01))
+    pushed = {"push": sm.Force("force", "hub", (0.0, push, 0.0))}
+    return sm.Scene({"hub": body}, {"joint": joint}, "hub", gravity=(0.0, 0.0, 0.0), forces=pushed)
+
+
+def test_every_joint_whose_friction_follows_its_load_is_asked() -> None:
+    assert {k.name for k in REGISTRY.values() if k.friction and not k.bodiless} == set(FRICTION)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "stribeck"])
+@pytest.mark.parametrize("kind", FRICTION)
+def test_what_rests_without_a_load_goes_on_resting_also_as_a_load_comes(kind: str, law: str) -> None:
+    wave = sm.Signal(harmonic=sm.Harmonic(30.0, 3.0))
+    for push in (0.0, wave):  # a push through the middle, across the axis: nothing that could move it
+        r = simulate(hub(kind, law, push), until=0.1, every=0.01)
+        assert r.outcome.ok, (kind, law, push, str(r.outcome))
+        assert len(r) == 11
+        rates = np.array([r[c] for c in r.matching("joint.qd[*]")])
+        assert np.abs(rates).max() == 0.0

@@ -1,0 +1,250 @@
+"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. It finds the
+same rest and the same loops, and refuses laws that are stiff near rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.benchmarks.numerical_error.pendulum_error import alpha
+from tests.engine.stick_slip.test_hard_scenes_all_settings import CASES, worlds
+from tests.engine.stick_slip.test_slip_detection_and_energy import ratchet
+from tests.reference.scenes.random_friction_scenes import rubbing
+from tests.reference.scenes.random_streams import stream
+from trunnion.basics.problems import SceneError
+from trunnion.runtime.integrators import MOREAU
+from trunnion.scene import load_scene
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.overrides import apply
+from trunnion.simulation.run import simulate
+
+COULOMB = {"friction.law": "coulomb"}
+
+
+def swing(step: float) -> float:
+    """Angle of example 8.1 at 2 s for a step in s, degrees from the downward vertical."""
+    r = simulate("spherical_pendulum", until=2.0, every=1.0, method="moreau", step=step, overrides=COULOMB)
+    return float(np.degrees(np.arctan2(r["pendulum.position[1]"][-1], -r["pendulum.position[3]"][-1])))
+
+
+def test_with_fixed_steps_its_error_is_first_order_in_the_step() -> None:
+    """The angle at 2 s is 57.500835748° (F1). Ten times smaller steps make about ten times smaller errors."""
+    coarse, fine = (abs(swing(h) - 57.500835748) for h in (1e-2, 1e-3))
+    assert fine < 0.01
+    assert 5.0 < coarse / fine < 20.0
+
+
+def test_the_pendulum_comes_to_rest_and_stays() -> None:
+    r = simulate("spherical_pendulum", until=12.0, every=0.5, method="moreau", step=1e-3, overrides=COULOMB)
+    late = r.time > 9.6
+    assert np.all(r["ball.qd[2]"][late] == 0.0)
+    assert [e.kind for e in r.events].count("stick") >= 1
+    assert np.degrees(np.ptp(r["pendulum.position[1]"][late])) == 0.0
+
+
+def test_loops_stay_closed() -> None:
+    r = simulate("crank_slider", until=1.0, every=0.01, method="moreau", step=1e-3, overrides=COULOMB)
+    assert r.outcome.ok
+    assert r["audit.constraint"].max() <= 1e-13  # rounding errors of lengths of about 1 m
+
+
+def test_two_component_sliding_follows_the_located_run() -> None:
+    """Example 8.3 travels as far as in the event-driven run, with an error of the order of the step."""
+    r = simulate("double_pendulum", until=1.0, every=0.25, method="moreau", step=1e-4, overrides=COULOMB)
+    assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822543, 4.71556233, 8.32814713], abs=1e-4)
+
+
+@pytest.mark.parametrize("law", ["regularized"])
+def test_a_law_that_is_stiff_near_rest_is_refused(law: str) -> None:
+    with pytest.raises(SceneError, match="moreau"):
+        simulate("spherical_pendulum", until=0.1, method="moreau", step=1e-3, overrides={"friction.law": law})
+
+
+# -- under error control ----------------------------------------------------------------------------------------------------------
+
+TOLERANCES = 10.0 ** -np.arange(3, 9)
+C = 25.0
+"""Errors in m and rad, m/s and rad/s stay below C rtol: what the steps and up to fourteen events add up to here. Found: 12.3."""
+Way = Callable[[np.ndarray], np.ndarray]
+"""Position and rate (2×n) at n times, found without the engine."""
+
+
+def swinging() -> tuple[sm.Scene, str, float, Way]:
+    """Example 8.1 before its first reversal, by its closed form's acceleration."""
+    exactly = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "dense_output": True}
+    s = solve_ivp(lambda t, y: [y[1], alpha(y[0], y[1], -1)], (0, 0.9), [math.pi / 2, 0.0], **exactly)
+    return apply(load_scene("spherical_pendulum"), COULOMB), "ball", 0.9, lambda t: s.sol(t)
+
+
+def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
+    """A block that a spring holds on a belt, static friction above sliding friction: it sticks and slips, in closed form."""
+    rng = stream("moreau belt", seed)
+    mass, stiffness, mu, more = (float(rng.uniform(*r)) for r in ((0.5, 2.0), (1.0, 5.0), (0.1, 0.3), (0.2, 0.8)))
+    speed, weight = float(rng.uniform(0.1, 0.3)), 10.0 * mass
+    rub = sm.Friction(mu=mu, mu_static=mu * (1 + more), half_length=0.5, half_width=0.05, half_height=0.05)
+    joints = {
+        "drive": sm.Joint("prismatic", "ground", "belt", axis="x", drive=sm.Drive(constant=sm.Constant(speed))),
+        "rub": sm.Joint("prismatic", "belt", "block", axis="x", pin="outboard", friction=rub),
+    }
+    lump = sm.Body(mass=mass, inertia=(1.0, 1.0, 1.0))
+    spring = sm.SpringDamper("spring_damper", ("ground.wall", "block"), stiffness=stiffness, length=1.0)
+    ground = sm.Ground(points={"wall": (-1.0, 0.0, 0.0)})
+    scene = sm.Scene({"belt": lump, "block": lump}, joints, "belt", gravity=(0, 0, -10.0), ground=ground, forces={"spring": spring})
+    middle, omega = mu * weight / stiffness, math.sqrt(stiffness / mass)
+    a = more * middle
+    slip = 2 * (math.pi - math.atan(a * omega / speed)) / omega  # from release until the block is as fast as the belt again
+
+    def way(t: np.ndarray) -> np.ndarray:
+        first, stick = (middle + a) / speed, 2 * a / speed
+        tau = np.where(t < first, -1.0, (t - first) % (slip + stick))
+        phi = omega * tau
+        slides = (tau >= 0) & (tau < slip)
+        x = np.where(t < first, speed * t, middle - a + speed * (tau - slip))
+        x = np.where(slides, middle + a * np.cos(phi) + speed / omega * np.sin(phi), x)
+        v = np.where(slides, speed * np.cos(phi) - a * omega * np.sin(phi), speed)
+        return np.array([x - speed * t, v - speed])
+
+    return scene, "rub", 25.0, way
+
+
+def ended(seed: int) -> tuple[sm.Scene, str, float, Way]:
+    """A rubbing block thrown against compliant end stops, to and fro until it stays; integrated piece by piece by SciPy."""
+    rng = stream("moreau ends", seed)
+    mass, mu, bound, k, d = (float(rng.uniform(*r)) for r in ((0.5, 2), (0.1, 0.3), (0.05, 0.2), (500, 4000), (0.1, 0.8)))
+    speed, most = float(rng.uniform(1.0, 2.0)), mu * mass * 9.81
+    rub = sm.Friction(mu=mu, half_length=0.5, half_width=0.02, half_height=0.02)
+    joint = sm.Joint("prismatic", "ground", "b", axis="x", pin="outboard", friction=rub, start=sm.Start(0.0, speed),
+                     end_stops=sm.EndStops(lower=-bound, upper=bound, stiffness=k, damping=d))  # fmt: skip
+    scene = sm.Scene({"b": sm.Body(mass=mass, inertia=(0.1, 0.1, 0.1))}, {"rub": joint}, "ends")
+
+    def stop(x: float, v: float) -> float:
+        deep = abs(x) - bound
+        return -math.copysign(k * deep * max(0.0, 1 + d * math.copysign(v, x * v)), x) if deep > 0 else 0.0
+
+    def slides(t, y, way=1.0):
+        return [y[1], (stop(*y) - way * most) / mass]
+
+    rests, at = (lambda t, y, way: y[1]), (lambda t, y, way: abs(y[0]) - bound)
+    rests.terminal = at.terminal = True
+    t, y, pieces = 0.0, np.array([0.0, speed]), []
+    while t < 1.0:
+        way = math.copysign(1.0, y[1] if y[1] else stop(*y))
+        if y[1] == 0.0 and abs(stop(*y)) <= most:
+            break
+        rests.direction = -way
+        s = solve_ivp(slides, (t, 1.0), y, "DOP853", events=(rests, at), args=(way,), rtol=1e-12, atol=1e-14, dense_output=True)
+        pieces.append((t, s.sol))
+        t, y = s.t[-1], s.y[:, -1]
+        if s.t_events[0].size:
+            y = np.array([y[0], 0.0])
+        elif t < 1.0:
+            t, y = t + 1e-12, y + 1e-12 * np.array(slides(t, y, way))
+    pieces.append((t, lambda _t: np.array([y[0], 0.0])))
+    return scene, "rub", 1.0, lambda times: np.array([next(f for b, f in reversed(pieces) if b <= u)(u) for u in times]).T
+
+
+SCENES = {
+    "smooth sliding": swinging,
+    **{f"stick and slip {i}": partial(belt, i) for i in range(6)},
+    **{f"end stops {i}": partial(ended, i) for i in range(4)},
+}  # fmt: skip
+
+
+def errors(scene: sm.Scene, joint: str, until: float, way: Way) -> np.ndarray:
+    """Largest error of position and rate at fifty times in the run, for each tolerance."""
+    off = []
+    for rtol in TOLERANCES:
+        r = simulate(scene, until=until, every=until / 50, rtol=rtol, method="moreau")
+        assert r.outcome.ok
+        if joint == "ball":
+            found = np.arctan2(r["pendulum.position[1]"], -r["pendulum.position[3]"]), -r["ball.qd[2]"]
+        else:
+            found = r[f"{joint}.q[1]"], r[f"{joint}.qd[1]"]
+        off.append(float(np.abs(np.array(found) - way(r.time)).max()))
+    return np.array(off)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_its_error_is_proportional_to_the_tolerance(name: str) -> None:
+    off = errors(*SCENES[name]())
+    assert np.all(off <= C * TOLERANCES), off
+    assert np.all(np.diff(off) < 0.0), off
+    slope = np.polyfit(np.log(TOLERANCES), np.log(off), 1)[0]
+    assert 0.85 <= slope <= 1.15, off
+
+
+def test_tighter_tolerances_take_steps_by_its_order() -> None:
+    """h ∝ rtol^(1/order): ten times more steps for a hundred times less error."""
+    scene, _, until, _ = swinging()
+    few, many = (simulate(scene, until=until, rtol=r, method="moreau").stats.steps for r in (1e-4, 1e-8))
+    assert math.log10(many / few) == pytest.approx(4 / MOREAU.order, abs=0.1)
+
+
+WRONG = (({"order": 1}, "order = 2"), ({"weights": (0.5, 0.5)}, "order = 1"), ({"weights": (1, 1)}, "add up"))
+
+
+@pytest.mark.parametrize(("wrong", "says"), WRONG)
+def test_weights_that_do_not_bear_out_the_order_are_refused(wrong: dict, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        replace(MOREAU, **wrong)
+
+
+@pytest.mark.parametrize("duty", [0.01, 0.2, 0.45])
+def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
+    for rtol in (1e-3, 1e-4, 1e-6):
+        r = simulate(ratchet(duty), until=50.0, every=50.0, method="moreau", rtol=rtol)
+        slips = [e.time for e in r.events if e.kind == "slip"]
+        assert len(slips) in (49, 50), rtol  # the period that the run begins or ends in may hold none
+        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: no step is longer while something is held
+
+
+def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_sliding() -> None:
+    """In a tree of 5 mm it travels at 3 mm/s: its direction is that of its surface's speed, not of m/s beside rad/s."""
+    r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
+    assert r.outcome.ok, r.outcome
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
+def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> None:
+    """Friction may be required against the rate at the start of a step."""
+    r = simulate(CASES / "slow_pair_direction_change.yaml", until=1.0, every=1.0, method="moreau", rtol=rtol)
+    assert r.outcome.ok, r.outcome
+    assert [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "j0")] == pytest.approx([0.7303869], abs=5 * rtol)
+
+
+@pytest.mark.parametrize(("name", "until"), [("andrews", 0.002), ("cart_pole", 0.5)])
+def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float) -> None:
+    """A step that changes a speed by more than the tolerance is made shorter yet, however short it is."""
+    r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
+    assert r.outcome.ok, r.outcome
+
+
+@pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
+def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
+    """Its speed is nothing there, for an instant, while other pairs of the loop are held (at 2e-9 a step did end there)."""
+    r = simulate(CASES / "universal_at_dead_centre.yaml", until=0.13, every=0.13, method="moreau", rtol=rtol, outputs=["k.q[1]"])
+    assert [(e.kind, e.joint) for e in r.events] == [("reversal", "k")]
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
+def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
+    """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 no modes were found, and the
+    next decision compared with the modes tried last."""
+    scene = worlds("loop_at_rest")["as it is"].scene
+    r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
+    assert sorted((e.kind, e.joint) for e in r.events) == [("stick", "j0"), ("stick", "j1"), ("stick", "jc")]
+
+
+def test_its_fixed_steps_know_end_stops() -> None:
+    scene, _, until, way = ended(0)
+    off = []
+    for step in (1e-4, 1e-5):
+        r = simulate(scene, until=until, every=until / 50, method="moreau", step=step)
+        off.append(float(np.abs(np.array([r["rub.q[1]"], r["rub.qd[1]"]]) - way(r.time)).max()))
+    assert off[1] <= 0.2 * off[0] <= 0.02  # of first order

@@ -1,0 +1,156 @@
+"""Ctrl-C is heard while a kernel is derived and compiled: no compiler is waited for, and nothing half made is left behind.
+
+Each test interrupts itself at a place in the work, not at a time.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import trunnion
+from trunnion.basics.interrupts import heed, held
+from trunnion.kernel import shared_libraries
+from trunnion.kernel.compilation import compiler_processes, library_cache
+from trunnion.kernel.compilation.compiler_processes import Ended, Programs, side_by_side
+
+SLEEPS = ["sleep", "600"]
+GROUPS = pytest.mark.skipif(not hasattr(os, "killpg"), reason="programs have no groups here")
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A kernel cache with nothing in it but the runtime."""
+    shared_libraries.runtime()
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
+    return tmp_path
+
+
+def interrupted(work: Callable[[], object]) -> None:
+    """Ctrl-C in this program means what it means at a terminal; the work ends by it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            work()
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def left(folder: Path) -> list[str]:
+    """What stays in a cache besides what the compiler keeps for itself. Of a thread that was just being started when Ctrl-C came
+    nobody knows: it clears up after itself."""
+    names = ["?"]
+    for _ in range(1000):
+        names = [p.name for p in folder.iterdir() if not p.name.startswith("zig")]
+        if not names:
+            break
+        time.sleep(0.01)
+    return names
+
+
+@GROUPS
+def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compiler that takes ten minutes: the build ends with it as soon as it has started."""
+    started: list[Any] = []
+    popen = subprocess.Popen
+
+    def sleeping(command: list[str], **how: Any) -> Any:
+        started.append(popen(SLEEPS, **how))
+        os.kill(os.getpid(), signal.SIGINT)
+        return started[-1]
+
+    monkeypatch.setattr(compiler_processes.subprocess, "Popen", sleeping)
+    interrupted(lambda: trunnion.simulate("simple_pendulum", until=0.01, kernel="compiled"))
+    assert started
+    assert all(p.returncode == -signal.SIGKILL for p in started)
+    assert left(own_cache) == []
+
+
+@GROUPS
+def test_pressed_again_it_does_not_disturb_the_ending_of_compilers(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each program that is ended is one moment more at which Ctrl-C may be pressed once more: all of them end all the same."""
+    started: list[Any] = []
+    popen, kill = subprocess.Popen, compiler_processes._kill
+
+    def sleeping(command: list[str], **how: Any) -> Any:
+        started.append(popen(SLEEPS, **how))
+        os.kill(os.getpid(), signal.SIGINT)
+        return started[-1]
+
+    def killing(process: Any) -> None:
+        signal.raise_signal(signal.SIGINT)
+        kill(process)
+
+    monkeypatch.setattr(compiler_processes.subprocess, "Popen", sleeping)
+    monkeypatch.setattr(compiler_processes, "_kill", killing)
+    interrupted(lambda: trunnion.simulate("simple_pendulum", until=0.01, kernel="compiled"))
+    assert all(p.returncode == -signal.SIGKILL for p in started)
+    assert left(own_cache) == []
+
+
+@pytest.mark.parametrize("swallowed", [True, False])
+def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
+    swallowed: bool, own_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The symbolic library's wrappers catch whatever is raised in them, or make an error of their own of it."""
+    leaves = shared_libraries.library_cache.entry
+
+    def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
+        if name.startswith("kernel-"):
+            try:
+                signal.raise_signal(signal.SIGINT)
+            except KeyboardInterrupt:
+                if not swallowed:
+                    raise RuntimeError("KeyboardInterrupt") from None
+        return leaves(name, make)
+
+    monkeypatch.setattr(library_cache, "entry", entry)
+    interrupted(lambda: trunnion.simulate("simple_pendulum", until=0.01, kernel="compiled"))
+    assert left(own_cache) == []
+
+
+@GROUPS
+def test_a_failure_of_one_ends_the_others() -> None:
+    """And what has not started does not start any more."""
+    group: list[Programs] = []
+    work: list[Future[Any]] = []
+
+    def sleep() -> None:
+        group.append(compiler_processes._CURRENT.get() or Programs())
+        compiler_processes.run(SLEEPS, os.environ)
+
+    def fails() -> None:
+        with side_by_side(1) as submit:
+            work.extend([submit(sleep), submit(sleep)])
+            while not (group and group[0]._running):
+                pass
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fails()
+    assert isinstance(work[0].exception(), Ended)
+    assert work[1].cancelled() or isinstance(work[1].exception(), Ended)
+
+
+def test_what_holds_interrupts_back_within_what_lets_them_through_keeps_them() -> None:
+    """The command line lets Ctrl-C through to its commands; a run within keeps it until its rows are safe."""
+
+    def work() -> None:
+        with held() as outer, outer.open():
+            with held() as inner:
+                signal.raise_signal(signal.SIGINT)
+                heed()
+                assert inner.asked
+            assert not outer.asked
+            signal.raise_signal(signal.SIGINT)
+
+    interrupted(work)

@@ -1,0 +1,197 @@
+"""Friction of many loops along the recursion equals friction from maps: a Newton step with any derivative of the laws, its
+determinant, whole runs. Its cost grows with the number of loops (theory, "Friction along the recursion")."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.speed.four_bar_loops import rubbing
+from tests.engine.loops.test_sparse_loop_solve import beside, cranks
+from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
+from tests.engine.parts.test_compiled_kernel_equivalence import State, called
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.parts.kernels import scene_kernel
+from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.scalable_mechanisms import n_four_bar
+from trunnion.simulation.run import Model, simulate
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.system_builder import Built, build
+from trunnion.system.structure.friction_joint_indices import elements
+
+NEWTON = 1e-9
+"""Of the largest number, of equations in which derivatives by chance make conditions of 1e4 and more."""
+SAME = 1e-12
+"""Of the largest number, at roots."""
+
+
+SCENES = {
+    **{f"beside{seed}": beside(seed, 0.75, laws=tuple(LAWS)).scene for seed in (0, 2, 4)},
+    "scissor": scissor(9),
+    "cranks": rubbing(cranks(9)),
+}
+"""Random loops with every law, friction in three joints of four, cut ones too; a ladder whose loops share bodies; N four-bars."""
+
+
+class Equations:
+    """Functions of a scene's kernel at random numbers, and its maps: S λ + Se η + g0 = 0, f and q̈ as they follow from λ and η."""
+
+    def __init__(self, scene: sm.Scene):
+        self.built: Built = build(scene)
+        self.made = parts_kernel(self.built.system, len(self.built.parameters.values), [], False)
+        t = self.table = self.made.tables["kernel"]
+        self.state = s = State(self.built, t, 1)
+        self.c, self.w, self.maps, self.dy = (np.zeros(n + 64) for n in (t.nc, t.nw, t.nmaps, len(s.y)))
+        called(t, "prepare", s.p, self.c)
+        called(t, "begin", s.x, s.y, self.c, self.w, self.maps, self.dy)
+        called(t, "stage1", s.x, s.y, self.c, self.w, self.maps, self.dy, np.zeros(t.npowers + 1))
+        a, e, n, every = t.active, t.neta, t.nn, 1 + t.active + t.neta
+        S, Se, g0, N, _, Q = np.split(self.maps, np.cumsum([a * a, a * e, a, n * every, t.nrates]))
+        self.S, self.Se, self.g0 = S.reshape(a, a).T, Se.reshape(e, a).T, g0
+        self.N, self.Q = N.reshape(every, n).T, Q[: e * every].reshape(every, e).T
+
+    def derivative(self) -> tuple[np.ndarray, np.ndarray]:
+        """∂law/∂f by chance, as kernels are handed it and as a matrix (neta × nn)."""
+        dn, D, at = 0.1 * np.random.default_rng(2).normal(size=self.table.ndn + 8), np.zeros((self.table.neta, self.table.nn)), 0
+        for e in elements(self.built.system):
+            size = len(e.eta) * len(e.needs)
+            free = [e.joint.cut or k in e.joint.free for k in range(e.joint.kind.nv)]
+            block = dn[at : at + size].reshape(len(e.needs), len(e.eta)).T
+            D[e.eta[0] : e.eta[0] + len(e.eta), e.n0 : e.n0 + len(e.needs)] = block * np.array(free)[:, None]
+            at += size
+        return dn, D
+
+    def narrow(self, dn: np.ndarray) -> np.ndarray:
+        """All pivots with that derivative."""
+        t = self.table
+        pivots = np.zeros(t.nbodies + t.nelements + t.active + 8)
+        called(t, "narrow", self.c, self.w, np.ones(t.neta + 8), dn, pivots)
+        return pivots[: t.nbodies + t.nelements + t.active]
+
+    def free(self) -> np.ndarray:
+        """Multipliers of freedoms that are not prescribed, the only ones that do anything."""
+        free = np.zeros(self.table.neta, bool)
+        for e in elements(self.built.system):
+            free[list(e.eta)] = [e.joint.cut or k in e.joint.free for k in range(e.joint.kind.nv)]
+        return free
+
+
+@cache
+def equations(name: str) -> Equations:
+    """Of one of the scenes."""
+    return Equations(SCENES[name])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_newton_step_is_that_with_maps(name: str) -> None:
+    """η = e + D f, whatever D and e: reactions, accelerations and the loops' multipliers."""
+    it = equations(name)
+    t, (dn, D) = it.table, it.derivative()
+    a, e, n = t.active, t.neta, t.nn
+    known = np.random.default_rng(3).normal(size=e + 8)
+    A = np.block([[it.S, it.Se], [-D @ it.N[:, 1 : 1 + a], np.eye(e) - D @ it.N[:, 1 + a :]]])
+    z = np.linalg.solve(A, np.concatenate([-it.g0, known[:e] + D @ it.N[:, 0]]))
+    it.narrow(dn)
+    N, borne, acc = (np.zeros(size + 8) for size in (n, e + a, e + a))
+    called(t, "respond", it.c, it.w, -known, N, borne, acc)
+    expected = {"N": it.N @ [1.0, *z], "λ": z[:a], "q̈": it.Q @ [1.0, *z]}
+    found = {"N": N[:n], "λ": borne[e : e + a], "q̈": acc[:e]}
+    for which, value in expected.items():
+        if t.sets or which != "q̈":
+            assert np.abs(found[which] - value).max() <= NEWTON * np.abs(value).max(), which
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
+    """With the loops' multipliers eliminated: it changes its sign where a row of S_D comes to depend on the others, too."""
+    it = equations(name)
+    dn, D = it.derivative()
+    a = it.table.active
+    R = it.N[:, 1 + a :] - it.N[:, 1 : 1 + a] @ np.linalg.solve(it.S, it.Se)
+    sense, exact = np.linalg.slogdet(np.eye(len(D)) - D @ R)
+    ratio = it.narrow(dn) / it.narrow(np.zeros_like(dn))
+    assert np.prod(np.sign(ratio)) == sense
+    assert np.log(np.abs(ratio)).sum() == pytest.approx(exact, rel=1e-9, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
+    """Solutions are checked by another pass, without the derivative of friction."""
+    it = equations(name)
+    t, rng = it.table, np.random.default_rng(4)
+    a, e, n = t.active, t.neta, t.nn
+    z = rng.normal(size=a + e) * np.concatenate([np.ones(a), it.free()])
+    N, acc = np.zeros(n + 8), np.zeros(e + a + 8)
+    called(t, "answer", it.c, it.w, np.concatenate([-z[a:], z[:a], np.zeros(8)]), N, acc)
+    gap, reactions = it.S @ z[:a] + it.Se @ z[a:] + it.g0, it.N @ [1.0, *z]
+    assert np.abs(acc[e : e + a] - gap).max() <= NEWTON * np.abs(gap).max()
+    assert np.abs(N[:n] - reactions).max() <= NEWTON * np.abs(reactions).max()
+
+
+def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
+    """Of one scene: along the recursion, and with maps."""
+    made = []
+    for rows in (scene_kernel.MANY_ROWS, 10**6):
+        monkeypatch.setattr(scene_kernel, "MANY_ROWS", rows)
+        made.append(Model(scene, ("*.q[*]",), "parts"))
+        assert bool(made[-1].kernel.tables["kernel"].shift) == (rows < 10**6)
+    return made
+
+
+@pytest.mark.parametrize("scene", [rubbing(cranks(9)), scissor(9), *(beside(k, 0.5).scene for k in (0, 3, 4))])
+def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, scene: sm.Scene) -> None:
+    both = models(monkeypatch, scene)
+    for m in both:
+        m.block.configure(Settings())
+        m.block.assemble(0.0)
+    y, nq, nv = both[0].block.y.copy(), both[0].kernel.sizes["nq"], both[0].kernel.sizes["nv"]
+    for trial in range(3):
+        found = []
+        for m in both:
+            m.block.y[: len(y)] = y
+            m.block.y[nq : nq + nv] = np.random.default_rng(trial).normal(size=nv)
+            m.block.start(0.0, 1.0, 1.0, np.zeros(m.block.width))
+            found.append(m.block.evaluate())
+        for one, other in zip(*found, strict=True):
+            assert np.abs(one - other).max() <= SAME * np.abs(other).max()
+
+
+@pytest.mark.parametrize("scene", [rubbing(cranks(9)), beside(0, 0.5).scene], ids=["cranks", "beside"])
+def test_a_run_is_that_with_maps(monkeypatch, scene: sm.Scene) -> None:
+    """The same events, end and certificate; nothing was refused."""
+    ends, contractions = [], []
+    for rows in (scene_kernel.MANY_ROWS, 10**6):
+        monkeypatch.setattr(scene_kernel, "MANY_ROWS", rows)
+        r = simulate(scene, until=0.3, every=0.1, rtol=1e-9, outputs=("*.q[*]", "audit.constraint"), kernel="parts")
+        assert r.outcome.ok
+        assert r.stats.counters["refused"] == 0
+        ends.append(([(e.kind, e.joint) for e in r.events], [r[c][-1] for c in r.names if c != "audit.constraint"]))
+        assert r["audit.constraint"].max() <= 1e-12
+        assert r.certificate.complement <= 1e-12
+        contractions.append(r.certificate.contraction)
+    assert ends[0][0] == ends[1][0]
+    assert ends[0][1] == pytest.approx(ends[1][1], abs=1e-6)
+    assert contractions[0] == pytest.approx(contractions[1], rel=1e-6)
+
+
+def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
+    """Equations whose condition grows as the fourth power of the stages: at 40 they left 2e-10 of the loads, at 100 2e-8."""
+    r = simulate(driven(40, -1e-6), until=0.01, every=0.01, outputs=("*.reaction.force[*]", "guide.q[1]"), kernel="parts")
+    assert r.outcome.ok
+    for joint, force in statics(40, 0.15, r["guide.q[1]"][-1], -1.0).items():
+        found = np.linalg.norm([r[f"{joint}.reaction.force[{k}]"][-1] for k in (1, 2, 3)])
+        assert found == pytest.approx(force, rel=4e-11)
+
+
+def test_what_an_evaluation_is_made_of_grows_as_the_number_of_loops() -> None:
+    sizes = []
+    for n in (16, 32):
+        built = build(rubbing(n_four_bar(n)))
+        made = parts_kernel(built.system, len(built.parameters.values), [], False)
+        tapes = next(k for k in made.keep if hasattr(k, "stage1"))
+        sizes.append([getattr(tapes, name).length for name in ("begin", "narrow", "respond", "answer", "derive", "shift")])
+    for few, many in zip(*sizes, strict=True):
+        assert 0 < many <= 2.1 * few

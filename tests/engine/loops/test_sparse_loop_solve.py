@@ -1,0 +1,152 @@
+"""Many loops of which few share bodies are solved by their structure. Results agree with dense equations, and the cost grows with
+the number of loops (theory, "Loops by structure")."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.engine.checks.reference_comparison import results, worst
+from tests.reference import solve
+from tests.reference.scenes.random_scenes import Case, random_loop
+from tests.reference.scenes.result_table import table
+from trunnion.analysis.mechanics.state_evaluation import evaluate
+from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.scalable_mechanisms import n_four_bar
+from trunnion.simulation.run import Model, simulate
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.system_builder import build
+from trunnion.system.structure import loop_matrix_fill
+
+ROUND_OFF = 1e-12
+"""Of the largest number: both ways solve to 1e-16 times the condition of S."""
+DENSE = 1e-10
+"""As ``test_against_dense``."""
+COUNT = 8
+"""Loops side by side: some 20 rows."""
+
+
+def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> sm.Side:
+    """A side of a joint in the k-th copy, its ground the body ``hung`` or the ground."""
+    s = given if isinstance(given, sm.Side) else sm.Side(*given.split("."))
+    if s.body != "ground":
+        return replace(s, body=f"c{k}_{s.body}")
+    point = ground.points[s.point] if isinstance(s.point, str) else s.point
+    return replace(s, body=hung or "ground", point=point)
+
+
+def beside(seed: int, friction: float = 0.0, **options) -> Case:
+    """Random loops; every third one is attached to the first body of the one before. friction: share of joints that rub."""
+    cases = [random_loop(f"beside{seed}_{k}", drives=0.0, friction=friction, **options) for k in range(COUNT)]
+    bodies, joints, q, qd, tree = {}, {}, {}, {}, []
+    for k, c in enumerate(cases):
+        hung = f"c{k - 1}_b1" if k % 3 == 2 else None
+        bodies |= {f"c{k}_{n}": b for n, b in c.scene.bodies.items()}
+        for n, j in c.scene.joints.items():
+            ends = {which: side(getattr(j, which), k, c.scene.ground, hung) for which in ("inboard", "outboard")}
+            joints[f"c{k}_{n}"] = replace(j, **ends, effort=None)
+        q |= {f"c{k}_{n}": v for n, v in c.q.items()}
+        qd |= {f"c{k}_{n}": v for n, v in c.qd.items()}
+        tree += [f"c{k}_{n}" for n in c.tree]
+    return Case(sm.Scene(bodies, joints, f"beside{seed}", gravity=(1.0, -3.0, 9.0)), q, qd, 0.0, tuple(tree))
+
+
+def cranks(n: int) -> sm.Scene:
+    """The N-four-bar under gravity from aside, its cranks leaning."""
+    return replace(n_four_bar(n), gravity=(1.5, -8.0, 0.0))
+
+
+@pytest.fixture
+def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
+    """Makes a scene's model on parts, by structure or dense."""
+
+    def made(scene: sm.Scene, dense: bool) -> Model:
+        monkeypatch.setattr(loop_matrix_fill, "MANY_ROWS", 10**6 if dense else 16)
+        model = Model(scene, ("*.q[*]",), "parts")
+        assert (model.kernel.sizes["nfill"] == 0) == dense
+        return model
+
+    return made
+
+
+@pytest.mark.parametrize("seed", [0, 2, 3])
+def test_accelerations_and_reactions_of_many_loops_are_those_of_dense_equations(seed: int) -> None:
+    case = beside(seed)
+    model = Model(case.scene, ("*",), "parts")
+    assert model.kernel.sizes["nfill"] > 0
+    row = evaluate(model, case.q, case.qd, case.t)
+    free = {n for n, j in case.scene.joints.items() if j.type == "free"}  # of which the engine tells no reactions
+    expected = {key: v for key, v in table(solve(case.state())).items() if key[0] not in free}
+    found, where = worst(expected, results(model, row), ("angular_acceleration",))
+    assert found <= DENSE, where
+
+
+@pytest.mark.parametrize("scene", [cranks(9), beside(0).scene, beside(3).scene], ids=["cranks", "beside0", "beside3"])
+def test_multipliers_by_structure_are_those_of_the_dense_factor(both, scene: sm.Scene) -> None:
+    found = []
+    for dense in (False, True):
+        block = both(scene, dense).block
+        block.configure(Settings())
+        block.assemble(0.0)
+        block.start(0.0, 1.0, 1.0, np.zeros(block.width))
+        found.append(block.evaluate())
+    for one, other in zip(*found, strict=True):
+        assert np.abs(one - other).max() <= ROUND_OFF * np.abs(other).max()
+
+
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
+def test_a_run_passes_singular_positions_by_the_dense_factor(both, kernel: str) -> None:
+    """Where cranks lie flat a pivot of every loop vanishes; before and behind it the factor is that of structure."""
+    scene, ends = n_four_bar(9), []
+    for dense in (False, True):
+        both(scene, dense)
+        how = {"kernel": "parts" if dense else kernel}
+        r = simulate(scene, until=2.0, every=0.5, rtol=1e-10, outputs=("*.q[1]", "audit.constraint"), **how)
+        assert r.outcome.ok
+        assert r["audit.constraint"].max() <= 1e-12
+        ends.append([r[f"pivot{i}.q[1]"][-1] for i in range(10)])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-6)
+
+
+def test_loops_stay_closed_at_any_tolerance() -> None:
+    for rtol in (1e-3, 1e-6, 1e-9):
+        r = simulate(cranks(12), until=1.0, every=0.1, rtol=rtol, outputs=("audit.constraint", "energy.residual"), kernel="parts")
+        assert r.outcome.ok
+        assert r["audit.constraint"].max() <= 1e-13
+
+
+def test_what_a_scene_of_loops_is_made_of_grows_as_their_number() -> None:
+    """Calls of an evaluation and entries of the factor: S was written out entry by entry, with the square."""
+    sizes = []
+    for n in (16, 32):
+        built = build(n_four_bar(n))
+        made = parts_kernel(built.system, len(built.parameters.values), [], False)
+        scene = made.tables["kernel"]
+        tapes = next(k for k in made.keep if hasattr(k, "stage1"))
+        assert scene.active == 2 * n
+        sizes.append((tapes.stage1.length, tapes.stage2.length, made.tables["kernel"].nfill))
+    for few, many in zip(*sizes, strict=True):
+        assert 0 < many <= 2.1 * few
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_the_entries_of_the_factor_are_those_that_are_not_zero(seed: int) -> None:
+    """The lists, against a factor of random numbers where S has some."""
+    system = build(beside(seed).scene).system
+    active = list(range(system.rows))
+    f, rng = loop_matrix_fill.fill(system, active), np.random.default_rng(seed)
+    loops = loop_matrix_fill.rows_by_loop(system, active)
+    near = loop_matrix_fill.coupled(system, [c for c, _ in loops])
+    S = np.zeros((len(active), len(active)))
+    for at, (_, rows) in enumerate(loops):
+        for other in (at, *near[at]):
+            S[np.ix_(rows, loops[other][1])] = rng.normal(size=(len(rows), len(loops[other][1])))
+    S = (S + S.T) + 100.0 * np.eye(len(active))
+    L = np.linalg.cholesky(S[np.ix_(f.order, f.order)])
+    listed = {(p, k) for k in range(len(active)) for p in f.below[f.start[k] : f.start[k + 1]]}
+    assert {(int(i), int(k)) for i, k in np.argwhere(np.tril(L, -1))} <= listed
+    assert sorted(f.order) == active

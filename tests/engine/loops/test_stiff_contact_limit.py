@@ -1,0 +1,123 @@
+"""Where loops leave reactions open and joints rub, the contacts are the limit of stiff ones. References: a model without joint
+rows, only springs with friction (``reference.compliant``), and hand statics of doors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.engine.checks.reference_comparison import engine_row, engine_table, take, worst
+from tests.reference import forward
+from tests.reference.contact_and_friction.stiff_spring_contacts import Compliant
+from tests.reference.scenes.frame_changes import rotated
+from tests.reference.scenes.random_scenes import Case
+from tests.reference.scenes.random_streams import stream
+from trunnion.scene.data_classes import scene as sm
+
+FAMILIES = {
+    "door": ("revolute", "revolute"),
+    "three hinges": ("revolute", "revolute", "revolute"),
+    "hinge and ball": ("revolute", "spherical"),
+    "shaft in bearings": ("revolute", "cylindrical", "cylindrical"),
+    "carriage on rails": ("prismatic", "prismatic"),
+    "two crosses": ("universal", "universal"),
+}
+LIMIT = 1e-9
+"""Agreement asked for, relative to the largest load: round-off times the condition of the springs."""
+
+
+def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
+    """Contacts of a joint with numbers drawn; ``faced``: with a thrust face where the type has one."""
+    sizes = {"radius": rng.uniform(0.005, 0.03), "mu": rng.uniform(0.05, 0.6), "law": "coulomb"}
+    if kind != "spherical":
+        sizes["half_length"] = rng.uniform(0.02, 0.08)
+    if kind == "universal":
+        sizes |= {"radius": tuple(rng.uniform(0.005, 0.03, 2)), "half_length": tuple(rng.uniform(0.02, 0.08, 2))}
+    if kind == "prismatic":  # long enough not to wedge
+        sizes |= {"mu": rng.uniform(0.05, 0.3), "half_length": rng.uniform(0.15, 0.3)}
+        sizes |= {"half_width": rng.uniform(0.01, 0.03), "half_height": rng.uniform(0.01, 0.03)}
+        del sizes["radius"]
+    if kind == "revolute" and faced:
+        sizes["thrust_radius"] = 0.01
+    return sm.Friction(**sizes)
+
+
+def _carried(seed: int, family: str) -> Case:
+    """A body that several joints on one axis carry: a door on its hinges, a carriage on two rails, a shaft in bearings. Every seed
+    draws other numbers; of where pins sit and what has thrust faces there are two draws, so that cases share kernels."""
+    kinds, rng, made = FAMILIES[family], stream(seed, family, "stiff"), stream(seed % 2, family, "made")
+    rate = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0))
+    rails, crosses = "prismatic" in kinds, "universal" in kinds
+    along = np.cumsum(rng.uniform(0.2, 1.0, len(kinds)))
+    where = [np.array([0.0, 0.3 * i, 0.1 * i]) if rails else np.array([0.0, 0.0, 0.0 if crosses else s])
+             for i, s in enumerate(along)]  # fmt: skip
+    body = sm.Body(mass=rng.uniform(5, 30), center=tuple(rng.uniform(-0.3, 0.6, 3)), inertia=(2.0, 2.5, 1.8, 0.1, -0.2, 0.05))
+    joints, q, qd = {}, {}, {}
+    for i, (kind, at) in enumerate(zip(kinds, where, strict=True)):
+        name = f"j{i}"
+        axis = {} if kind == "spherical" else {"axis": "x" if rails else "z"}
+        joints[name] = sm.Joint(
+            type=kind, inboard=sm.Side("ground", tuple(at)), outboard=sm.Side("body", tuple(at)),
+            pin=str(made.choice(["inboard", "outboard"])), friction=_rub(rng, kind, bool(made.random() < 0.5)), **axis,
+        )  # fmt: skip
+        angle = 0.3
+        turned = {"spherical": np.r_[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], "cylindrical": np.array([0.0, angle])}
+        q[name] = (turned | {"universal": np.array([angle, -0.4])}).get(kind, np.array([0.0 if rails else angle]))
+        rates = {"spherical": np.array([0, 0, rate]), "cylindrical": np.array([0.0, rate])}
+        qd[name] = (rates | {"universal": np.array([rate, -0.7 * rate])}).get(kind, np.array([rate]))
+    scene = sm.Scene({"body": body}, joints, "carried", gravity=tuple(rng.uniform(-8, 8, 3)))
+    return Case(scene, q, qd, 0.0, ("j0",))
+
+
+def _stiffened(case: Case, rng: np.random.Generator, every: bool) -> Case:
+    """The case with contacts of unequal stiffness; unless ``every``, the first joint says none."""
+    joints = {
+        n: replace(j, stiffness=float(10 ** rng.uniform(7, 9)) if every or i else None)
+        for i, (n, j) in enumerate(case.scene.joints.items())
+    }
+    return replace(case, scene=replace(case.scene, joints=joints))
+
+
+@pytest.mark.parametrize("given", ["no stiffness", "every stiffness", "all but one"])
+@pytest.mark.parametrize("family", FAMILIES)
+def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(family: str, given: str) -> None:
+    for seed in range(4) if given == "no stiffness" else (0, 2):
+        case = _carried(seed, family)
+        case = case if given == "no stiffness" else _stiffened(case, stream(seed, family, given), given == "every stiffness")
+        _, mine = engine_row(case, ("*.normal_force", "body.acceleration*"))
+        model = Compliant(forward(case.scene, {"j0": case.q["j0"]}, case.qd, 0.0))
+        acceleration, _ = model.solve()
+        largest = max(max(f) for f in model.normal_force.values())
+        assert model.residual <= LIMIT
+        for name in case.scene.joints:
+            contacts = np.array([v for k, v in mine.items() if k.startswith(f"{name}.contact[")])
+            expected = model.normal_force[name]
+            assert len(contacts) >= 1
+            assert np.abs(contacts - expected[: len(contacts)]).max() <= LIMIT * largest, (seed, name)
+        got = take(mine, "body.acceleration")
+        assert got == pytest.approx(acceleration[:3], rel=LIMIT, abs=LIMIT * np.abs(acceleration).max())
+
+
+def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_a_micrometre() -> None:
+    case = _carried(0, "door")
+
+    def told(first: float | None, second: float | None) -> dict:
+        joints = {n: replace(j, stiffness=k) for (n, j), k in zip(case.scene.joints.items(), (first, second), strict=True)}
+        return engine_table(replace(case, scene=replace(case.scene, joints=joints)))
+
+    plain, unequal = told(None, None), told(1e8, 7e8)
+    assert worst(plain, told(3e6, 3e6))[0] <= LIMIT
+    assert worst(unequal, told(None, 7e8))[0] <= LIMIT
+    assert worst(unequal, told(2e5, 14e5))[0] <= LIMIT
+    assert worst(plain, unequal)[0] > 1e-3  # it does count
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
+    """There the rows that close the loop hold round-off and nothing else, and no rank is to be made of that."""
+    case = _carried(0, family)
+    moved = rotated(case, len(family))
+    gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
+    assert gap <= LIMIT, where

@@ -1,0 +1,176 @@
+"""An installed Trunnion has the parts of its scenes: it runs them without a compiler and without symbols, and where it cannot it
+says what to install. What is kept of a part is what writing it anew gives."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.engine.parts.test_compiled_kernel_equivalence import LOOPS, TREES, loop, tree
+from trunnion.kernel.compilation import library_cache, prebuilt_libraries
+from trunnion.kernel.interface.output_columns import columns, needs_quadratures
+from trunnion.parts.derivatives.accelerations import DifferentiableScene
+from trunnion.parts.derivatives.jacobian import jacobian
+from trunnion.parts.derivatives.sensitivities import linear_columns, linear_rates
+from trunnion.parts.kernels import tables_in_memory
+from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.parts.primitives import primitive_cache as store
+from trunnion.parts.primitives.catalogue import Recipe, every
+from trunnion.parts.primitives.library_prebuild import build
+from trunnion.parts.primitives.primitive_keys import Primitive
+from trunnion.scene import load_scene
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.library.model_folders import model_names
+from trunnion.system.construction.system_builder import build as system_of
+from trunnion.system.structure.bodies_and_joints import System
+
+ROOT = Path(__file__).resolve().parents[3]
+MODEL = "spherical_pendulum"
+LEFT_OUT = re.compile(r"([iv]?p|k_sprung)_free_\w*[0-9]|(o_contact_)?f_\w+_adams_|f_\w+_pressed_soft|o_contact_f_\w+_at")
+"""Free bodies of which one or two freedoms are prescribed; Adams' approximation with laws that it is not compared with; friction in
+loops of joints with a stiffness of their own; derivatives of contacts under other laws."""
+WITHOUT = """
+import sys
+from pathlib import Path
+sys.modules["casadi"] = sys.modules["ziglang"] = None  # as if they were not installed
+from trunnion.kernel.compilation import prebuilt_libraries as built
+built.FOLDER = Path(sys.argv[1])
+from trunnion import cli
+sys.argv = ["trunnion", *sys.argv[2:]]
+sys.exit(cli.main())
+"""
+
+
+def used(scene: Scene) -> dict[str, Primitive]:
+    """The parts of a scene's kernel with all columns, of its Jacobian and of its linear unit, by their keys."""
+    found: dict[str, Primitive] = {}
+
+    def noted(parts: list[Primitive]) -> list[object]:
+        found.update((p.key, p) for p in parts)
+        return libraries(parts)
+
+    libraries = store.libraries
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tables_in_memory, "libraries", noted)
+        made = system_of(scene)
+        chosen = columns(made.system)
+        for redundant in (False, bool(made.system.cuts and made.system.frictional)):
+            kernel = parts_kernel(made.system, len(made.parameters.values), chosen, needs_quadratures(chosen), redundant)
+            scenes = derived(made.system, kernel.facts["active_rows"], redundant)
+            found |= {p.key: p for s in scenes for p in s.primitive_of.values()}
+    return found
+
+
+def derived(system: System, active: list[int], redundant: bool) -> list[DifferentiableScene]:
+    """Scenes of the Jacobian, and of the linear unit of all columns."""
+    scene = DifferentiableScene(system)
+    jacobian(scene, active, redundant)
+    return [scene, linear_rates(system, active).scene, linear_columns(system, columns(system)).scene]
+
+
+@pytest.fixture(scope="module")
+def listed() -> dict[str, Recipe]:
+    """Every part that comes with an installation, by its key."""
+    return {store.key_of(*asked): asked for asked in every()}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, listed: dict[str, Recipe]) -> Path:
+    """Libraries as they come with an installation, with the parts of one model."""
+    place = tmp_path_factory.mktemp("installed")
+    build(place / prebuilt_libraries.level(), [listed[key] for key in used(load_scene(MODEL))])
+    return place
+
+
+def trunnion(home: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """The command in an installation that has these libraries but neither compiler nor symbolic library, and an empty cache."""
+    empty = home.parent / "cache"
+    env = dict(os.environ, PYTHONPATH=str(ROOT), TRUNNION_CACHE=str(empty))
+    return subprocess.run([sys.executable, "-c", WITHOUT, str(home), *words], env=env, capture_output=True, text=True, timeout=100)
+
+
+def test_an_installed_scene_runs_without_compiler_and_symbols(folder: Path, tmp_path: Path) -> None:
+    done = trunnion(folder, "simulate", MODEL, "--kernel", "parts", "--until", "1", "-o", str(tmp_path / "p.csv"))
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "p.csv").stat().st_size > 1000
+    assert not list((folder.parent / "cache").glob("part-*"))
+
+
+def test_what_is_not_there_and_cannot_be_compiled_is_told_with_the_remedy(folder: Path) -> None:
+    for words in (["double_pendulum", "--kernel", "parts"], [MODEL, "--kernel", "compiled"]):
+        done = trunnion(folder, "simulate", *words)
+        told = (done.stdout + done.stderr).strip()
+        assert done.returncode == 2, told
+        remedy = r"→ pip install 'trunnion\[compile\]'(; or --kernel parts.*)?"
+        assert re.fullmatch(rf"this .* casadi and ziglang, are not installed\n *{remedy}", told)
+        assert ("--kernel parts" in told) == ("compiled" in words)
+
+
+def test_libraries_of_other_sources_are_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(prebuilt_libraries, "FOLDER", folder)
+    assert prebuilt_libraries.folder.__wrapped__() == folder / prebuilt_libraries.level()
+    told = folder / prebuilt_libraries.level() / prebuilt_libraries.TOLD
+    right = told.read_text()
+    told.write_text(library_cache.digest("others"))
+    assert prebuilt_libraries.folder.__wrapped__() is None
+    told.write_text(right)
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_every_part_of_a_model_comes_with_an_installation(name: str, listed: dict[str, Recipe]) -> None:
+    assert not [p.first for key, p in used(load_scene(name)).items() if key not in listed]
+
+
+def test_every_part_of_a_random_scene_comes_with_an_installation(listed: dict[str, Recipe]) -> None:
+    scenes = [*map(tree, TREES), *map(loop, LOOPS)]
+    missing = [p.first for scene in scenes for key, p in used(scene).items() if key not in listed]
+    assert not [name for name in missing if not LEFT_OUT.match(name)]
+
+
+def test_what_is_kept_of_a_part_is_what_writing_it_anew_gives(folder: Path, listed: dict[str, Recipe]) -> None:
+    parts = used(load_scene(MODEL))
+    store.libraries(list(parts.values()))
+    assert all(store._cached(key) for key in parts)
+    for key, kept in parts.items():
+        anew = store.build_primitive(*listed[key])
+        assert store.facts_of(kept) == store.facts_of(anew)
+        assert store.facts_of(kept) == store.facts_of(store._cached(key) or anew)
+
+
+def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process keeps what it knows of parts as long as it lives; the cache keeps them while they are used."""
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
+    asked = ("loads_and_scalars", "signal", "rate", True)
+    store.libraries([store.primitive(*asked)])
+    met = store.primitive(*asked)
+    assert met.library.startswith(str(tmp_path))
+    library_cache.prune(tmp_path, 0)  # too recent
+    assert Path(met.library).exists()
+    for entry in tmp_path.iterdir():
+        os.utime(entry, (0, 0))
+    library_cache.prune(tmp_path, 0)
+    assert not Path(met.library).exists()
+    (again,) = store.libraries([met])
+    assert getattr(again, met.first)
+    assert Path(met.library).exists()
+    assert store.primitive(*asked).library == met.library
+
+
+def test_the_build_of_a_wheel_needs_nothing_but_what_it_asks_for() -> None:
+    asked = re.search(r"^requires = (\[.*\])$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)
+    assert asked is not None
+    assert "pydantic" not in asked.group(1)
+    blocked = "import sys\nfor name in ('pydantic', 'yaml', 'typer', 'scipy', 'matplotlib'):\n    sys.modules[name] = None\n"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{blocked}import trunnion.parts.primitives.library_prebuild"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr

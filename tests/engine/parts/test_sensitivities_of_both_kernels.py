@@ -1,0 +1,82 @@
+"""All that a trajectory is made of has the same derivatives, made of parts or compiled: along states, multipliers, parameters,
+inputs and time; of rates and of columns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.engine.parts.test_compiled_kernel_equivalence import ROUND_OFF, State, called, loop, tree
+from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.kernel.interface.output_columns import columns, needs_quadratures
+from trunnion.runtime.abi.kernel_records import KERNEL, LINEAR
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.run import Model
+from trunnion.system.construction.system_builder import build
+
+SCENES = {"tree": (tree, 1), "stribeck and tables": (tree, 2), "loop that rubs": (loop, 1), "loop": (loop, 8)}
+
+
+def scene_of(which: str) -> Scene:
+    """One of the scenes."""
+    make, seed = SCENES[which]
+    return make(seed)
+
+
+def models(scene: Scene) -> list[Model]:
+    """Compiled, and of parts, with columns of all kinds but contacts, whose ratio at rest has no bound at states where friction is
+    drawn at random."""
+    names = [c.name for c in columns(build(scene).system) if ".contact[" not in c.name]
+    return [Model(scene, names, kernel) for kernel in ("compiled", "parts")]
+
+
+def state_of(model: Model) -> State:
+    """Random numbers for its functions, with integrals behind the states."""
+    made = State(model.built, KERNEL.ctype.from_address(model.kernel.address("kernel")), 1)
+    made.y = np.concatenate([made.y, np.zeros(40)])
+    return made
+
+
+def same(found: np.ndarray, expected: np.ndarray) -> None:
+    """Equal but for the order of sums."""
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF * max(np.abs(expected).max(initial=0.0), 1e-3))
+
+
+@pytest.mark.parametrize("which", SCENES)
+def test_sensitivity_units_agree(which: str) -> None:
+    both = models(scene_of(which))
+    assert needs_quadratures(both[0].columns)
+    compiled, parts = (SensitivityUnit(m, m.columns) for m in both)
+    s, rng = state_of(both[1]), np.random.default_rng(7)
+    seeds = rng.normal(size=(6, compiled.width))
+    for unit in (compiled, parts):
+        unit.prepare(s.p[:-1].copy())
+    same(parts.evaluate(s.x, s.y, s.z), compiled.evaluate(s.x, s.y, s.z))
+    same(parts.directional_derivatives(seeds), compiled.directional_derivatives(seeds))
+    ny = compiled.ny + compiled.nquad
+    given = [s.x, s.y, s.z[: compiled.nz].copy(), rng.normal(size=ny), np.ones(400)]
+    directions = tuple(rng.normal(size=(n, 5)) for n in (ny, compiled.nz, ny, compiled.np))
+    for ours, theirs in zip(parts.outputs(*given, directions), compiled.outputs(*given, directions), strict=True):
+        same(ours, theirs)
+
+
+@pytest.mark.parametrize("which", ["tree", "loop that rubs"])
+def test_linear_units_agree(which: str) -> None:
+    both = models(scene_of(which))
+    s, seed = state_of(both[1]), np.random.default_rng(5).normal(size=400)
+    written = [_linear(m, s, seed) for m in both]
+    for found, expected in zip(*reversed(written), strict=True):
+        same(found, expected)
+
+
+def _linear(model: Model, s: State, seed: np.ndarray) -> list[np.ndarray]:
+    """What a linear unit writes of rates and columns."""
+    unit: Any = LINEAR.ctype.from_address(model.kernel.linear(model.columns))
+    c, z, sizes = np.zeros(unit.nc + 1), np.random.default_rng(6).normal(size=100), model.kernel.sizes
+    rates, shown = np.zeros(model.block.ny + sizes["active"] + sizes["neta"] + 1), np.zeros(len(model.columns) + 1)
+    called(unit, "prepare", s.p, c)
+    called(unit, "rates", s.x, s.y, c, s.z, seed, rates)
+    called(unit, "columns", s.x, s.y, c, z, z[50:].copy(), seed, shown)
+    return [rates[:-1], shown[:-1]]

@@ -1,0 +1,157 @@
+"""The recursion says what one dense solve in absolute coordinates says: tests.reference shares no code with the engine."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tests.engine.checks.random_scene_properties import (
+    DEVICES,
+    DRIVES,
+    Property,
+    drives,
+    pressed,
+    rubs,
+    sliding,
+    some_cut,
+    some_joint,
+    some_load,
+)
+from tests.engine.checks.reference_comparison import engine_row, motion, reference_motion, results, worst
+from tests.reference import solve
+from tests.reference.scenes.random_components import RUBBING_TYPES
+from tests.reference.scenes.random_scenes import CLOSING_TYPES, LATER, USUAL_TYPES, Case, covering, first, random_loop, random_tree
+from tests.reference.scenes.result_table import table
+from trunnion.elements.joints import REGISTRY
+from trunnion.system.construction.spanning_tree import span
+
+TIME = 0.3
+"""At this time ramps, tables and harmonic signals all have a value, a rate and an acceleration."""
+TOLERANCE = 1e-10
+"""Both sides solve to about 1e-14 times the condition of the mechanism (largest difference seen: 8e-13); one dropped velocity term
+or a wrong sign shows at 1e-3 and more."""
+PINS = ("inboard", "outboard")
+FRICTION = tuple(product(("regularized", "viscous"), (None, "adams")))
+"""Combinations of a law and the way the normal force is found; the forms of every law are tested elsewhere."""
+WITHOUT = ("angular_acceleration",)
+"""Quantities of the reference for which the engine has no column."""
+
+
+def tree_claims() -> dict[str, Property]:
+    """Features that the random trees must contain between them, from the registered types and laws."""
+    claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in USUAL_TYPES}
+    claims |= {
+        f"a {k} joint that rubs, pin {p}": some_joint(lambda j, k=k, p=p: j.type == k and rubs(j, p))
+        for k, p in product(RUBBING_TYPES, PINS)
+    }
+    claims |= {f"friction {x}, {n}": some_joint(lambda j, x=x, n=n: rubs(j, law=x, normal=n)) for x, n in FRICTION}
+    claims |= {f"{d} in a joint": some_joint(lambda j, d=d: getattr(j, d) is not None) for d in DEVICES}
+    claims |= {f"a {d} drive": some_joint(lambda j, d=d: any(getattr(x, d) is not None for x in drives(j))) for d in DRIVES}
+    claims |= {
+        f"a {kind} in the {frame} frame": some_load(lambda f, how=(kind, frame): (f.type, getattr(f, "frame", "")) == how)
+        for kind, frame in (*product(("force", "torque"), ("world", "body")), ("spring_damper", ""))
+    }
+    return claims | {
+        "a thrust face": some_joint(lambda j: rubs(j) and j.friction.thrust_radius),
+        "a stop that presses": pressed,
+        "sliding in the linear zone": sliding(inside=True),
+        "sliding beyond it": sliding(inside=False),
+    }
+
+
+TREES = covering(tree_claims(), lambda seed: random_tree(seed, t=TIME), least=8)
+CUTS = {
+    f"{kind} cut, pin {pin}, {law}, {normal}": (kind, pin, law, normal)
+    for n, kind in enumerate(RUBBING_TYPES)
+    for m, pin in enumerate(PINS)
+    for law, normal in [FRICTION[(n + 2 * m) % len(FRICTION)]]
+}
+PLAIN_CUTS = tuple(k for k in CLOSING_TYPES if REGISTRY[k].cuttable and k not in RUBBING_TYPES)
+HELD = tuple(d for d in DEVICES if d != "drive")
+"""Devices that a cut joint can have: driven joints are never cut."""
+
+
+@cache
+def cut_case(which: str) -> Case:
+    """A loop of few bodies, cut at a rubbing joint of the kind ``which`` says: where its pin sits, its law, its normal force."""
+    kind, pin, law, normal = CUTS[which]
+    how = {"bodies": 3, "closing": (kind,), "cut": True, "friction": 1.0, "laws": (law,), "adams": float(normal == "adams")}
+    cut_so = some_cut(lambda j: j.type == kind and rubs(j, pin, law, normal))
+    return first(
+        f"{which}, all that rubs sliding",
+        lambda c: cut_so(c) and all(np.abs(c.qd[n]).max() > 0.01 for n, j in c.scene.joints.items() if rubs(j)),
+        lambda seed: random_loop(f"{kind}_{pin}{seed}", t=TIME, **how),
+    )
+
+
+@cache
+def plain_cut_case(kind: str) -> Case:
+    """A loop cut at a joint of a type that cannot rub, with every device where it has freedoms enough."""
+    held = HELD if REGISTRY[kind].nv >= 3 else ()
+    return first(
+        f"{kind} cut, with {held}",
+        some_cut(lambda j: j.type == kind and all(getattr(j, d) is not None for d in held)),
+        lambda seed: random_loop(f"{kind}{seed}", t=TIME, closing=(kind,), cut=True, devices=1.0),
+    )
+
+
+@cache
+def loops_case(which: int) -> Case:
+    """A case of two loops whose joints have springs, dampers, stops, efforts and drives."""
+    return random_loop(which, loops=2, t=TIME, devices=0.8)
+
+
+def compared(case: Case) -> None:
+    """All that both formulations say of a state: accelerations, reactions, friction, contacts, motion, energy."""
+    state = case.state()
+    result = solve(state)
+    model, row = engine_row(case)
+    free = {(n, q) for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 6 for q in ("reaction.force", "reaction.torque")}
+    expected = {k: v for k, v in table(result).items() if k not in free}
+    gap, where = worst(expected, results(model, row), WITHOUT)
+    assert gap <= TOLERANCE, where
+    gap, where = worst(reference_motion(model, state), motion(model, row))
+    assert gap <= TOLERANCE, where
+    assert row["energy.potential"] == pytest.approx(result.potential, rel=TOLERANCE, abs=TOLERANCE)
+    assert row["audit.complement"] <= 1e-12  # Newton's last step squares an error of 1e-7: only round-off is left
+    for name, friction in result.friction.items():
+        mine = results(model, row)[name, "friction"]
+        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # the rounding error of the sum
+        assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it takes energy out
+        assert friction @ state.qd[name] >= floor, name
+
+
+@pytest.mark.parametrize("seed", TREES)
+def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
+    compared(TREES[seed])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_so_it_is_where_points_are_kept_on_lines_and_planes(seed: int) -> None:
+    compared(random_tree(f"points{seed}", t=TIME, types=(*LATER, "revolute")))
+
+
+@pytest.mark.parametrize("which", CUTS)
+def test_recursion_is_the_dense_solve_where_a_rubbing_joint_is_cut(which: str) -> None:
+    compared(cut_case(which))
+
+
+@pytest.mark.parametrize("kind", PLAIN_CUTS)
+def test_recursion_is_the_dense_solve_where_a_joint_without_friction_is_cut(kind: str) -> None:
+    compared(plain_cut_case(kind))
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_recursion_is_the_dense_solve_on_two_loops(which: int) -> None:
+    case = loops_case(which)
+    assert len(span(case.scene).cut) == 2
+    compared(case)
+
+
+def test_every_type_is_cut_or_says_that_it_cannot_be() -> None:
+    cuttable = {k for k, kind in REGISTRY.items() if kind.cuttable and kind.nv < 6 and not kind.bodiless}
+    assert {k for k, *_ in CUTS.values()} | set(PLAIN_CUTS) == cuttable
+    assert {(law, normal) for _, _, law, normal in CUTS.values()} == set(FRICTION)

@@ -1,0 +1,137 @@
+"""Long work in the runtime asks its host whether to go on: at the start and while stepping, as often as its work says."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.engine.mechanisms.friction_chains import balls
+from tests.engine.mechanisms.scissor_lift import scissor
+from tests.engine.stick_slip.test_active_set_many_pairs import links, rough, work
+from trunnion.basics.interrupts import Held, Unwanted, watched
+from trunnion.runtime.abi import Status
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.overrides import apply
+from trunnion.simulation.execution import run_loop
+from trunnion.simulation.run import Model, simulate
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.simulation.runtime_interface.cancellation import cancellable
+
+
+def started(stop: int) -> tuple[int, int]:
+    """Outcome and cost of a start that is cancelled at the stop-th request."""
+    model, settings, asked = Model(rough(0, 16), "j0.q[*]"), bl.Settings(), []
+    model.block.configure(settings)
+    assert model.block.assemble() == 1
+
+    def give_up() -> bool:
+        asked.append(1)
+        return len(asked) >= stop
+
+    with model.block.cancellable(give_up):
+        row = np.zeros(model.block.width)
+        status = model.block.lib.tr_start(model.block.at, 0.0, 1.0, 0.1, row.ctypes.data)
+    return status, work(model)
+
+
+def test_a_start_gives_up_as_soon_as_it_is_told() -> None:
+    status, first = started(1)
+    assert status == Status.CANCELLED
+    status, third = started(3)
+    assert status == Status.CANCELLED
+    assert first < third < 4 * first
+
+
+def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
+    model = Model(rough(0, 16), "j0.q[*]")
+    model.block.configure(bl.Settings())
+    assert model.block.assemble() == 1
+
+    def pressed() -> bool:
+        signal.raise_signal(signal.SIGINT)
+        return False
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), model.block.cancellable(pressed):
+            model.block.lib.tr_start(model.block.at, 0.0, 1.0, 0.1, np.zeros(model.block.width).ctypes.data)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
+    """The Jacobian unit is attached in a larger block: the old one's memory belongs to somebody else when the work is done."""
+    told: list[tuple[int, bool]] = []
+
+    class Library:
+        """Records which runs ask for cancellation."""
+
+        @staticmethod
+        def tr_ask(at: int, host: object) -> None:
+            told.append((at, host is not None))
+
+    places = iter((1, 2))
+    with cancellable(Library, lambda: next(places), lambda: False):  # type: ignore[arg-type]
+        pass
+    assert told == [(1, True), (2, False)]
+
+
+def test_loops_that_are_closed_for_long_ask_too() -> None:
+    """A bar of a scissor is too long by far: no place closes it, and many are tried."""
+    given = scissor(3)
+    free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}
+    model = Model(apply(replace(given, joints=free), {"bodies.b2.points.low": [-100.0, 0.0, 0.0]}), "guide.q[*]")
+    model.block.configure(bl.Settings())
+
+    def unwanted() -> None:
+        raise Unwanted
+
+    with pytest.raises(Unwanted), watched(unwanted):
+        model.block.assemble()
+    assert model.block.assemble() == 0
+
+
+class At(Held):
+    """An interrupt that comes as the runtime asks for the n-th time."""
+
+    def __init__(self, n: int):
+        self.left = n
+
+    @property
+    def asked(self) -> bool:
+        self.left -= 1
+        return self.left <= 0
+
+    @asked.setter
+    def asked(self, value: bool) -> None:
+        pass
+
+
+def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
+    """A run is interrupted when it asks for the n-th time."""
+
+    @contextmanager
+    def at_the_nth() -> Iterator[Held]:
+        yield At(n)
+
+    monkeypatch.setattr(run_loop, "held", at_the_nth)
+
+
+@pytest.mark.parametrize("n", [40, 100, 130, 160])
+def test_a_run_that_is_given_up_while_it_passes_a_failure_has_not_failed(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thirty balls: modes do not suit, others are sought, and the run is given up meanwhile."""
+    interrupted_at(monkeypatch, n)
+    assert simulate(balls(30, 0), until=0.1, kernel="parts", outputs="j0.q[*]").outcome.name == "cancelled"
+
+
+def test_a_run_that_is_given_up_inside_a_call_keeps_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    interrupted_at(monkeypatch, 3)
+    r = simulate(links(10, 1, "spherical", apart=False), until=1.0, every=0.001, outputs="j0.q[*]")
+    assert r.outcome.name == "cancelled"
+    assert 1 <= len(r.time) < 1000
+    assert np.isfinite(r.data).all()

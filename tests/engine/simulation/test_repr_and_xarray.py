@@ -1,0 +1,39 @@
+"""The representation of a large object at a prompt is one line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import trunnion
+
+MU = "joints.ball.friction.mu"
+
+
+def test_sweeps_and_sensitivities_are_told_in_a_line() -> None:
+    swept = trunnion.sweep("spherical_pendulum", vary={MU: "0.1:0.6:3"}, reductions=["max:ball.qd[1]"], until=0.05)
+    assert repr(swept).startswith("<Sweep of spherical_pendulum: 3 cases")
+    assert "3 done" in repr(swept)
+    derived = trunnion.sensitivity("spherical_pendulum", [MU], ["ball.qd[2]"], until=0.05)
+    assert repr(derived) == f"<Sensitivity of ball.qd[2] to {MU}: {len(derived.time)} times>"
+
+
+def test_results_and_sweeps_are_datasets_with_dimensions_and_units() -> None:
+    pytest.importorskip("xarray")
+    r = trunnion.simulate("spherical_pendulum", until=0.1)
+    data = r.to_xarray()
+    assert data.sizes == {"time": len(r)}
+    assert np.array_equal(data["ball.qd[2]"].values, r["ball.qd[2]"])
+    assert data["ball.qd[2]"].attrs["units"] == "rad/s"
+    over = {MU: [0.1, 0.3, 0.6], "joints.ball.friction.radius": [0.02, 0.05]}
+    swept = trunnion.sweep("spherical_pendulum", vary=over, reductions=["max:ball.qd[2]"], until=0.05)
+    whole = swept.to_xarray()
+    assert dict(whole.sizes) == {path: len(values) for path, values in over.items()}
+    column = next(n for n in whole.data_vars if "qd[2]" in n)
+    frame = swept.to_pandas()
+    for _, row in frame.iterrows():
+        at = {path: row[path] for path in over}
+        assert float(whole[column].sel(at)) == row[column]
+    cases = [{MU: 0.1}, {MU: 0.1}, {MU: 0.4}]
+    listed = trunnion.sweep("spherical_pendulum", cases=cases, reductions=["max:ball.qd[2]"], until=0.05).to_xarray()
+    assert dict(listed.sizes) == {"case": 3}

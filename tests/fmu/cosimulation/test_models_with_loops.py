@@ -1,0 +1,22 @@
+"""FMUs of the bundled models with loops give what the engine gives."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.fmu.cosimulation.test_models_without_loops import test_both_flavours_are_the_engine as open_models
+from tests.fmu.fmpy_host import claim_equal_to_engine
+from tests.fmu.scene_value_checks import claim_refuses_what_the_scene_refuses
+from trunnion.scene import model_names
+
+OPEN = open_models.pytestmark[0].args[1]
+
+
+@pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
+def test_both_flavours_are_the_engine(model: str) -> None:
+    claim_equal_to_engine(model)
+
+
+@pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
+def test_it_refuses_what_the_scene_refuses(model: str) -> None:
+    claim_refuses_what_the_scene_refuses(model)

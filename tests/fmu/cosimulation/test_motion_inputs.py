@@ -1,0 +1,123 @@
+"""Motions that follow inputs, coupled by a host that passes no derivatives, and with rates and accelerations as inputs."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trunnion
+from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.systems.scenarios import motor_and_crank
+from trunnion.fmu.scene_export import export
+
+BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
+END, RATE, ACCELERATION = 1.0, "inputs.angle.rate", "inputs.angle.acceleration"
+
+
+@cache
+def made(part: str) -> Path:
+    """The FMU of the motor, or of the crank-slider whose crank follows an angle."""
+    file = FOLDER / f"coupled-{part}.fmu"
+    export(motor_and_crank.motor() if part == "motor" else motor_and_crank.crank_slider(), file)
+    return file
+
+
+def coupled(step: float, derivatives: int = 0, **settings: float) -> float:
+    """The motor's angle at END, both parts stepped side by side by a host that hands over values at communication points, so many
+    derivatives of the angle, too."""
+    drive, load = Host(made("motor")), Host(made("crank"), **settings)
+    for k in range(round(END / step)):
+        q, rate, acceleration = drive.get("shaft.q[1]", "shaft.qd[1]", "shaft.qdd[1]")
+        if k:
+            drive.put("load", -load.get(motor_and_crank.LOAD)[0])
+            load.put("angle", q)
+        for name, value in ((RATE, rate), (ACCELERATION, acceleration))[:derivatives]:
+            load.put(name, value)
+        for part in (drive, load):
+            part.fmu.doStep(k * step, step)
+    return drive.get("shaft.q[1]")[0]
+
+
+@cache
+def whole() -> float:
+    """The same angle of the same mechanism as one scene."""
+    return float(trunnion.simulate(motor_and_crank.one_scene(), until=END, every=END, rtol=1e-9)["crank_pivot.q[1]"][-1])
+
+
+@pytest.mark.parametrize("bandwidth", [20.0, 100.0, 400.0])
+def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(bandwidth: float) -> None:
+    """The load is that of the last step, which alone is an error of first order: it halves with the step, or better, as far as the
+    next order goes. Any bandwidth will do."""
+    errors = np.array([abs(coupled(h, inputs__angle__bandwidth=bandwidth) - whole()) for h in (0.01, 0.005, 0.0025)])
+    assert errors[0] < 0.07
+    assert (errors[1:] / errors[:-1] < 0.55).all()
+
+
+def test_without_derivatives_or_with_the_rate_alone_it_is_about_as_good_as_with_both() -> None:
+    plain, rate, both = (abs(coupled(0.005, derivatives=n) - whole()) for n in range(3))
+    assert max(plain, rate) < 2.0 * both
+
+
+def test_the_log_names_the_bandwidth_that_the_samples_carry() -> None:
+    host = Host(exported("arm"), logging=True, inputs__angle__bandwidth=200.0)
+    for k in range(10):
+        host.set(angle=0.2 + 0.01 * k)
+        host.fmu.doStep(0.01 * k, 0.01)
+    said = [text for _, text in host.log if "bandwidth" in text]
+    assert len(said) == 1
+    assert said[0].startswith("inputs.angle.bandwidth = 200 rad/s is more than samples 0.01 s apart carry: ")
+    assert "the motion follows with 20 rad/s" in said[0]
+
+
+@BOTH
+def test_rate_and_acceleration_as_inputs_are_what_derivatives_of_the_input_are(flavour: str) -> None:
+    """Set before or after the value; for a parabola the motion is on it."""
+    told, before, after = (Host(exported("arm", flavour), angle=0.2) for _ in range(3))
+    at = told.reference["angle"]
+    for k in range(20):
+        t = 0.02 * k
+        value, rate = 0.2 + 2 * t * t, 4 * t
+        told.set(angle=value)
+        told.fmu.setRealInputDerivatives([at, at], [1, 2], [rate, 4.0])
+        for name, x in ((RATE, rate), (ACCELERATION, 4.0), ("angle", value)):
+            before.put(name, x)
+        for name, x in (("angle", value), (RATE, rate), (ACCELERATION, 4.0)):
+            after.put(name, x)
+        found = []
+        for host in (told, before, after):
+            host.fmu.doStep(t, 0.02)
+            found.append(host.get("hip.q[1]", "hip.qd[1]", "knee.qd[1]"))
+        assert found[0] == found[1] == found[2]
+        assert found[0][0] == pytest.approx(0.2 + 2 * (t + 0.02) ** 2, abs=1e-13)
+
+
+def test_a_sampled_input_that_stops_is_reached() -> None:
+    """It is not taken to go on at its last rate."""
+    host = Host(exported("arm"))
+    for k in range(100):
+        host.set(angle=0.2 + 0.01 * min(k, 10))
+        host.fmu.doStep(0.01 * k, 0.01)
+    assert host.get("hip.q[1]", "hip.qd[1]") == pytest.approx([0.3, 0.0], abs=1e-6)
+
+
+def test_derivatives_with_rate_and_acceleration_are_those_of_differences() -> None:
+    host = Host(exported("arm"))
+    host.run(0.0, 13, 0.01)
+    name = "hip.qdd[1]"
+    for known, size in ((RATE, 1e-3), (ACCELERATION, 1e-2)):
+        exact = host.fmu.getDirectionalDerivative([host.reference[name]], [host.reference[known]], [1.0])[0]
+        found = []
+        for sign in (1, -1):
+            host.put(known, sign * size)
+            found.append(host.get(name)[0])
+        host.put(known, 0.0)
+        assert exact == pytest.approx((found[0] - found[1]) / (2 * size), rel=1e-7)
+
+
+def test_only_motions_have_them() -> None:
+    names = Host(exported("arm")).reference
+    assert {RATE, ACCELERATION} <= set(names)
+    assert not [n for n in names if n.startswith("inputs.motor.")]

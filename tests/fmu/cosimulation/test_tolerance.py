@@ -1,0 +1,35 @@
+"""Which tolerance counts, the host's or the FMU's own: the tighter one, unless the user decides otherwise, and the log says so."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.fmu.fmpy_host import Host, exported
+
+BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
+OWN, LOOSE, TIGHT = 1e-6, 1e-4, 1e-9
+
+
+def swing(flavour: str, host_gives: float | None = None, **settings: float) -> list[list[float]]:
+    """Example 8.1 up to its last reversals, with a tolerance of the host's."""
+    return Host(exported("spherical_pendulum", flavour), tolerance=host_gives, **settings).run(0.0, 20, 0.1, "ball.qd[2]")
+
+
+@BOTH
+def test_the_tighter_tolerance_counts(flavour: str) -> None:
+    assert swing(flavour, LOOSE) == swing(flavour) == swing(flavour, OWN)
+    assert swing(flavour, TIGHT) == swing(flavour, solver__tolerance=TIGHT) != swing(flavour)
+
+
+@BOTH
+def test_the_user_decides_whether_the_hosts_counts(flavour: str) -> None:
+    assert swing(flavour, TIGHT, solver__host_tolerance=0) == swing(flavour)
+    assert swing(flavour, LOOSE, solver__host_tolerance=2) == swing(flavour, solver__tolerance=LOOSE)
+
+
+@BOTH
+def test_the_log_says_which_counts(flavour: str) -> None:
+    host = Host(exported("spherical_pendulum", flavour), tolerance=LOOSE, logging=True)
+    said = [text for status, text in host.log if "that counts" in text and status == 0]
+    assert len(said) == 1
+    assert "that counts is 1e-06, of solver.tolerance; the host gives 0.0001" in said[0]

@@ -1,0 +1,210 @@
+"""Model exchange: an importer's solver gives what ours gives, with the same events; what its calls promise; what is refused."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import zipfile
+from typing import Any
+
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+
+import trunnion
+from tests.fmu.fmi3.event_mode_host import Host3
+from tests.fmu.fmpy_host import FOLDER, arm
+from tests.fmu.model_exchange.exchange_host import EVERY, Importer, engine_run, exchange, run_me, run_scipy, scene_of
+from trunnion.basics.problems import SceneError
+from trunnion.fmu.scene_export import Made, export, started
+from trunnion.scene import model_names, scene_from_dict
+
+MOTION = 1e-6
+"""Positions, rad or m, over the time given, in fmpy's CVode at 1e-8 (its BDF method loses two digits on the way)."""
+INSTANT = 2e-6
+"""Times of events, s: that error over the slowest sliding's deceleration."""
+
+
+def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
+    """Positions to MOTION, the events of the engine in its order, each within INSTANT."""
+    scene = scene_of(name)
+    made, events = engine_run(scene, until)
+    positions = [n for n in made.names if ".q[" in n]
+    got, told, complaints = run_me(exchange(name, fmi), until, [n if fmi == 2 else f"states.{n}" for n in positions])
+    assert complaints == []
+    for n, column in zip(positions, list(got.values())[1:], strict=True):
+        assert np.abs(column - made[n]).max() <= MOTION, n
+    assert [e[1:] for e in told] == [e[1:] for e in events]
+    assert all(abs(mine[0] - its[0]) <= INSTANT for mine, its in zip(told, events, strict=True))
+
+
+RUNS = [("spherical_pendulum", 10.0, 2), ("double_pendulum", 3.0, 2), ("double_pendulum", 3.0, 3)]
+
+
+@pytest.mark.parametrize(("name", "until", "fmi"), RUNS)
+def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: float, fmi: int) -> None:
+    claim_is_the_engine(name, until, fmi)
+
+
+def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> None:
+    """8.3 over 5 s in SciPy's DOP853 at 1e-11 (at 1e-8 it is off by 9e-6, CVode by 4e-6, the engine's rk8 by 4e-6)."""
+    made, events = engine_run(scene_of("double_pendulum"), 5.0)
+    host, names = Importer(exchange("double_pendulum")), [n for n in made.names if ".q[" in n]
+    got = run_scipy(host, 5.0, 1e-11, names)
+    assert np.abs(got - [made[n] for n in names]).max() <= 0.1 * MOTION
+    assert host.fmu.getInteger([host.reference["events.count"]])[0] == len({t for t, _, _ in events})
+
+
+def test_a_loop_closed_by_the_drift_that_is_allowed_has_the_motion_and_the_events_of_the_engine() -> None:
+    """The coordinates of 8.2 that close its loop are states: outputs are of the loop closed."""
+    claim_is_the_engine("crank_slider", 2.0, 2)
+
+
+def three_balls() -> trunnion.Scene:
+    """Two balls and a cross between them, all rubbing: the lower ball comes to its cone, where its friction jumps."""
+    sizes = [(0.564, 0.026), (0.631, 0.041), (0.463, 0.028)]
+    bodies = {f"b{k}": {"box": [length, 0.06, 0.05], "density": 7800, "points": {"a": [-0.15, 0, 0], "e": [0.15, up, 0]}}
+              for k, (length, up) in enumerate(sizes)}
+    cross = {"mu": 0.122, "radius": 0.024, "mu_static": 0.159, "half_length": 0.231}
+    return scene_from_dict({
+        "name": "three_balls", "gravity": [0, 0, -9.81], "bodies": bodies,
+        "joints": {
+            "j0": {"type": "spherical", "inboard": "ground", "outboard": "b0.a", "friction": {"mu": 0.285, "radius": 0.018},
+                   "start": {"q": [1, 0, 0, 0], "qd": [1.479, 0.091, -0.788]}},
+            "j1": {"type": "universal", "axis": "y", "reference": "z", "inboard": "b0.e", "outboard": "b1.a", "friction": cross,
+                   "start": {"q": [0, 0], "qd": [1.284, -0.349]}},
+            "j2": {"type": "spherical", "inboard": "b1.e", "outboard": "b2.a", "friction": {"mu": 0.333, "radius": 0.031},
+                   "start": {"q": [1, 0, 0, 0], "qd": [0.206, 1.317, 1.588]}},
+        },
+        "simulation": {"until": 2, "every": EVERY},
+    })  # fmt: skip
+
+
+def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
+    """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: the number that tells was negative from where it went on."""
+    scene, file = three_balls(), FOLDER / "three-balls.fmu"
+    export(scene, file, kind="me", kernel="parts")
+    made = trunnion.simulate(scene, until=1.0, every=EVERY, rtol=1e-11, kernel="parts")
+    for until, tolerance, far in ((0.6, 1e-8, MOTION), (1.0, 1e-10, 0.1 * MOTION)):
+        names = [f"j{k}.q[{i}]" for k, i in ((0, 1), (0, 2), (1, 1), (1, 2), (2, 1), (2, 2))]
+        got, _, complaints = run_me(file, until, names, relative_tolerance=tolerance)
+        assert complaints == []
+        assert max(np.abs(got[n] - made[n][: len(got[n])]).max() for n in names) <= far
+
+
+def test_latches_fall_catch_and_let_go_at_the_engines_instants() -> None:
+    """Their hooks are discrete states: they fall and lift in event mode only."""
+    claim_is_the_engine("thrown", 4.0, 3)
+
+
+def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
+    """Errors grow by the stops' stiffness: they fall with the solver's tolerance."""
+    made, events = engine_run(scene_of("swing"), 2.4)
+    got, told, _ = run_me(exchange("swing"), 2.4, ["hip.q[1]", "knee.q[1]"], relative_tolerance=1e-10)
+    assert {e[1] for e in events} == {"slip", "stick", "end_stop_engaged", "end_stop_released"}
+    assert [e[1:] for e in told] == [e[1:] for e in events]
+    assert max(np.abs(got[n] - made[n]).max() for n in ("hip.q[1]", "knee.q[1]")) <= MOTION
+
+
+def described(name: str) -> list[tuple[bytes, bytes]]:
+    """(FMI 2.0, FMI 3.0) descriptions of a scene for both kinds of use, each in an archive of nothing else."""
+    model, first = started(scene_of(name), None, "auto")
+    out = []
+    for standard in ("2.0", "3.0"):
+        box = io.BytesIO()
+        with zipfile.ZipFile(box, "w") as z:
+            z.writestr("modelDescription.xml", Made(model, first, 0.0, True, standard, "both").described("{}", "native"))
+        out.append(box.getvalue())
+    return out
+
+
+@pytest.mark.parametrize("name", [*model_names(), "swing"])
+def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
+    assert [validate_fmu(io.BytesIO(d)) for d in described(name)] == [[], []]
+
+
+def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:
+    """Whatever was asked for in between, the same numbers but for round-off of the iteration for friction."""
+    host = Importer(exchange("double_pendulum"))
+    x = host.states()
+    told = host.rates(), host.indicators()
+    for k in range(5):
+        host.place(0.01 * k, x + 0.1 * np.sin(np.arange(len(x)) + k))
+        host.rates()
+    host.place(0.0, x)
+    assert host.rates() == pytest.approx(told[0], rel=1e-12, abs=1e-12)
+    assert host.indicators() == pytest.approx(told[1], rel=1e-12, abs=1e-12)
+
+
+def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
+    host = Importer(exchange("double_pendulum"))
+    t = host.euler(0.0, 1e-3, 420)
+    kept = host.fmu.getFMUstate()
+    host.euler(t, 1e-3, 200)
+    first = host.states()
+    host.fmu.setFMUstate(kept)
+    host.euler(t, 1e-3, 200)
+    assert np.array_equal(host.states(), first)
+
+
+def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
+    """Euler's method: the first events of the engine, each at the end of a step."""
+    host, h = Importer(exchange("double_pendulum")), 1e-4
+    _, events = engine_run(scene_of("double_pendulum"), 1.0)
+    for k in range(int(0.9 / h)):
+        host.euler(k * h, h, 1)
+        assert np.all(host.indicators() != 0.0)
+    count = host.fmu.getInteger([host.reference["events.count"]])[0]
+    assert count == len({t for t, _, _ in events if t < 0.9})
+
+
+def test_a_jam_is_an_error_in_the_words_of_the_engine() -> None:
+    changes = (("joints.guide.friction.half_length", 0.22),)
+    log: list[tuple[int, str]] = []
+    outcome = trunnion.simulate(scene_of("double_pendulum", changes), until=5.0, rtol=1e-11).outcome
+    with pytest.raises(FMICallException) as failed:
+        run_me(exchange("double_pendulum", 2, "me", changes), 5.0, ["guide.q[1]"], log)
+    assert failed.value.status == 3
+    mine, its = (re.sub(r"t = \S+ s", "t", text) for text in (log[-1][1], str(outcome)))
+    assert mine == its
+    assert "jammed in joint guide" in its
+
+
+def test_what_is_for_one_use_refuses_the_other() -> None:
+    host = Importer(exchange("double_pendulum"))
+    slave = FMU2Slave(guid=host.md.guid, unzipDirectory=host.folder, instanceName="i", modelIdentifier="double_pendulum")
+    with contextlib.suppress(Exception):
+        slave.instantiate(callbacks=host.calls)
+    for call in (host.fmu.newDiscreteStates, lambda: host.fmu.setReal([host.reference["joints.guide.friction.mu"]], [0.2])):
+        with pytest.raises(FMICallException):
+            call()
+    said = [text.split(":")[0] for text in host.log]
+    assert said == ["this FMU is for model exchange", "UpdateDiscreteStates", "joints.guide.friction.mu is discrete"]
+
+
+def test_states_can_be_read_in_co_simulation_where_an_fmu_is_for_both() -> None:
+    host = Host3(exchange("spherical_pendulum", 3, "both"))
+    host.fmu.doStep(0.0, EVERY)
+    its = host.get("ball.q")[:1] + host.get("ball.qd")[1:2]
+    assert host.get("states.ball.q[1]", "states.ball.qd[2]") == pytest.approx(its, abs=1e-12)
+    assert host.get("der(states.ball.qd[2])") == pytest.approx(host.get("ball.qdd")[1:2], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("scene", "how", "places"),
+    [
+        (arm, {}, {"inputs.angle"}),
+        (arm, {"overrides": {"simulation.jams": "impact", "simulation.method": "moreau"}},
+         {"inputs.angle", "simulation.jams", "simulation.method"}),
+        (arm, {"flavour": "python", "step": 1e-3}, {"--flavour", "--step"}),
+        (arm, {"kind": "model"}, {"--type"}),
+    ],
+)  # fmt: skip
+def test_what_is_not_a_function_of_time_and_state_is_refused_with_remedies(scene: Any, how: dict, places: set[str]) -> None:
+    with pytest.raises(SceneError) as refused:
+        export(scene(), FOLDER / "never.fmu", **{"kind": "me", **how})
+    assert {p.where for p in refused.value.problems} == places
+    assert all(p.hint for p in refused.value.problems)

@@ -1,0 +1,154 @@
+"""The native library in a host that has no Python, here and on Windows (under wine, where it is installed)."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+from fmpy import read_model_description
+
+from tests.fmu.fmi3.event_mode_host import Host3, exported3
+from tests.fmu.fmpy_host import FOLDER, Host, exported
+from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, headers, loader
+from trunnion.fmu.scene_export import export
+from trunnion.kernel.compilation import c_compiler, library_cache
+
+HOST = Path(__file__).with_name("fmi2_host.c")
+
+
+def built(target: str, out: Path, source: Path = HOST) -> Path:
+    """The path of a C host, compiled for a target, from the system's own libraries, as FMUs are: the compiler would build its own
+    runtime first, for half a minute of processor time."""
+    sources, link = [source], ["-nostdlib", "-lc", "-ldl"]
+    if "windows" in target:
+        sources = [source, NATIVE / "windows_libc.c"]
+        more = (f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("runtime", "convert", "time"))
+        link = ["-shared" if out.suffix == ".dll" else "-Wl,-e,mainCRTStartup", *SYSTEM_LIBRARIES["windows"], *more, "-lkernel32"]
+    objects = [out.with_name(f"{file.stem}.o") for file in sources]
+    for file, made in zip(sources, objects, strict=True):
+        what = ["-O1", "-w", f"-I{headers()}", "-c", str(file), "-o", str(made)]
+        c_compiler.run(["-target", target, *what], library_cache.cache_folder())
+    c_compiler.run(["-target", target, *map(str, objects), "-o", str(out), *link], library_cache.cache_folder())
+    return out
+
+
+def library(fmu: Path, place: str, folder: Path) -> tuple[Path, str]:
+    """(the FMU's library unpacked, GUID)."""
+    with zipfile.ZipFile(fmu) as z:
+        name = next(n for n in z.namelist() if n.startswith(f"binaries/{place}/"))
+        return Path(z.extract(name, folder)), read_model_description(fmu).guid
+
+
+@pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the linux64 library")
+@pytest.mark.parametrize("model", ["spherical_pendulum", "crank_slider"])
+def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_behind(model: str, tmp_path: Path) -> None:
+    host = built("x86_64-linux-gnu.2.17", tmp_path / "host")
+    file, guid = library(exported(model), "linux64", tmp_path)
+    done = subprocess.run([host, file, guid, "10000"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    grown, _, value = done.stdout.split()
+    assert int(grown) < 100, "kB; the first hundredth of the instances may warm the allocator up"
+    python = Host(exported(model))
+    assert float(value) == python.run(0.0, 10000, 1e-4, python.all_outputs()[0])[-1][0], "the same bits as in fmpy"
+
+
+@pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the x86_64-linux library")
+def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_leave_nothing_behind(tmp_path: Path) -> None:
+    host = built("x86_64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("fmi3_host.c"))
+    file, _ = library(exported3("spherical_pendulum"), "x86_64-linux", tmp_path)
+    token = read_model_description(exported3("spherical_pendulum")).instantiationToken
+    done = subprocess.run([host, file, token, "1000", "10"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    grown, *times = done.stdout.split()
+    assert int(grown) < 100, "kB"
+    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    assert [float(t) for t in times] == [e[0] for e in events]
+    assert len(times) == 11
+
+
+ARM = Path("/usr/aarch64-linux-gnu")
+"""Where Debian puts the C library of 64-bit ARM (libc6-arm64-cross)."""
+
+
+def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
+    """Under qemu, where it is installed; to 1e-9 s: other processors round otherwise."""
+    program = shutil.which("qemu-aarch64")
+    if program is None or not ARM.is_dir():
+        reason = "qemu-user or libc6-arm64-cross is not installed (apt-get install qemu-user libc6-arm64-cross)"
+        pytest.fail(reason) if "qemu" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
+    file = FOLDER / "arm64.fmu"
+    export("spherical_pendulum", file, platform="aarch64-linux", fmi=3)
+    host = built("aarch64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("fmi3_host.c"))
+    made, _ = library(file, "aarch64-linux", tmp_path)
+    token = read_model_description(file).instantiationToken
+    done = subprocess.run([str(program), "-L", str(ARM), host, made, token, "2", "10"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    assert [float(t) for t in done.stdout.split()[1:]] == pytest.approx([e[0] for e in events], abs=1e-9)
+
+
+def wine() -> str | None:
+    """wine64, also where Debian keeps it off the PATH."""
+    found = shutil.which("wine64") or shutil.which("wine")
+    return found or next((str(p) for p in Path("/usr/lib/wine").glob("wine64")), None)
+
+
+def wanted() -> None:
+    """Skip where wine is not installed, or fail where it has to be."""
+    if wine() is None:
+        reason = "wine64 is not installed (Debian: apt-get install wine64)"
+        pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
+
+
+def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -> list[float]:
+    """What a C host prints of a library for Windows."""
+    program = wine()
+    assert program is not None
+    env = dict(os.environ, WINEPREFIX=str(folder / "wine"), WINEDEBUG="-all", HOME=str(folder))
+    words = [program, host, library, guid, "20", *more]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, env=env, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return [float(word) for word in done.stdout.split()]
+
+
+def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
+    """Same motion to 1e-9 m: the C libraries' sines differ in the last bit. It needs nothing but the system's own C library, so
+    that nothing else is built for it. The loader of the python flavour stands before it the same: wine has no Python, so a
+    library that plays the slave stands for pythonfmu's."""
+    wanted()
+    host = built("x86_64-windows-gnu", tmp_path / "host.exe")
+    file = FOLDER / "windows.fmu"
+    export("spherical_pendulum", file, platform="win64")
+    dll, guid = library(file, "win64", tmp_path)
+    imports = {name.decode() for name in re.findall(rb"[\w.-]+\.dll", dll.read_bytes())} - {"library.dll"}
+    assert imports == {f"api-ms-win-crt-{part}-l1-1-0.dll" for part in ("heap", "math", "private", "stdio", "string")}
+    expected = Host(exported("spherical_pendulum")).run(0.0, 10000, 1e-4, "pendulum.position[1]")[-1][0]
+    assert under_wine(host, dll, guid, tmp_path)[-1] == pytest.approx(expected, abs=1e-9)
+    folder = tmp_path / "un packed #"
+    places = {n: folder / n for n in ("binaries/win64", "resources")}
+    for place in places.values():
+        place.mkdir(parents=True)
+    (places["resources"] / "slavemodule.txt").touch()
+    shutil.copyfile(dll, places["resources"] / "native.dll")
+    built("x86_64-windows-gnu", places["binaries/win64"] / "pythonfmu-export.dll", HOST.with_name("pythonfmu_stub.c"))
+    front = places["binaries/win64"] / "model.dll"
+    front.write_bytes(loader("win64"))
+    assert under_wine(host, front, guid, tmp_path)[-1] == pytest.approx(expected, abs=1e-9)
+    claim_that_of_fmi_3_finds_the_same_events(tmp_path)
+
+
+def claim_that_of_fmi_3_finds_the_same_events(tmp_path: Path) -> None:
+    """In the same folder, in which wine is set up already."""
+    file = FOLDER / "windows-3.fmu"
+    export("spherical_pendulum", file, platform="win64", fmi=3)
+    host = built("x86_64-windows-gnu", tmp_path / "host3.exe", HOST.with_name("fmi3_host.c"))
+    dll, _ = library(file, "x86_64-windows", tmp_path)
+    found = under_wine(host, dll, read_model_description(file).instantiationToken, tmp_path, "10")[1:]
+    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    assert found == pytest.approx([e[0] for e in events], abs=1e-9)

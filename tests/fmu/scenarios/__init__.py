@@ -1,1 +1,0 @@
-"""FMUs at work in fmpy, as runnable scripts: ``python -m tests.fmu.scenarios.parameter_study`` and the others."""

@@ -1,0 +1,60 @@
+"""The claim that an FMU refuses what the scene it was made of refuses, in the same words, and goes on."""
+
+from __future__ import annotations
+
+from fmpy.fmi1 import FMICallException
+
+import trunnion
+from tests.fmu.fmpy_host import Host, exported
+from trunnion.basics.problems import SceneError
+from trunnion.scene.overrides import apply, list_parameters
+
+TRIALS = (-1.0, 0.0)
+
+
+def claim_refuses_what_the_scene_refuses(model: str) -> None:
+    """For every parameter that is a number of the scene, set before the start: the FMU says what the scene says. A refused value
+    changes nothing, so that the run goes on as if it had not been given."""
+    scene = trunnion.load_scene(model)
+    host = Host(exported(model), begin=False)
+    plain = {p.path: p.value for p in list_parameters(scene)}
+    refused = 0
+    for v in host.md.modelVariables:
+        if v.causality != "parameter" or ".start." in v.name or not (v.name in plain or v.name.endswith(".mass")):
+            continue
+        for trial in TRIALS:
+            host.log.clear()
+            answers = said_by_the_scene(scene, v.name, trial), _said_by_the_fmu(host, v.name, trial)
+            assert answers[0] == answers[1], (v.name, trial)
+            refused += bool(answers[0])
+            low = float(v.min) if v.min else None
+            assert (low is not None and trial < low) == bool(answers[0]) or "must not be 0" in answers[0]
+        host.put(v.name, float(v.start))
+    assert refused
+    host.fmu.exitInitializationMode()
+    host.run(0.0, 2, 1e-3)
+
+
+def said_by_the_scene(scene: trunnion.Scene, path: str, value: float) -> str:
+    """What the scene finds wrong with the value itself; that it does not go with another is said only when it takes effect."""
+    changes: dict[str, float | None] = {path: value}
+    if path.endswith(".mass"):  # a body whose mass follows from its density has none of its own to override
+        changes[path.removesuffix("mass") + "density"] = None
+    try:
+        apply(scene, changes)
+    except SceneError as e:
+        return next((f"{p.where}: {p.what}" for p in e.problems if p.where == path and "(it is" in p.what), "")
+    return ""
+
+
+def _said_by_the_fmu(host: Host, path: str, value: float) -> str:
+    """The refusal, "" when the value was taken; a refused one leaves the old one."""
+    before = host.get(path)
+    status = 0
+    try:
+        host.put(path, value)
+    except FMICallException as e:
+        status = e.status
+    assert status in (0, 2)  # 2 is fmi2Discard, after which the run can go on
+    assert host.get(path) == (before if status else [value])
+    return host.log[-1][1] if status else ""

@@ -1,0 +1,142 @@
+"""An imported MJCF beside MuJoCo itself: accelerations at random states, constraints, contacts and actuators switched off there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trunnion.analysis.mechanics.state_evaluation import evaluate
+from trunnion.importers.mjcf.bodies import Bodies
+from trunnion.importers.mjcf.joints import Freedom
+from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf
+from trunnion.importers.pose_matrices import of_quaternion
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.run import Model
+
+
+@dataclass
+class Compared:
+    """bodies, freedoms, loops of the scene; gap: of accelerations, of the largest; inertia: largest difference of a body's inertia
+    from MuJoCo's, relative, and gap_with: what of the gap is left when MuJoCo is given ours."""
+
+    bodies: int
+    freedoms: int
+    loops: int
+    gap: float
+    inertia: float
+    gap_with: float
+    notes: tuple[str, ...]
+
+
+def opened(scene: Scene, bodies: Bodies) -> tuple[Scene, list[str]]:
+    """The scene's tree without friction, and the joints that close its loops: constraints are off in MuJoCo."""
+    made = {f.name for f in bodies.freedoms}
+    carried: set[str] = set()
+    closing, joints = [], {}
+    for n, j in scene.joints.items():
+        outboard = j.outboard if isinstance(j.outboard, str) else j.outboard.body
+        if n not in made and outboard in carried:
+            closing.append(n)
+            continue
+        carried.add(outboard)
+        joints[n] = replace(j, friction=None, start=None, mimic=None)
+    return replace(scene, joints=joints), closing
+
+
+def quiet(m: Any, constraints: bool = False) -> Any:
+    """A MuJoCo model without all that a mechanism does not have."""
+    import mujoco
+
+    off = mujoco.mjtDisableBit
+    m.opt.disableflags |= int(off.mjDSBL_CONTACT | off.mjDSBL_ACTUATION)
+    if not constraints:
+        m.opt.disableflags |= int(off.mjDSBL_CONSTRAINT)
+    m.opt.density, m.opt.viscosity, m.opt.wind[:] = 0.0, 0.0, 0.0
+    return m
+
+
+def coordinates(m: Any, freedoms: list[Freedom], q: np.ndarray, *rates: np.ndarray) -> list[dict[str, np.ndarray]]:
+    """MuJoCo's qpos and some of qvel or qacc as those of the scene's joints: angular ones in the inboard frame, not the body's."""
+    out: list[dict[str, np.ndarray]] = [{} for _ in range(1 + len(rates))]
+    for j, f in enumerate(freedoms):
+        a, v, at = m.jnt_qposadr[j], m.jnt_dofadr[j], {"ball": 0, "free": 3}.get(f.type)
+        size = {"ball": 4, "free": 7}.get(f.type, 1)
+        out[0][f.name] = q[a : a + size] - (f.ref if at is None else 0.0)
+        for values, to in zip(rates, out[1:], strict=True):
+            own = values[v : v + size - (at is not None)].copy()
+            if at is not None:
+                own[at:] = of_quaternion(q[a + at : a + at + 4]) @ own[at:]
+            to[f.name] = own
+    return out
+
+
+def accelerations(scene: Scene, q: dict[str, np.ndarray], qd: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Those of the scene's joints, on parts."""
+    row = evaluate(Model(scene, ("*.qdd[*",), kernel="parts"), q, qd, 0.0)
+    return {n: np.array([row[f"{n}.qdd[{k + 1}]"] for k in range(len(v))]) for n, v in qd.items()}
+
+
+def random_state(m: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """qpos and qvel."""
+    import mujoco
+
+    rng = np.random.default_rng(seed)
+    q = m.qpos0.copy()
+    mujoco.mj_integratePos(m, q, 0.5 * rng.normal(size=m.nv), 1.0)
+    return q, rng.normal(size=m.nv)
+
+
+def compared(file: Path, seeds: int = 3) -> Compared:
+    """The file's mechanism here and there. SceneError where it is refused here; ValueError where MuJoCo refuses it."""
+    import mujoco
+
+    linkage, model, bodies = linkage_of_mjcf(file)
+    scene, closing = opened(linkage.scene(), bodies)
+    m = quiet(mujoco.MjModel.from_xml_path(str(file)))
+    assert m.njnt == len(bodies.freedoms)
+    states = [random_state(m, seed) for seed in range(seeds)]
+    gap = max(_gap(m, scene, bodies, *s) for s in states)
+    inertia = _given(m, bodies)
+    again = max(_gap(m, scene, bodies, *s) for s in states)
+    return Compared(len(scene.bodies), m.nv, len(closing), gap, inertia, again, tuple(model.found.notes))
+
+
+def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> float:
+    import mujoco
+
+    d = mujoco.MjData(m)
+    d.qpos[:], d.qvel[:] = q, qd
+    mujoco.mj_forward(m, d)
+    ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
+    mine, want = accelerations(scene, ours, rates), np.concatenate(list(theirs.values()))
+    size, of_rates = np.abs(want).max(), np.square(qd).max()
+    unit = size if size > 1e-12 * of_rates else of_rates  # where nothing is accelerated: of what turning gives
+    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / unit)
+
+
+def _given(m: Any, bodies: Bodies) -> float:
+    """Give MuJoCo the inertias of the scene, with principal axes to the last digit (it finds its own to about 1e-8); the largest
+    relative difference from those it had."""
+    import mujoco
+
+    worst = 0.0
+    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # short cuts of MuJoCo for axes that are the body's own
+    done = set()
+    for name, place in bodies.places.items():
+        i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, name) if name else -1
+        if i < 1 or place.link not in bodies.linkage.links or not np.array_equal(place.at, np.eye(4)):
+            continue
+        if place.link in done:  # a body without mass that stands where the one is that it is fixed to
+            continue
+        done.add(place.link)
+        R = of_quaternion(m.body_iquat[i])
+        own = bodies.linkage.links[place.link].inertia
+        worst = max(worst, float(np.abs(R @ np.diag(m.body_inertia[i]) @ R.T - own).max() / max(np.abs(own).max(), 1e-300)))
+        moments, axes = np.linalg.eigh(own)
+        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        mujoco.mju_mat2Quat(m.body_iquat[i], axes.ravel())
+        m.body_inertia[i] = moments
+    return worst

@@ -1,0 +1,179 @@
+"""Files of other programs: masses of solids are those of closed forms, URDF joints turn where they should."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trunnion
+from trunnion.basics.problems import SceneError
+from trunnion.cli import main
+from trunnion.importers import body_of_mesh, scene_of, scene_of_urdf
+from trunnion.importers.xml_reader import LARGEST
+
+URDF = """<robot name="two links">
+  <link name="world"/>
+  <link name="upper"><inertial><origin xyz="0.5 0 0" rpy="0 0 1.5707963267948966"/><mass value="2"/>
+    <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.2"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0 0 -0.25"/><mass value="1"/>
+    <inertia ixx="0.02" ixy="0.001" ixz="0" iyy="0.02" iyz="0" izz="0.005"/></inertial>
+    <visual><geometry><box size="0.1 0.1 0.5"/></geometry></visual></link>
+  <link name="tool"/>
+  <joint name="shoulder" type="continuous"><parent link="world"/><child link="upper"/><origin xyz="0 0 1" rpy="0 0 0.3"/>
+    <axis xyz="0 1 0"/><dynamics damping="0.05"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="1 0 0" rpy="0.2 0.1 0"/>
+    <axis xyz="1 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/><dynamics friction="0.1"/></joint>
+  <joint name="mount" type="fixed"><parent link="lower"/><child link="tool"/><origin xyz="0 0 -0.5"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> Path:
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF)
+    return file
+
+
+def box(file: Path, size: tuple[float, float, float], shift: tuple[float, float, float] = (0, 0, 0)) -> Path:
+    import trimesh
+
+    mesh = trimesh.creation.box(size)
+    mesh.apply_translation(shift)
+    mesh.export(file)
+    return file
+
+
+def test_a_boxs_mass_properties_are_its_closed_form(tmp_path: Path, needs: Callable[[str], None]) -> None:
+    needs("trimesh")
+    file = box(tmp_path / "block.stl", (1000, 100, 100), (500, 0, 0))  # millimetres
+    body = body_of_mesh(file, 7800.0, "mm")
+    assert body["mass"] == pytest.approx(78.0, rel=1e-6)  # STL has single precision
+    assert body["center"] == pytest.approx([0.5, 0, 0], abs=1e-7)
+    assert body["inertia"] == pytest.approx([0.13, 6.565, 6.565, 0, 0, 0], abs=1e-5)
+    assert body["box"] == pytest.approx([1, 0.1, 0.1], rel=1e-6)
+
+
+def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None]) -> None:
+    needs("trimesh")
+    import trimesh
+
+    mesh = trimesh.creation.box((1, 1, 1))
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    mesh.export(tmp_path / "open.stl")
+    with pytest.raises(SceneError, match="not closed"):
+        body_of_mesh(tmp_path / "open.stl", 7800.0)
+
+
+def test_a_urdf_becomes_a_scene_with_the_same_kinematics(urdf: Path) -> None:
+    """Forward kinematics of the file, written out, against the columns of the scene at given angles."""
+    scene, notes = scene_of_urdf(urdf)
+    assert set(scene.bodies) == {"upper", "lower"}
+    assert scene.joints["elbow"].friction.torque == 0.1
+    assert any("limits" in n for n in notes)
+    q1, q2 = 0.7, -0.4
+    start = {"joints.shoulder.start.q": q1, "joints.elbow.start.q": q2}
+    r = trunnion.simulate(scene, 0.01, 0.01, overrides=start, outputs=["lower.tool.position[*", "upper.position[*"])
+    shoulder = _place((0, 0, 1), (0, 0, 0.3)) @ _turn((0, 1, 0), q1)
+    elbow = shoulder @ _place((1, 0, 0), (0.2, 0.1, 0)) @ _turn((1, 1, 0), q2)
+    upper = [r[f"upper.position[{k}]"][0] for k in (1, 2, 3)]
+    assert upper == pytest.approx((shoulder @ [0.5, 0, 0, 1])[:3], abs=1e-12)
+    tool = [r[f"lower.tool.position[{k}]"][0] for k in (1, 2, 3)]
+    assert tool == pytest.approx((elbow @ [0, 0, -0.5, 1])[:3], abs=1e-12)
+
+
+def test_inertia_is_turned_into_the_links_axes(urdf: Path) -> None:
+    body = scene_of_urdf(urdf)[0].bodies["upper"]
+    assert body.inertia == pytest.approx((0.01, 0.2, 0.2, 0, 0, 0), abs=1e-12)
+    assert body.center == pytest.approx((0.5, 0, 0))
+
+
+def test_what_cannot_be_represented_is_told_all_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "bad.urdf"
+    file.write_text("""<robot name="bad"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="one" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+      <joint name="two" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>
+      <mimic joint="none"/></joint></robot>""")
+    with pytest.raises(SceneError) as e:
+        scene_of_urdf(file)
+    assert {(p.where, p.line) for p in e.value.problems} == {("b", 1), ("c", 1), ("two", 3)}
+
+
+def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
+    file = tmp_path / "gripper.urdf"
+    weighed = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    hinge = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 1 0"/>{}</joint>'
+    links = "".join(f'<link name="{n}">{weighed}</link>' for n in "ab")
+    mimic = '<mimic joint="near" multiplier="-0.02" offset="0.1"/>'
+    joints = hinge.format("near", "revolute", "world", "a", "") + hinge.format("far", "prismatic", "a", "b", mimic)
+    file.write_text(f'<robot name="gripper"><link name="world"/>{links}{joints}</robot>')
+    r = trunnion.simulate(scene_of_urdf(file)[0], 0.5, 0.1)
+    assert np.ptp(r["near.q[1]"]) > 0.1
+    assert r["far.q[1]"] == pytest.approx(0.1 - 0.02 * r["near.q[1]"], abs=1e-12)
+
+
+def test_a_fixed_joint_may_be_turned(tmp_path: Path) -> None:
+    """A plate turned by rpy about the end of an arm stands where forward kinematics says."""
+    file = tmp_path / "turned.urdf"
+    weighed = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    file.write_text(f"""<robot name="turned"><link name="world"/><link name="plate">{weighed}</link>
+      <joint name="mount" type="fixed"><parent link="world"/><child link="plate"/><origin xyz="1 2 3" rpy="0.3 -0.4 1.1"/></joint>
+      </robot>""")
+    r = trunnion.simulate(scene_of_urdf(file)[0], 0.01, 0.01, outputs=["plate.position[*"])
+    found = [r[f"plate.position[{k}]"][0] for k in (1, 2, 3)]
+    assert found == pytest.approx((_place((1, 2, 3), (0.3, -0.4, 1.1)) @ [0.1, 0.2, 0.3, 1])[:3], abs=1e-14)
+
+
+HOSTILE = {
+    "entities": ('<!DOCTYPE r [<!ENTITY a "aa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "document type"),
+    "too deep": ("<robot>" + "<a>" * 400 + "</a>" * 400 + "</robot>", "levels"),
+    "no XML": ("<robot><link></robot>", "not well-formed"),
+    "something else": ("<sphere/>", "begins with"),
+}
+
+
+@pytest.mark.parametrize("what", HOSTILE)
+def test_a_file_can_do_no_more_than_be_read(what: str, tmp_path: Path) -> None:
+    text, words = HOSTILE[what]
+    file = tmp_path / "hostile.xml"
+    file.write_text(text)
+    with pytest.raises(SceneError, match=words):
+        scene_of(file)
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    file = tmp_path / "large.xml"
+    with file.open("wb") as f:
+        f.truncate(LARGEST + 1)
+    with pytest.raises(SceneError, match="larger than"):
+        scene_of(file)
+
+
+def test_the_command_takes_over_both(
+    urdf: Path, tmp_path: Path, needs: Callable[[str], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", str(urdf), "-o", str(tmp_path / "arm.yaml")]) == 0
+    assert trunnion.simulate(str(tmp_path / "arm.yaml"), 0.1).outcome.ok
+    assert main(["import", "thing.step"]) == 2
+    capsys.readouterr()
+    needs("trimesh")
+    assert main(["import", str(box(tmp_path / "part.stl", (0.2, 0.1, 0.1))), "--unit", "m", "--density", "2700"]) == 0
+    assert "part:" in capsys.readouterr().out
+
+
+def _place(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> np.ndarray:
+    out = np.eye(4)
+    for axis, angle in zip(((0, 0, 1), (0, 1, 0), (1, 0, 0)), rpy[::-1], strict=True):
+        out = out @ _turn(axis, angle)
+    out[:3, 3] = xyz
+    return out
+
+
+def _turn(axis: tuple[float, ...], angle: float) -> np.ndarray:
+    a = np.array(axis, float) / np.linalg.norm(axis)
+    K = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    out = np.eye(4)
+    out[:3, :3] = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    return out

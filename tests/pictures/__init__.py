@@ -1,0 +1,1 @@
+"""The pictures of bundled models and of the paper."""

@@ -1,0 +1,94 @@
+"""What must be seen at a place of the picture, by rays cast through every triangle; how much of it shows something else."""
+
+from __future__ import annotations
+
+import colorsys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from tests.plots.webgl_browser import Opened
+
+WINDOW = 7
+"""Pixels around a place that must all show the same body for the place to count: edges are drawn over the bodies."""
+ALIKE = 0.035
+"""Hues of the bodies are farther apart than that; light and gloss change a body's own by less."""
+
+HATCHED = 45.0
+"""Between the lines of a section and what is between them (an edge of a body differs by more)."""
+
+
+def rays(cam: dict[str, Any], spots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(beginning, direction) of the sight through pixels (n × 2), from the page's matrix inverted here."""
+    inverse = np.linalg.inv(np.array(cam["matrix"], float).reshape(4, 4).T)
+    flat = np.column_stack([2 * spots[:, 0] / cam["w"] - 1, 1 - 2 * spots[:, 1] / cam["h"]])
+    ends = []
+    for depth in (-1.0, 1.0):
+        p = np.column_stack([flat, np.full(len(flat), depth), np.ones(len(flat))]) @ inverse.T
+        ends.append(p[:, :3] / p[:, 3:])
+    return ends[0], ends[1] - ends[0]
+
+
+def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    """(part, how far along each ray, ∞ where it is missed) of every triangle ahead."""
+    for i, part in enumerate(page.ask("run.parts.map((p) => ({v: run.meshes[p.mesh].v, f: run.meshes[p.mesh].f}))")):
+        spots = np.reshape(part["v"], (-1, 3)) @ np.reshape(m["poses"][i]["r"], (3, 3)).T + m["poses"][i]["p"]
+        for f in part["f"]:
+            for k in range(1, len(f) - 1):
+                a, u, v = spots[f[0]], spots[f[k]] - spots[f[0]], spots[f[k + 1]] - spots[f[0]]
+                det = -along @ np.cross(u, v)
+                with np.errstate(all="ignore"):
+                    t = (begin - a) @ np.cross(u, v) / det
+                    cut = np.cross(begin - a, -along)
+                    s, r = -(cut @ v) / det, (cut @ u) / det
+                    inner = (s >= 0) & (r >= 0) & (s + r <= 1)
+                yield i, np.where((det != 0) & (t > 0) & inner, t, np.inf)
+
+
+def first_hit(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Which part each ray meets first (−1: none), by intersection with every triangle."""
+    best, which = np.full(len(begin), np.inf), np.full(len(begin), -1)
+    for i, t in hits(page, m, begin, along):
+        which = np.where(t < best, i, which)
+        best = np.minimum(t, best)
+    return which
+
+
+def behind_the_cut(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray, cut: np.ndarray) -> np.ndarray:
+    """Which part each ray shows where all beyond the plane n·x = d, cut = (n, d), is away: the one it is in at the plane, where
+    it has an odd number of that one's faces ahead (−2: in several), else the one that it meets first."""
+    with np.errstate(all="ignore"):
+        start = np.fmax((cut[3] - begin @ cut[:3]) / (along @ cut[:3]), 0.0)
+    begin = begin + start[:, None] * along
+    ahead = np.zeros((len(m["poses"]), len(begin)), int)
+    for i, t in hits(page, m, begin, along):
+        ahead[i] += np.isfinite(t)
+    within = ahead % 2 == 1
+    first = first_hit(page, m, begin, along)
+    return np.where(within.sum(axis=0) > 1, -2, np.where(within.any(axis=0), within.argmax(axis=0), first))
+
+
+def hue(rgb: np.ndarray) -> float:
+    return colorsys.rgb_to_hsv(*(rgb[:3] / 255))[0]
+
+
+def compared(page: Opened, shown: Callable[..., np.ndarray], grain: float = 25.0) -> tuple[int, int]:
+    """(places looked at, those that show another body than ``shown`` of the rays through them), where only one body is around and
+    its colour changes by ``grain`` at most."""
+    picture, cam, m = page.pixels(), page.ask("camera(moment(clock.t))"), page.ask("moment(clock.t)")
+    hues = [hue(np.array([int(c[k : k + 2], 16) for k in (1, 3, 5)])) for c in page.ask("run.parts.map((p) => p.color)")]
+    x, y = np.meshgrid(np.arange(60, cam["w"] - 60, 9), np.arange(60, cam["h"] - 140, 9))
+    centres = np.column_stack([x.ravel(), y.ravel()])
+    around = [shown(page, m, *rays(cam, centres + 0.5 + np.array(d))) for d in ((-WINDOW, -WINDOW), (WINDOW, WINDOW), (0, 0))]
+    sure = (around[0] == around[1]) & (around[1] == around[2]) & (around[2] >= 0)
+    seen = wrong = 0
+    for (px, py), part in zip(centres[sure], around[2][sure], strict=True):
+        spot = picture[py - 3 : py + 4, px - 3 : px + 4, :3].reshape(-1, 3)
+        if np.ptp(spot, axis=0).max() > grain:  # an edge of the body runs through
+            continue
+        found = hue(np.median(spot, axis=0))
+        away = [min(abs(found - h), 1 - abs(found - h)) for h in hues]
+        seen += 1
+        wrong += int(away[part] > ALIKE or int(np.argmin(away)) != part)
+    return seen, wrong

@@ -1,0 +1,79 @@
+"""Which joints stick and which slip, by trying everything: dry friction in chains of single freedoms, without the engine."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from scipy.optimize import fsolve
+
+from tests.reference.contact_and_friction.joint_friction import Rubbing
+from tests.reference.mechanics.kinematics import forward
+from tests.reference.mechanics.newton_euler_equations import Equations
+
+HAIR = 1e-9
+"""Rate given to a joint at rest to say which way it slips, rad/s or m/s; all else that it changes is as small."""
+SLACK = 1e-7
+"""How far friction may exceed what it can be, or a slipping joint accelerate the wrong way, relative to the largest of each."""
+
+
+def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:
+    """Every consistent choice (0 sticks, ±1 slips that way) for the joints at rest, all others sliding as they move. Each has one
+    freedom and rubs with one coefficient. Roots are looked for from ``starts`` random values, ``spread`` in units of friction."""
+    rest = [n for n, v in qd.items() if np.all(np.asarray(v) == 0.0)]
+    found: list[dict[str, int]] = []
+    rng = np.random.default_rng(seed)
+    for choice in product((0, 1, -1), repeat=len(rest)):
+        modes = dict(zip(rest, choice, strict=True))
+        moving = {n: np.array([HAIR * (modes[n] or 1)]) if n in modes else np.asarray(v) for n, v in qd.items()}
+        chain = _Chain(Equations(forward(scene, q, moving)))
+        if any(_fits(chain, modes, eta) for eta in _roots(chain, modes, starts, spread, rng)):
+            found.append(modes)
+    return found
+
+
+class _Chain:
+    """Accelerations caused by the frictions eta at one state. All that depends on the state alone is computed once. names: the
+    joint of each friction."""
+
+    def __init__(self, eq: Equations):
+        self.names = [n for n, _ in eq.eta]
+        self.joints = [(Rubbing(eq.state, n), eq.press(n), eq.devices(n), k) for n, k in eq.eta]
+        self.rows = np.array([eq.accelerations(n)[k] for n, k in eq.eta])
+
+    def law(self, eta: np.ndarray) -> np.ndarray:
+        """Friction of every joint if it slid, in the forces that eta brings about."""
+        x = np.concatenate([(1.0,), eta])
+        return np.array([rubbing.friction(press @ x, devices @ x)[0][k] for rubbing, press, devices, k in self.joints])
+
+    def accelerations(self, eta: np.ndarray) -> np.ndarray:
+        """Rates of every rubbing freedom."""
+        return self.rows[:, 0] + self.rows[:, 1:] @ eta
+
+
+def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
+    """Friction values with which what sticks does not accelerate and what slips obeys its law, from many starts."""
+    stuck, none = np.array([modes.get(n) == 0 for n in chain.names]), np.zeros(len(chain.names))
+    unit = max(float(np.abs(chain.law(none)).max()), 1e-9)
+    rate = max(float(np.abs(chain.accelerations(none)).max()), 1e-9)
+
+    def lack(y: np.ndarray) -> np.ndarray:
+        return np.where(stuck, chain.accelerations(y * unit) / rate, y - chain.law(y * unit) / unit)
+
+    out: list[np.ndarray] = []
+    for i in range(starts):
+        y, _, ok, _ = fsolve(lack, spread * rng.normal(size=len(none)) * (i > 0), xtol=1e-12, full_output=True)
+        if ok == 1 and np.abs(lack(y)).max() <= 1e-9 * (1 + np.abs(y).max()):
+            out.append(y * unit)
+    return out
+
+
+def _fits(chain: _Chain, modes: dict[str, int], eta: np.ndarray) -> bool:
+    """Whether what sticks is held by less than its friction if it slid, and what slips does so the way it accelerates."""
+    most, acc = np.abs(chain.law(eta)), chain.accelerations(eta)
+    for i, n in enumerate(chain.names):
+        if modes.get(n) == 0 and abs(eta[i]) > most[i] * (1 + SLACK):
+            return False
+        if modes.get(n) and acc[i] * modes[n] < -SLACK * np.abs(acc).max():
+            return False
+    return True

@@ -1,0 +1,39 @@
+"""Curves that cannot be are refused with why."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from trunnion.basics.problems import SceneError
+from trunnion.scene.scene_loader import scene_from_text
+from trunnion.system.construction.system_builder import build
+
+GOOD = "{type: point_on_curve, axis: z, inboard: a, outboard: b, curve: {points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}}"
+WRONG = {
+    "a point_on_curve needs the curve that its point stays on": re.sub(", curve.*", "}", GOOD),
+    "an open curve of 1 points": re.sub(r"\[\[.*\]\]", "[[0, 0]]", GOOD),
+    "a closed curve of 2 points": re.sub(r"\[\[.*\]\]", "[[0, 0], [1, 0]], closed: true", GOOD),
+    "two points that follow each other are one place": GOOD.replace("[80 mm, 0]", "[40 mm, 10 mm]"),
+    "a closed curve goes back to its first point by itself": GOOD.replace("80 mm, 0]]", "80 mm, 0], [0, 0]], closed: true"),
+    "the curve crosses itself between points 3 and 4": GOOD.replace("[80 mm, 0]", "[20 mm, 20 mm], [20 mm, -20 mm]"),
+    "curves in space are not built": GOOD.replace("[40 mm, 10 mm]", "[40 mm, 10 mm, 5 mm]"),
+    "a revolute joint has no curve": GOOD.replace("point_on_curve", "revolute"),
+    "a point_on_curve has no drive of its own: curve and point move on other": GOOD.replace(
+        ", curve", ", drive: {constant: {rate: 1}}, curve"
+    ),
+    "a point_on_curve has no start of its own": GOOD.replace(", curve", ", start: {q: 0}, curve"),
+    "a closed curve has no ends: end stops along it": GOOD.replace("0]]}", "0]], closed: true}, end_stops: {stiffness: 1}"),
+    "a point_on_curve joint has no cam": GOOD.replace(", curve", ", roller: 3 mm, curve"),
+    "m is a point_on_curve joint; a joint that follows": GOOD.replace(", curve", ", mimic: {joint: on_b}, curve"),
+}
+
+
+@pytest.mark.parametrize("says", WRONG)
+def test_curves_that_cannot_be_are_refused_with_why(says: str) -> None:
+    joints = "  on_a: {type: revolute, axis: z, inboard: ground, outboard: a}\n"
+    joints += "  on_b: {type: prismatic, axis: x, inboard: ground, outboard: b}"
+    each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in "ab")
+    with pytest.raises(SceneError, match=re.escape(says)):
+        build(scene_from_text(f"schema: 1\nbodies:\n{each}joints:\n{joints}\n  m: {WRONG[says]}\nsimulation: {{until: 1 s}}\n"))

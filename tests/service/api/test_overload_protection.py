@@ -1,0 +1,233 @@
+"""What one client sends holds up nobody: checks are linear, leave the event loop, wait their turn, and end when they take too
+long."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import signal
+import statistics
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+
+from tests.service.http_servers import MU, PATIENCE, SMALL, InProcess, Served, eventually, new_keys
+from trunnion.basics.problems import SceneError
+from trunnion.scene.file_format.yaml_writer import scene_to_dict
+from trunnion.scene.library.model_folders import model_file
+from trunnion.scene.scene_loader import load_scene
+from trunnion.service.api.transport.request_bodies import BODY_MODELS
+from trunnion.service.basics.server_settings import Limits
+from trunnion.service.cli.serve import END_SECONDS
+from trunnion.service.request_models.job_request import SceneSource, scene_of
+from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
+from trunnion.service.request_workers.worker_pool import WorkerPool
+from trunnion.service.request_workers.worker_process import READY, START_SECONDS, Ended, NotReady, TookTooLong, WorkerProcess
+
+MEMORY = 4e9
+JSON = {"content-type": "application/json"}
+
+
+def unknown_keys(n: int) -> dict[str, Any]:
+    """A scene with n keys nobody knows."""
+    scene = scene_to_dict(load_scene(model_file("spherical_pendulum")))
+    next(iter(scene["bodies"].values())).update({f"masss{i}": 1 for i in range(n)})
+    return {"scene": scene}
+
+
+def wide_yaml(n: int) -> dict[str, Any]:
+    """n wrong bodies as YAML."""
+    return {"scene_text": "schema: 1\nbodies:\n" + "".join(f"  b{i}: {{mas: 1}}\n" for i in range(n))}
+
+
+def work_of(body: dict[str, Any]) -> float:
+    """Processor seconds of a check."""
+    source, began = SceneSource.model_validate(body), time.process_time()
+    with suppress(SceneError):
+        scene_of(source, Limits())
+    return time.process_time() - began
+
+
+@pytest.mark.parametrize("hostile", [unknown_keys, wide_yaml])
+def test_a_check_takes_time_in_proportion_to_what_is_sent(hostile: Any) -> None:
+    work_of(hostile(10))
+    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # quadratic: 16; measured: 4
+
+
+def test_text_and_values_of_a_scene_have_limits() -> None:
+    with pytest.raises(ValueError, match="at most"):
+        SceneSource.model_validate({"scene_text": " " * 400_000})
+    with pytest.raises(SceneError, match="values"):
+        scene_of(SceneSource.model_validate({"scene": {"bodies": {f"b{i}": {} for i in range(150_000)}}}), Limits())
+
+
+def test_no_long_body_is_read_by_the_server_itself(server: InProcess) -> None:
+    """A million values where a few tags are expected held up everybody for half a second."""
+    document, alone = server.get("/openapi.json").json(), list[str]()
+    for path, methods in document["paths"].items():
+        for method, operation in methods.items():
+            schema = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema")
+            if schema and schema.get("$ref", "").rpartition("/")[2] not in BODY_MODELS:
+                alone.append(path)
+                body = b'{"tags": [' + b"1," * 10_000 + b"1]}"
+                answer = server.client.request(method, path.format(job="0" * 24), content=body, headers=JSON)
+                assert (path, answer.status_code) == (path, 413)
+    assert alone
+
+
+def asked(pool: WorkerPool, *calls: Any) -> list[Any]:
+    """What becomes of several requests at a pool, all sent at once."""
+
+    async def all_of_them() -> list[Any]:
+        return await asyncio.gather(*(pool.ask(*c, seconds=5.0) for c in calls), return_exceptions=True)
+
+    return asyncio.run(all_of_them())
+
+
+class Told(WorkerProcess):
+    """A worker process without a process, who notes whom it served."""
+
+    served: list[str]
+
+    def start(self) -> None:
+        """There is nothing to start."""
+
+    def run_task(self, name: str, arguments: tuple[Any, ...], seconds: float) -> Any:
+        """Note it."""
+        time.sleep(0.005)
+        self.served.append(name)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_callers_take_turns_however_many_requests_each_has_sent(workers: int) -> None:
+    pool, served = WorkerPool(workers, MEMORY), list[str]()
+    for i in range(workers):
+        pool.workers[i] = Told(0)
+        pool.workers[i].served = served  # type: ignore[attr-defined]
+    pool.free = list(pool.workers)
+    asked(pool, *[("greedy", "greedy")] * 40, *[(f"other {i}", f"other {i}") for i in range(5)])
+    assert len(served) == 45
+    assert max(served.index(f"other {i}") for i in range(5)) < 15
+    ends = asked(pool, *[("greedy", "greedy")] * (MOST_OF_CALLER + 9))
+    assert sum(isinstance(e, QueueFull) and e.own for e in ends) == 8
+    asked(pool, *[("many", "many")] * 20, *[("as many", "as many")] * 20, ("one", "one"))
+    served = served[-41:]
+    assert served.index("one") < 10
+    assert abs(served[:20].count("many") - served[:20].count("as many")) <= 4
+    assert (pool.busy, pool.waiting, len(pool.free)) == ({}, {}, workers)
+
+
+def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
+    worker, limits = WorkerProcess(int(MEMORY)), Limits()
+    right = (b'{"scene": "spherical_pendulum"}', "application/json", limits)
+    assert b"spherical_pendulum" in worker.run_task("check_scene", right, PATIENCE)[0]
+    long = json.dumps(wide_yaml(8000)).encode(), "application/json", limits
+    with pytest.raises(TookTooLong):
+        worker.run_task("check_scene", long, 0.1)
+    assert not worker.process.is_alive()
+    assert b"spherical_pendulum" in worker.run_task("check_scene", right, PATIENCE)[0]
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(worker.run_task, "check_scene", long, PATIENCE)
+        time.sleep(0.3)
+        worker.end()
+        assert isinstance(waiting.exception(), Ended)
+    worker.end()
+
+
+class Slow(WorkerProcess):
+    """A worker without a process, whose answers have come within so many seconds each."""
+
+    def __init__(self, *seconds: float):
+        super().__init__(0)
+        self.seconds, self.answers = list(seconds), [READY, (True, "answer", [])]
+
+    def start(self) -> None:
+        """Begin to start: there is a connection."""
+        self.connection = self
+
+    def poll(self, seconds: float) -> bool:
+        """Whether the next answer comes within this time."""
+        return self.seconds.pop(0) < seconds
+
+    def send(self, request: Any) -> None:
+        """Take a request."""
+
+    def recv(self) -> Any:
+        """The next answer."""
+        return self.answers.pop(0)
+
+
+def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
+    """On a busy machine the first request was told to ask for less."""
+    assert Slow(0.9 * START_SECONDS, 0.1).run_task("check_scene", (), 0.2) == ("answer", [])
+    with pytest.raises(TookTooLong):
+        Slow(0.1, 0.3).run_task("check_scene", (), 0.2)
+    with pytest.raises(NotReady):
+        Slow(1.1 * START_SECONDS).run_task("check_scene", (), 9.0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
+def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
+    worker, limits = WorkerProcess(1_500_000_000), Limits(cases=10**9, output_bytes=10**12)
+    over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # its times are 3 GB
+    for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, Ended), ({"scene": "spherical_pendulum"}, SceneError)):
+        with pytest.raises(ends):
+            worker.run_task("check_job", (json.dumps(asked).encode(), "application/json", limits), PATIENCE)
+    assert worker.process.is_alive()
+    worker.end()
+
+
+def crowd(url: str, key: str, stop: threading.Event, clients: int, answers: list[int]) -> list[threading.Thread]:
+    """Clients with a key that send hostile checks until they are told to stop. answers: statuses of their answers as they come."""
+    body, headers = json.dumps(wide_yaml(9000)).encode(), {"X-API-Key": key, "Content-Type": "application/json"}
+
+    def ask() -> None:
+        with httpx.Client(base_url=url, timeout=None, headers=headers) as c, suppress(httpx.HTTPError):
+            while not stop.is_set():
+                answers.append(c.post("/v1/scenes/check", content=body).status_code)
+
+    threads = [threading.Thread(target=ask, daemon=True) for _ in range(clients)]
+    for t in threads:
+        t.start()
+    return threads
+
+
+def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_seconds(tmp_path: Path) -> None:
+    assert END_SECONDS < 5.0  # the promise: a timer ends the process then
+    with Served(tmp_path / "data", "--workers", "1", "--keys") as s:
+        reader, own = new_keys(s, "read", "submit")
+        s.client.headers["X-API-Key"] = own
+        job, stop = s.submit(SMALL | {"vary": {MU: "0.1:0.6:400"}, "until": 400.0}), threading.Event()
+        answers: list[int] = []
+        threads = crowd(str(s.client.base_url), reader, stop, 12, answers)
+        with ThreadPoolExecutor(1) as pool:  # one who follows the job, and never lets go
+            follower = httpx.Client(base_url=s.client.base_url, timeout=None, headers={"X-API-Key": own})
+            following = pool.submit(follower.get, f"/v1/jobs/{job}/events")
+            ready, before = [], []
+            for _ in range(30):
+                before.append(len(answers))
+                ready.append(s.get("/readyz").status_code)
+            assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2  # in turn it were twelve
+            assert s.post("/v1/scenes/check", {"scene": "spherical_pendulum"}).status_code == 200  # not after twelve others
+            assert set(ready) <= {200, 503}
+            assert s.job(job)["state"] in ("queued", "running")
+            assert s.process is not None
+            workers = psutil.Process(s.process.pid).children(recursive=True)
+            s.process.send_signal(signal.SIGTERM)
+            assert s.process.wait(PATIENCE) in (0, -signal.SIGTERM)
+            stop.set()
+            following.exception()
+        s.process = None
+        eventually(lambda: not [p for p in workers if p.is_running() and p.status() != psutil.STATUS_ZOMBIE])
+        for t in threads:
+            t.join()
+        assert set(answers) <= {422, 429, 503}

@@ -1,0 +1,109 @@
+"""Ends of jobs are told to others: signed, tried again, and only to addresses that the server was started with."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+
+from tests.service.http_servers import MU, SMALL, InProcess, eventually
+from trunnion.service.basics.server_settings import Settings
+from trunnion.service.executor import webhooks
+from trunnion.service.executor.webhooks import SIGNATURE, is_allowed, signing_secret
+
+BELOW = ("https://hooks.example/trunnion", "http://127.0.0.1:9")
+
+
+@pytest.mark.parametrize(
+    ("url", "told"),
+    [
+        ("https://hooks.example/trunnion", True),
+        ("https://hooks.example/trunnion/a?b=c", True),
+        ("http://127.0.0.1:9/x", True),
+        ("https://hooks.example/trunnion-evil", False),
+        ("https://hooks.example/trunnion/../admin", False),
+        ("http://hooks.example/trunnion", False),
+        ("https://hooks.example:444/trunnion", False),
+        ("https://me@hooks.example/trunnion", False),
+        ("https://hooks.example.org/trunnion", False),
+        ("http://127.0.0.1:90/x", False),
+        ("http://169.254.169.254/", False),
+        ("file:///etc/passwd", False),
+        ("nonsense", False),
+        ("http://[", False),
+    ],
+)
+def test_only_addresses_below_those_of_the_server_are_told(url: str, told: bool) -> None:
+    assert is_allowed(url, BELOW) is told
+    assert not is_allowed(url, ())
+
+
+class Listener:
+    """Someone who is told, and answers with these statuses in turn, the last for ever."""
+
+    def __init__(self, *statuses: int):
+        self.got: list[tuple[dict[str, str], bytes]] = []
+        answers, got = list(statuses), self.got
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_POST(self) -> None:
+                body = self.rfile.read(int(self.headers["Content-Length"]))
+                got.append(({k.lower(): v for k, v in self.headers.items()}, body))
+                self.send_response(answers.pop(0) if len(answers) > 1 else answers[0])
+                self.end_headers()
+
+            def log_message(self, *words: object) -> None:
+                """Say nothing."""
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.url = f"http://127.0.0.1:{self.server.server_port}/told"
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, Listener]]:
+    """A server of one worker that may tell a listener, who does not listen the first two times."""
+    listener = Listener(500, 302, 200)
+    patch = pytest.MonkeyPatch()
+    patch.setattr(webhooks, "FIRST_DELAY", 0.05)
+    with InProcess(Settings(tmp_path_factory.mktemp("told"), workers=1, webhooks=(listener.url,))) as s:
+        yield s, listener
+    patch.undo()
+    listener.server.shutdown()
+
+
+def test_an_end_is_told_until_it_is_heard_and_signed(told: tuple[InProcess, Listener]) -> None:
+    s, listener = told
+    job = s.submit(SMALL | {"notify": listener.url + "/x"})
+    s.ended(job)
+    eventually(lambda: len(listener.got) == 3)
+    eventually(lambda: [e.kind for e in s.service.store.events(job)][-3:] == ["webhook_waiting"] * 2 + ["webhook_told"])
+    secret = signing_secret(s.service.settings)
+    for headers, body in listener.got:
+        assert headers[SIGNATURE.lower()] == "sha256=" + hmac.new(secret, body, hashlib.sha256).hexdigest()
+    message = json.loads(listener.got[-1][1])
+    assert (message["event"], message["job"]["id"], message["job"]["state"]) == ("done", job, "done")
+    assert len({h["trunnion-delivery"] for h, _ in listener.got}) == 1  # so that who heard it twice can tell
+    assert (s.service.settings.data / "webhook.secret").stat().st_mode & 0o077 == 0
+
+
+def test_a_job_that_was_cancelled_is_told_too_and_others_are_not(told: tuple[InProcess, Listener]) -> None:
+    s, listener = told
+    quiet = s.submit(SMALL | {"vary": {MU: [0.1]}})
+    s.ended(quiet)
+    job = s.submit(SMALL | {"vary": {MU: "0.1:0.6:5000"}, "until": 1000.0, "every": 0.01, "notify": listener.url})
+    s.client.delete(f"/v1/jobs/{job}")
+    heard = eventually(lambda: [m for m in (json.loads(b) for _, b in listener.got) if m["job"]["id"] == job])
+    assert [m["event"] for m in heard] == ["cancelled"]
+    assert quiet not in [json.loads(b)["job"]["id"] for _, b in listener.got]
+
+
+def test_an_address_that_is_not_allowed_is_a_problem_of_the_request(told: tuple[InProcess, Listener]) -> None:
+    s, _ = told
+    answer = s.post("/v1/jobs", SMALL | {"notify": "http://169.254.169.254/latest"})
+    assert (answer.status_code, answer.json()["problems"][0]["where"]) == (422, "notify")

@@ -1,0 +1,83 @@
+"""A server keeps its leases while it is busy with what is long: nobody takes its jobs because there are many pieces to see to."""
+
+from __future__ import annotations
+
+import queue
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from trunnion.service.basics.prometheus_metrics import Metrics
+from trunnion.service.executor import job_leases
+from trunnion.service.executor.chunk_ingestion import ChunkIngestion
+from trunnion.service.executor.job_leases import LeasedJobs
+from trunnion.service.store.chunk_outcomes import Lost
+
+LEASE, PIECES = 6.0, 100
+
+
+class Clock:
+    """A clock that goes on when something is done, and when its lease was renewed."""
+
+    def __init__(self) -> None:
+        self.now, self.renewed = 1000.0, list[float]()
+
+    def claim(self, server: str, lease: float) -> list[Any]:
+        self.renewed.append(self.now)
+        return []
+
+    def works(self, *given: Any) -> None:
+        self.now += 1.0
+
+    def reports(self, *given: Any) -> tuple[None, Lost]:
+        self.works()
+        return None, Lost("gone", 0.0)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made = Clock()
+    monkeypatch.setattr(job_leases, "time", SimpleNamespace(monotonic=lambda: made.now))
+    return made
+
+
+def settled(jobs: LeasedJobs, clock: Clock) -> None:
+    """Pieces of the server before this one, whose parts are there to be read."""
+    active = SimpleNamespace(job=SimpleNamespace(id="job"), document="", flying={}, follow=None, sure=False)
+    chunks: Any = [SimpleNamespace(job="job", start=k, stop=k + 1) for k in range(PIECES)]
+    parts: Any = SimpleNamespace(part=lambda piece: f"job/{piece.start}", names=lambda job: set(map(str, range(PIECES))))
+    parts.part_outcomes, jobs.parts = clock.works, parts
+    jobs.store.running = lambda job: chunks  # type: ignore[method-assign]
+    jobs._settle_running(active)  # type: ignore[arg-type]
+    assert active.sure
+
+
+def recorded(jobs: LeasedJobs, clock: Clock) -> None:
+    """Pieces that came back all at once."""
+    future, chunk = object(), SimpleNamespace(job="job", stop=1)
+    flying = dict.fromkeys(range(PIECES), (chunk, future))
+    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, planned=0, known=1, release_grant=lambda *given: None)
+    jobs.jobs["job"] = active  # type: ignore[assignment]
+    jobs.returned = queue.SimpleQueue()
+    for k in range(PIECES):
+        jobs.returned.put(("job", k, future))
+    jobs._report = clock.reports  # type: ignore[attr-defined]
+    assert jobs._record_results()  # type: ignore[attr-defined]
+    assert not flying
+
+
+@pytest.mark.parametrize("many", [settled, recorded])
+def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Clock) -> None:
+    def record_outcomes(server: str, job: str, done: Any, lost: Any, most: int) -> dict[int, str]:
+        return dict.fromkeys(lost, "waiting")
+
+    store = SimpleNamespace(claim=clock.claim, begin=lambda *given: None, record_outcomes=record_outcomes)
+    jobs = ChunkIngestion(store, None, SimpleNamespace(lease=LEASE, attempts=5), Metrics())  # type: ignore[arg-type]
+    jobs.claimed = began = clock.now
+    many(jobs, clock)
+    assert clock.now - began == PIECES
+    times = [began, *clock.renewed, clock.now]
+    assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0  # a third, and what was begun before it was over
+    assert jobs.claimed == began  # a job that has come meanwhile is not passed over

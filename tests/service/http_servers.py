@@ -1,0 +1,187 @@
+"""Servers for tests: one inside this process, and one as its users run it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+from fastapi.testclient import TestClient
+
+from trunnion.service.api.server_state.server_components import Service, create_service
+from trunnion.service.api.transport.api_keys_and_rates import new_key
+from trunnion.service.basics.server_settings import Limits, Settings
+from trunnion.service.server.application import build_application
+from trunnion.service.store.jobs_events_keys import Store
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE = 600.0
+"""Seconds to wait for something that must happen; only a failing test ever waits so long."""
+LONG_LIMITS = {"check_seconds": 600.0, "answer_seconds": 3600.0}
+"""Time limits that no request reaches on a busy machine; a test that is about such a limit sets its own."""
+MU = "joints.ball.friction.mu"
+SMALL: dict[str, Any] = {
+    "scene": "spherical_pendulum",
+    "vary": {MU: "0.1:0.6:40"},
+    "reductions": ["max:ball.contact[1].normal_force", "first:reversal"],
+    "until": 0.5,
+}
+
+
+def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
+    """The first true value of ``what``, which is asked until ``patience`` seconds have passed; fails then."""
+    end = time.monotonic() + patience
+    while not (found := what()):
+        assert time.monotonic() < end, "it never happened"
+        time.sleep(0.05)
+    return found
+
+
+class Talk:
+    """Requests to a server."""
+
+    client: Any
+
+    def get(self, path: str, **more: Any) -> Any:
+        """Send a GET request."""
+        return self.client.get(path, **more)
+
+    def post(self, path: str, body: Any, **more: Any) -> Any:
+        """Send a POST request with a JSON body."""
+        return self.client.post(path, json=body, **more)
+
+    def submit(self, body: dict[str, Any], **more: Any) -> str:
+        """Submit a job and return its id."""
+        answer = self.post("/v1/jobs", body, **more)
+        assert answer.status_code in (200, 202), answer.text
+        return str(answer.json()["id"])
+
+    def job(self, job: str) -> dict[str, Any]:
+        """The document of a job."""
+        return dict(self.get(f"/v1/jobs/{job}").json())
+
+    def ended(self, job: str, patience: float = PATIENCE) -> dict[str, Any]:
+        """The document of a job once the job has ended."""
+        return eventually(lambda: (d := self.job(job))["state"] in ("done", "failed", "cancelled") and d, patience)
+
+    def rows(self, job: str) -> list[list[Any]]:
+        """All rows of a job's results."""
+        return list(self.get(f"/v1/jobs/{job}/results").json()["rows"])
+
+
+class InProcess(Talk):
+    """The application, called without sockets."""
+
+    def __init__(self, settings: Settings):
+        limits, usual = settings.limits, Limits()
+        long = {name: most for name, most in LONG_LIMITS.items() if getattr(limits, name) == getattr(usual, name)}
+        self.service: Service = create_service(replace(settings, limits=replace(limits, **long)))
+        self.app = build_application(self.service)
+        self.client = TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False)
+
+    def __enter__(self) -> InProcess:
+        self.client.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self.client.__exit__(*error)
+
+
+@contextmanager
+def unstarted(settings: Settings) -> Iterator[InProcess]:
+    """The application without what begins when a server starts: it has no workers, and can only refuse what needs one."""
+    s = InProcess(settings)
+    try:
+        yield s
+    finally:
+        s.client.close()
+        s.service.store.close()
+
+
+class Served(Talk):
+    """``trunnion serve`` as a process of its own."""
+
+    def __init__(self, data: Path, *options: str, port: int = 0, paths: Sequence[str] = ()):
+        self.data, self.options, self.paths = data, options, paths
+        self.port = port or free_port()
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=PATIENCE)
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> Served:
+        """Start it, and wait until it answers."""
+        words = [sys.executable, "-m", "trunnion.service", "--data", str(self.data), "--port", str(self.port)]
+        words += [word for name, most in LONG_LIMITS.items() for word in ("--limit", f"{name}={most}")]
+        words += self.options
+        env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), *self.paths, os.environ.get("PYTHONPATH", "")]))
+        log = (self.data.parent / f"{self.data.name}.log").open("ab")
+        self.process = subprocess.Popen(words, env=env, stdout=log, stderr=log, start_new_session=True)
+        eventually(self._answers)
+        return self
+
+    def _answers(self) -> bool:
+        assert self.process is not None
+        assert self.process.poll() is None, "the server ended"
+        try:
+            return bool(self.client.get("/healthz").status_code == 200)
+        except httpx.TransportError:
+            return False
+
+    def kill(self) -> None:
+        """End the server at once (SIGKILL)."""
+        assert self.process is not None
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait(30)
+        self.process = None
+
+    def stop(self) -> None:
+        """End the server as its users do, and wait until it has."""
+        if self.process is not None:
+            self.process.send_signal(signal.SIGTERM)
+            try:
+                self.process.wait(30)
+            except subprocess.TimeoutExpired:
+                self.kill()
+        self.process = None
+
+    def __enter__(self) -> Served:
+        return self.start()
+
+    def __exit__(self, *error: Any) -> None:
+        self.stop()
+        self.client.close()
+
+
+def spawned(process: psutil.Process) -> bool:
+    """Whether it is a process that Python has started for itself, and has not ended meanwhile."""
+    try:
+        return "spawn_main" in " ".join(process.cmdline())
+    except psutil.Error:
+        return False
+
+
+def new_keys(s: Served, *roles: str) -> list[str]:
+    """A new key of each role, for a server that wants keys."""
+    store, secrets = Store(f"sqlite:///{s.data / 'trunnion.db'}"), []
+    for role in roles:
+        key, secret = new_key(role, role)
+        store.add_key(key)
+        secrets.append(secret)
+    store.close()
+    return secrets
+
+
+def free_port() -> int:
+    """A port nobody listens on now."""
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return int(s.getsockname()[1])

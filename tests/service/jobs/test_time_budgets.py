@@ -1,0 +1,82 @@
+"""Budgets hold: a job uses no more time than it has, however many workers, and a case that never ends costs the others nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import trunnion
+from tests.service.http_servers import MU, SMALL, InProcess
+from trunnion.service.api.documents.job_document import remaining_seconds
+from trunnion.service.basics.server_settings import Limits, Settings
+from trunnion.service.executor.active_job import Active
+from trunnion.service.store.job_and_chunk_records import Chunk, Job
+
+NEVER = {"until": 90_000.0, "every": 0.01, "kernel": "parts"}
+"""A run that no machine ends within any of these budgets."""
+END = "simulation.until"
+MIXED = [{MU: 0.0, END: 90_000.0} if i in (2, 9) else {MU: 0.1 + i / 100, END: 0.2} for i in range(16)]
+"""Without friction it swings all the while."""
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
+    """A server with two workers whose pieces are short, so that what overruns is soon seen."""
+    settings = Settings(tmp_path_factory.mktemp("quick"), workers=2, chunk_seconds=0.1, limits=Limits(cpu_limit=1.5))
+    with InProcess(settings) as s:
+        yield s
+
+
+@pytest.mark.parametrize("budget", [0.5, 4.0])
+def test_a_job_uses_no_more_time_than_its_budget_whatever_its_cases_take(quick: InProcess, budget: float) -> None:
+    end = quick.ended(quick.submit(SMALL | NEVER | {"vary": {MU: "0.1:0.6:40"}, "budget": budget}))
+    assert (end["state"], end["problems"][0]["where"]) == ("failed", "budget")
+    used = end["stepping_seconds"] + end["build_seconds"]
+    assert 0.5 * budget < used < budget + 1.0  # a second: the promise
+
+
+def test_the_other_cases_of_a_piece_come_through_when_one_never_ends(quick: InProcess) -> None:
+    asked = {"scene": "spherical_pendulum", "cases": MIXED, "reductions": ["final:ball.q[1]"], "every": 0.01, "kernel": "parts"}
+    end = quick.ended(quick.submit(asked))
+    assert (end["state"], end["outcomes"]) == ("done", {"done": 14, "out_of_time": 2})
+    alone = trunnion.sweep(**{k: v for k, v in asked.items() if k != "scene"} | {"scene": asked["scene"], "cpu_limit": 0.1})
+    names = alone.table.schema.names
+    rows = {r[0]: r for r in quick.rows(end["id"])}
+    assert sorted(rows) == list(range(16))
+    for row in alone.table.to_pylist():
+        if row["outcome"] == "done":
+            assert rows[row["case"]] == [row[n] for n in names]
+    assert "chunk_split" in [e.kind for e in quick.service.store.events(end["id"])]
+
+
+def test_what_is_granted_never_adds_up_to_more_than_the_budget() -> None:
+    active = Active(a_job(budget=5.0, cases=1000), warm=True, cost=0.5)
+    for start in range(100):
+        seconds, _ = active.time_grant(Chunk("j", start, start + 1 + start % 3, "running", 1, 0.0, ""), 2.0, 2)
+        active.granted[start] = max(0.0, seconds)
+    assert active.left >= -1e-9
+    assert sum(active.granted.values()) <= 5.0 + 1e-9
+
+
+def test_the_time_to_go_follows_the_pace_and_grows_while_nothing_comes() -> None:
+    job = a_job(cases=100, done=60, pace=0.5, landed=1000.0)
+    assert remaining_seconds(job, 1000.0) == 20.0
+    assert remaining_seconds(job, 1300.0) == 300.0
+    assert remaining_seconds(a_job(cases=100), 1000.0) is None
+
+
+def test_no_request_gets_more_for_a_case_than_the_server_gives(quick: InProcess) -> None:
+    answer = quick.post("/v1/jobs/check", SMALL | {"cpu_limit": "1 min", "max_steps": 1e9})
+    assert {p["where"] for p in answer.json()["problems"]} == {"cpu_limit", "max_steps"}
+    sneaked = quick.post("/v1/jobs/check", {"scene": "spherical_pendulum", "cases": [{"simulation.until": 1e9}]})
+    assert sneaked.json()["problems"][0]["where"] == "simulation.until"
+    kept = quick.get(f"/v1/jobs/{quick.submit(SMALL | {'until': 0.01})}/request").json()
+    assert (kept["cpu_limit"], kept["max_steps"]) == (1.5, Limits().max_steps)
+
+
+def a_job(**more: Any) -> Job:
+    """A job as it is stored."""
+    plain: dict[str, Any] = dict.fromkeys(Job.__dataclass_fields__, 0)
+    return Job(**plain | {"counts": {}, "problems": [], "landed": None, "state": "running", "budget": 60.0} | more)

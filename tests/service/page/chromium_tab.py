@@ -1,0 +1,97 @@
+"""The page in headless Chromium, for tests: one browser and one tab each module, and what they do over and over."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.service.conftest import missing
+from tests.service.http_servers import Served, eventually
+
+PICTURES = os.environ.get("TRUNNION_PICTURES", "")
+"""A folder to leave screenshots in, to be looked at."""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    try:
+        from playwright.sync_api import Error, sync_playwright
+    except ImportError as e:
+        missing("chromium", f"playwright cannot be imported: {e}")
+    system = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    with sync_playwright() as p:
+        try:
+            b = p.chromium.launch(executable_path=system, args=["--no-sandbox"])
+        except Error as e:
+            missing("chromium", f"no browser: {str(e).splitlines()[0]}")
+        yield b
+        b.close()
+
+
+@pytest.fixture(scope="module")
+def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
+    """A tab, and what its pages log as errors or ask anyone else for. One for all tests: a new one compiles all scripts anew."""
+    context = browser.new_context(viewport={"width": 1500, "height": 1000})
+    context.set_default_timeout(60_000)
+    p = context.new_page()
+    errors: list[str] = []
+    home = f"http://127.0.0.1:{served.port}"
+    p.on("console", lambda m: errors.append(m.text) if m.type == "error" and "422" not in m.text else None)
+    p.on("pageerror", lambda e: errors.append(str(e)))
+    p.on("request", lambda r: None if r.url.startswith((home, "data:", "blob:")) else errors.append(f"asked for {r.url}"))
+    yield p, errors
+    context.close()
+
+
+@pytest.fixture
+def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
+    """The page, loaded anew; the test fails when it logs an error or asks anyone else for anything."""
+    p, errors = tab
+    errors.clear()
+    p.goto(f"http://127.0.0.1:{served.port}/page/icon.svg")  # the smallest of its files
+    p.evaluate("sessionStorage.clear()")  # a draft of the test before
+    p.goto(f"http://127.0.0.1:{served.port}")
+    p.wait_for_selector("body[data-ready]")
+    yield p
+    p.goto("about:blank")  # what it still does ends here
+    assert errors == []
+
+
+def until(page: Any, true: str) -> None:
+    """Wait until an expression holds (asked from here: the page's policy lets nothing be evaluated in it again and again)."""
+    eventually(lambda: page.evaluate(f"() => {true}"), 60.0)
+
+
+def picture(page: Any, name: str) -> None:
+    if PICTURES:
+        page.screenshot(path=str(Path(PICTURES) / f"{name}.png"), full_page=True)
+
+
+def run(page: Any, values: str, end: str, model: str = "") -> None:
+    """Choose a model, what its first number varies over, and when it ends; run it."""
+    if model:
+        page.select_option("#model", model)
+        page.wait_for_timeout(500)
+    page.wait_for_selector("#jobverdict.good")
+    page.locator(".values").first.fill(values)
+    page.fill("#until", end)
+    page.wait_for_timeout(500)
+    page.wait_for_selector("#jobverdict.good")
+    page.click("#submit")
+
+
+def told(page: Any, start: str) -> None:
+    """Wait until the job that is looked at says so of its state."""
+    until(page, f"document.getElementById('state').textContent.startsWith({start!r})")
+
+
+def show(page: Any, address: str) -> None:
+    """Go to an address of the page."""
+    page.goto("/".join(page.url.split("/")[:3]) + address)
+    if not address.startswith("/docs"):
+        page.wait_for_selector("body[data-ready]")

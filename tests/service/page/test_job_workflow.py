@@ -1,0 +1,192 @@
+"""The web page in headless Chromium: a scene is drawn and run, its answers are looked at. Nothing comes from elsewhere."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import trunnion
+from tests.service.http_servers import MU, ROOT, SMALL, Served, eventually
+from tests.service.page.chromium_tab import PICTURES, browser, page, picture, run, tab, told, until
+from trunnion.kernel.interface.output_columns import columns
+from trunnion.scene import load_scene
+from trunnion.system.construction.system_builder import build
+
+__all__ = ["browser", "page", "tab"]
+FORCE = "max:ball.contact[1].normal_force"
+
+
+def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
+    run(page, "0.1:0.6:26", "3")
+    told(page, "done: 26 of 26")
+    assert re.fullmatch(r".*/jobs/[0-9a-f]{24}(\?.*)?", page.url)
+    until(page, "document.getElementById('sweepplot').data?.[0].x.length === 26")
+    page.select_option("#up", FORCE)
+    title = "document.getElementById('sweepplot').layout.{}axis.title.text.replaceAll('<br>', ' ')"
+    until(page, f"{title.format('y')} === 'largest normal force at contact 1 of ball (N)'")
+    assert page.evaluate(title.format("x")) == "coefficient of friction of ball"
+    expected = trunnion.sweep("spherical_pendulum", {MU: "0.1:0.6:26"}, reductions=[FORCE], until=3.0)
+    trace = page.evaluate("document.getElementById('sweepplot').data.map((t) => [t.mode, t.y, t.marker.symbol])")
+    assert trace == [["markers", expected.table[FORCE].to_pylist(), "circle"]]  # never joined by lines
+    page.fill("#cases", "25")
+    until(page, "document.getElementById('casevalues').textContent.includes('= 0.6')")
+    page.wait_for_selector("#timeplot .scatterlayer .trace")
+    picture(page, "sweep")
+    offered = page.eval_on_selector_all(".modebar-btn", "x => x.map((b) => b.dataset.title)")
+    assert offered  # and none of them sends a plot to its makers
+    assert not [t for t in offered if "hare" in t or "loud" in t or "Studio" in t]
+    assert page.evaluate("document.getElementById('sweepplot')._context.plotlyServerURL") == ""
+    links = page.eval_on_selector_all("#downloads a", "x => x.map(a => a.getAttribute('href'))")
+    assert [x.split("=")[1] for x in links[:4]] == ["csv", "parquet", "arrow", "json"]
+    assert links[4].endswith("/request")
+    for link, rows in (("#downloads", 26), ("#casedownloads", 3 * 100 + 1)):
+        with page.expect_download() as d:
+            page.click(f"{link} a:first-of-type")
+        assert Path(d.value.path()).read_text().count("\n") == 1 + rows
+
+
+def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any, served: Served) -> None:
+    """Any column of the scene can be looked at meanwhile, and cases that are not there yet are said to be not there."""
+    run(page, "0.1:0.6:200000", "2")
+    counted = "document.getElementById('sweepnote').textContent"
+    until(page, f"{counted}.startsWith('All ')")
+    before = page.inner_text("#sweepnote")
+    until(page, f"{counted} !== {before!r}")
+    assert page.locator("#stages .now").inner_text() == "Running"
+    until(page, "document.getElementById('column').options.length > 0")
+    offered = page.eval_on_selector_all("#column option", "x => x.map(o => o.value)")
+    assert offered == [c.name for c in columns(build(load_scene("spherical_pendulum")).system)]
+    page.select_option("#column", "pendulum.position[3]")
+    page.click("#addcolumn")
+    until(page, "document.getElementById('timeplot').data?.some((t) => t.name === 'pendulum.position[3]')")
+    page.fill("#cases", "199999")
+    until(page, "document.getElementById('casevalues').textContent.includes('not there')")
+    assert page.inner_text("#state").startswith("running")
+    page.click("#cancel")
+    told(page, "cancelled")
+    job = page.url.split("/jobs/")[1][:24]
+    done = served.job(job)["done"]
+    until(page, f"{counted}.startsWith('All {done:,} cases, counted in cells')")
+    picture(page, "long")
+
+
+def test_mistakes_are_written_at_their_lines_and_fields_and_can_be_gone_to(page: Any) -> None:
+    good = page.input_value("#scene")
+    page.fill("#scene", good.replace("type: spherical", "type: sperical"))
+    page.wait_for_selector("#verdict.bad li")
+    line = 1 + good[: good.index("type: spherical")].count("\n")
+    mark = page.locator("#marks .mark")
+    assert "sperical" in mark.inner_text()
+    box, text = mark.bounding_box(), page.locator("#scene").bounding_box()
+    height, scrolled = page.evaluate("[parseFloat(getComputedStyle(document.getElementById('scene')).lineHeight), scene.scrollTop]")
+    assert box["y"] - text["y"] + scrolled == pytest.approx(8 + (line - 1) * height, abs=3)  # 8: the editor's own margin
+    assert page.is_disabled("#submit")
+    assert "Correct the problems of the scene first" in page.inner_text("#jobverdict")
+    picture(page, "mistakes")
+    page.click("#verdict button >> nth=0")
+    assert page.evaluate("[document.activeElement.id, String(getSelection())]") == ["scene", "    type: sperical"]
+    page.fill("#scene", good)
+    page.wait_for_selector("#verdict.good")
+    assert page.locator("#marks .mark").count() == 0
+    page.locator(".values").first.fill("0.1:0.6")
+    page.fill("#until", "-1")
+    page.wait_for_selector("#jobverdict.bad li")
+    assert "first:last:count" in page.inner_text(".axis .now")
+    assert page.get_attribute("#until", "aria-invalid") == "true"
+
+
+@pytest.fixture(scope="module")
+def earlier(served: Served) -> str:
+    """A job that is in the list before the page is loaded."""
+    return served.submit(SMALL | {"label": "an earlier one"})
+
+
+def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> None:
+    reached, on = set(), "(() => { const a = document.activeElement; return a.id || a.className || a.tagName; })()"
+    page.wait_for_selector("#preview iframe:not(.behind)")
+    page.evaluate("document.activeElement.blur()")
+    for _ in range(24):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate(on))
+    assert {"model", "submit", "scene", "path", "values", "addaxis", "reductions", "until", "IFRAME"} <= reached
+    page.locator(".values").first.focus()
+    page.keyboard.press("Control+A")
+    page.keyboard.type("0.2, 0.3")
+    page.fill("#until", "0.5")
+    until(page, "document.getElementById('count').textContent === '2 cases'")
+    page.locator("#until").press("Enter")
+    told(page, "done: 2 of 2")
+    assert page.evaluate("document.activeElement.id") == "jobtitle"
+    page.wait_for_selector("#timeplot .scatterlayer .trace")
+    page.locator("#at").focus()
+    page.keyboard.press("End")
+    clock = "document.getElementById('animation').contentDocument?.getElementById('clock')?.textContent"
+    until(page, f"{clock} === 't = 0.5000 s'")
+    page.locator("nav a", has_text="Jobs").press("Enter")
+    page.wait_for_selector("#joblist a")
+    page.locator("#joblist a").first.focus()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    until(page, "document.getElementById('jobtitle').textContent !== '…' && location.pathname.startsWith('/jobs/')")
+    page.go_back()
+    page.wait_for_selector("#joblist a:visible")
+
+
+TIMES = (0.3, 0.9, 1.4)
+
+
+def test_a_case_is_seen_moving_with_contact_points_in_place_and_forces_to_scale(page: Any, served: Served) -> None:
+    run(page, "0.6", "2")
+    told(page, "done: 1 of 1")
+    page.wait_for_selector("#animation:visible")
+    page.frame_locator("#animation").locator("#clock").wait_for()
+    picture(page, "animation")
+    address = page.get_attribute("#animationlink", "href")
+    result = trunnion.simulate("spherical_pendulum", until=2.0)
+    for t in TIMES:
+        page.goto(f"http://127.0.0.1:{served.port}{address}?t={t}")
+        page.wait_for_selector("#clock")
+        if PICTURES:
+            page.screenshot(path=str(Path(PICTURES) / f"moving-{t}.png"))
+        seen = page.evaluate(
+            f"(() => {{ const m = moment({t}); const c = m.contacts[0]; return {{turn: m.poses[0].r, middle: m.poses[0].p, "
+            "point: c.point, normal: c.normal, force: c.force, arrow: run.arrow}; })()"
+        )
+        row = int(abs(result.time - t).argmin())
+        middle = [result[f"pendulum.position[{k}]"][row] for k in (1, 2, 3)]
+        assert seen["middle"] == pytest.approx(middle, abs=1e-5)
+        assert [seen["turn"][i] / 2 for i in (0, 3, 6)] == pytest.approx(middle, abs=1e-5)  # the block's axis points at its middle
+        normal = [result[f"ball.contact[1].normal[{k}]"][row] for k in (1, 2, 3)]
+        assert seen["normal"] == pytest.approx(normal, abs=1e-4)
+        assert seen["point"] == pytest.approx([0.05 * n for n in normal], abs=1e-5)  # on the ball's surface
+        force = result["ball.contact[1].normal_force"][row]
+        assert seen["force"] == pytest.approx(force, rel=1e-4)
+        assert 0.05 < seen["arrow"] * force < 1.0  # metres of arrow beside a block of 1 m
+
+
+def test_the_page_names_no_other_place() -> None:
+    for file in (ROOT / "service" / "page").rglob("*.*"):
+        if file.suffix in (".html", ".js", ".css"):
+            assert not re.findall(r"https?://(?!www\.w3\.org)", file.read_text()), file
+
+
+def test_the_api_is_described_and_tried_on_a_page_that_needs_nothing_from_elsewhere(browser: Any, served: Served) -> None:
+    page, elsewhere = browser.new_page(viewport={"width": 1000, "height": 900}), []
+    page.on("request", lambda r: None if r.url.startswith(str(served.client.base_url)) else elsewhere.append(r.url))
+    page.on("pageerror", lambda e: elsewhere.append(str(e)))
+    page.goto(f"{served.client.base_url}/docs")
+    page.locator("#check_job summary").first.click()
+    page.locator("#check_job button.main").click()
+    eventually(lambda: "columns" in page.locator("#check_job pre").first.inner_text())
+    page.locator("#list_models summary").click()
+    page.locator("#list_models button.main").click()
+    eventually(lambda: "spherical_pendulum" in page.locator("#list_models pre").first.inner_text())
+    if PICTURES:
+        page.screenshot(path=f"{PICTURES}/docs.png", full_page=True)
+    names = page.evaluate("[...document.querySelectorAll('main details[id]')].map((d) => d.id)")
+    assert len(names) == len(set(names)) > 20
+    assert elsewhere == []
+    page.close()

@@ -1,0 +1,23 @@
+"""Writes to the store about one chunk at a time."""
+
+from __future__ import annotations
+
+from trunnion.service.store.chunk_outcomes import Done, Lost
+from trunnion.service.store.job_and_chunk_records import Chunk
+from trunnion.service.store.leases_and_chunks import WorkStore
+
+
+def cut(store: WorkStore, server: str, job: str, size: int, pause: float = 3000.0) -> Chunk | None:
+    """The next chunk to run; None without one."""
+    found = store.cut_chunks(server, job, [size], pause)
+    return found[0] if found else None
+
+
+def chunk_done(store: WorkStore, server: str, job: str, start: int, done: Done) -> None:
+    """Store that a chunk is done."""
+    store.record_outcomes(server, job, {start: done})
+
+
+def chunk_lost(store: WorkStore, server: str, job: str, start: int, error: str, most: int, delay: float, blame: bool = True) -> str:
+    """Store a failed attempt; the state of the chunk."""
+    return store.record_outcomes(server, job, {}, {start: Lost(error, delay, blame)}, most)[start]

@@ -1,0 +1,31 @@
+"""A connection to the database may break after it was told to write and before it could say that it has: no job is stranded by
+that, and nothing is counted twice."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from tests.service.http_servers import SMALL, InProcess
+from trunnion.service.store.database_connection import Unreachable
+
+
+@pytest.mark.parametrize("write", ["claim", "begin", "cut_chunks", "record_outcomes", "end_if_over"])
+def test_a_job_goes_on_where_a_write_was_kept_that_nobody_was_told_of(
+    server: InProcess, monkeypatch: pytest.MonkeyPatch, write: str
+) -> None:
+    store, whole, broken = server.service.store, getattr(server.service.store, write), list[str]()
+
+    def breaks_once(*given: Any, **more: Any) -> Any:
+        found = whole(*given, **more)
+        if not broken:
+            broken.append(write)
+            raise Unreachable("the connection broke while the answer came")
+        return found
+
+    monkeypatch.setattr(store, write, breaks_once)
+    end = server.ended(server.submit(SMALL))
+    assert broken
+    assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", 40, 0, {"done": 40})
+    assert [r[0] for r in server.rows(end["id"])] == list(range(40))

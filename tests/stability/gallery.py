@@ -1,0 +1,31 @@
+"""The twenty-eight places where methods fail (theory, "Where methods fail"): a scene for each, as a function of the distance from
+its threshold, and the correct verdicts on both sides. Each kind of mechanism has one module of rows."""
+
+from __future__ import annotations
+
+from tests.stability.entries import (
+    ball_pendulums,
+    closed_loops,
+    doors_on_hinges,
+    journal_bearings,
+    mass_springs_spin,
+    rest_and_dead_centres,
+    self_tightening_brakes,
+    sleeve_guides,
+    toggle_press,
+    wishbone_and_platform,
+)
+
+KINDS = (
+    self_tightening_brakes,
+    wishbone_and_platform,
+    sleeve_guides,
+    journal_bearings,
+    closed_loops,
+    ball_pendulums,
+    toggle_press,
+    rest_and_dead_centres,
+    doors_on_hinges,
+    mass_springs_spin,
+)
+ROWS = tuple(sorted((row for kind in KINDS for row in kind.ROWS), key=lambda r: r.number))
