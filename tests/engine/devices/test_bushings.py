@@ -141,5 +141,5 @@ def test_what_it_does_can_be_differentiated() -> None:
 
 
 def test_both_ends_on_one_part_are_refused() -> None:
-    with pytest.raises(trunnion.SceneError, match="a bushing joins two different bodies"):
+    with pytest.raises(trunnion.SceneError, match="connect two different bodies with the bushing"):
         simulate(replace(held(), forces={"bush": bush("b", "b.eye")}))
