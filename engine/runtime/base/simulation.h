@@ -199,7 +199,7 @@ typedef struct tr_places {
   int lever, capture_tried; /* levers of the multipliers; speed at which capture last failed, m/s, a pair each */
   int speed_errors; /* errors of the pairs' speeds, m/s, a pair each: of the last trial step, then of all steps */
   int violations;   /* violations of pairs and stops: now, at the start and at the end of the step */
-  int contacts;     /* contacts at the last accepted state */
+  int contacts, contact_peaks; /* contacts at the last accepted state; largest force of each so far, N, fading */
   int indicators, end_speed, saved_modes; /* model exchange: indicators and counts of events; speeds that end sliding, m/s; modes before an event */
   int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, its multiplier part, its point, matrix, order; Jacobian of the choice */
 } tr_places;

@@ -4,8 +4,12 @@
 #define TURNED 2.0     /* rad: larger than any steady turn within a step */
 #define ROUND_OFF 1e-9 /* × the largest contact force before or after: a smaller force is round-off without direction */
 #define NEAR_ZERO 0.2  /* × the smaller of the two forces: largest distance from zero of a force that separates */
-#define HALVINGS 3     /* halvings of the step; in an eighth of it, a force through zero is a straight line */
+#define HALVINGS 1     /* halvings of a quarter of the step; in an eighth, a force through zero is a straight line */
 #define LINES_MOST 8   /* secants after the halvings; at first, each squares the error */
+#define NONE 2.0       /* fraction of a step: not inside it */
+#define TOGETHER 100.0 /* × rtol of the step: contacts that separate within it separate at once; each search ends within rtol */
+#define SMALL 0.2      /* × its largest so far: a contact force that may pass zero twice in a step */
+#define FADES 0.99     /* a step, of the largest force: a load that has become small for good is soon not searched any more */
 #define TINY 1e-300    /* N²: keeps a quotient finite without any force */
 
 /* Angle between the normals of two contacts, rad; 0 if one of them is zero. */
@@ -29,57 +33,113 @@ static double tr_closest_to_zero(const tr_contact *p, const tr_contact *q, doubl
   return at;
 }
 
-/* Narrow the interval a…b in which contact i turns to its part before or after m, by the dense output. Returns 0 if the state
- * at m cannot be evaluated. */
+/* Contacts at the fraction `at` of the step by the dense output. Returns 0 if that state cannot be evaluated. */
+static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
+  double *y = TR_A(s, yout);
+  tr_evaluate_dense(s, at, y);
+  if (s->k->nquat) tr_normalise_quaternions(s, y);
+  return tr_rhs(s, s->step.t0 + at * s->step.size, y, TR_A(s, dy)) && tr_current_contacts(s, y, out);
+}
+
+/* Narrow the interval a…b in which contact i turns to its part before or after m. Returns 0 if the state at m cannot be
+ * evaluated. */
 static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_contact *lo, tr_contact *hi) {
   tr_contact mid[s->o->ncontacts];
-  double *y = TR_A(s, yout);
-  tr_evaluate_dense(s, m, y);
-  if (s->k->nquat) tr_normalise_quaternions(s, y);
-  if (!tr_rhs(s, s->step.t0 + m * s->step.size, y, TR_A(s, dy)) || !tr_current_contacts(s, y, mid)) return 0;
+  if (!tr_contacts_inside(s, m, mid)) return 0;
   if (tr_contact_turn(lo, mid + i) > tr_contact_turn(mid + i, hi)) *b = m, *hi = mid[i];
   else *a = m, *lo = mid[i];
   return 1;
 }
 
-/* Find where contact i passes zero inside the step: *theta, by halvings, then secants. Returns 0 if it does not. */
-static int tr_find_separation(tr_sim *s, int i, const tr_contact *before, const tr_contact *after, double *theta) {
-  tr_contact lo = before[i], hi = after[i];
-  double a = 0.0, b = 1.0, least;
+/* Fraction of the step in a…b at which contact i passes zero, lo and hi at the ends: by halvings, then secants. NONE if it does
+ * not. */
+static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contact lo, tr_contact hi) {
+  double least;
   for (int halves = 0; halves < HALVINGS; ++halves)
-    if (!tr_narrow_turn(s, i, 0.5 * (a + b), &a, &b, &lo, &hi)) return 0;
-  if (!(tr_contact_turn(&lo, &hi) > TURNED)) return 0;
-  *theta = a + (b - a) * tr_closest_to_zero(&lo, &hi, &least);
-  if (!(least < NEAR_ZERO)) return 0;
+    if (!tr_narrow_turn(s, i, 0.5 * (a + b), &a, &b, &lo, &hi)) return NONE;
+  if (!(tr_contact_turn(&lo, &hi) > TURNED)) return NONE;
+  double theta = a + (b - a) * tr_closest_to_zero(&lo, &hi, &least);
+  if (!(least < NEAR_ZERO)) return NONE;
   for (int it = 0; it < LINES_MOST; ++it) {
-    const double last = *theta;
+    const double last = theta;
     if (!(last > a && last < b) || !tr_narrow_turn(s, i, last, &a, &b, &lo, &hi)) break;
-    *theta = a + (b - a) * tr_closest_to_zero(&lo, &hi, &least);
-    if (fabs(*theta - last) <= s->set.rtol) break;
+    theta = a + (b - a) * tr_closest_to_zero(&lo, &hi, &least);
+    if (fabs(theta - last) <= s->set.rtol) break;
   }
+  return theta;
+}
+
+/* Log the separations of pair m at the fractions at[i] of the step, NONE or between the contacts `before` and `now`. Contacts that
+ * separate together are one event. */
+static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr_contact *before, const tr_contact *now) {
+  const int n = tr_pair_of(s, m)->ncontacts;
+  tr_contact was[n], is[n];
+  for (double last = -1.0;;) {
+    double first = NONE;
+    for (int i = 0; i < n; ++i) first = at[i] > last ? fmin(first, at[i]) : first;
+    if (first >= NONE) return;
+    for (int i = 0; i < n; ++i) was[i] = at[i] <= last ? now[i] : before[i];
+    last = first + TOGETHER * s->set.rtol;
+    for (int i = 0; i < n; ++i) is[i] = at[i] > last && at[i] < NONE ? before[i] : now[i];
+    s->stats.events++;
+    tr_log_event(s, s->step.t0 + first * s->step.size, TR_EV_SEPARATION, m, was, is, n);
+  }
+}
+
+/* Whether a contact turned between two states, through a small force. floor: forces below it are round-off. */
+static int tr_is_turned(const tr_contact *before, const tr_contact *now, double floor) {
+  double least;
+  if (!(before->force > 0.0) || !(fmax(before->force, now->force) > floor) || !(tr_contact_turn(before, now) > TURNED)) return 0;
+  tr_closest_to_zero(before, now, &least);
+  return least <= 2.0 * NEAR_ZERO;
+}
+
+/* Whether a contact that a step did not turn may have turned and turned back: its force is small beside its largest so far, which
+ * fades. */
+static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, double peak, double floor) {
+  const double smaller = fmin(before->force, now->force);
+  return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now) > TURNED);
+}
+
+/* Log the separations between the fractions a and b of the step, with these contacts at them. */
+static void tr_log_separations_within(tr_sim *s, double a, double b, const tr_contact *before, const tr_contact *now, double floor) {
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const int first = tr_pair_of(s, m)->contact0, n = tr_pair_of(s, m)->ncontacts;
+    double at[n + 1];
+    for (int i = 0; i < n; ++i) {
+      const tr_contact *p = before + first + i, *q = now + first + i;
+      at[i] = tr_is_turned(p, q, floor) ? tr_find_separation(s, first + i, a, b, *p, *q) : NONE;
+    }
+    tr_log_pair_separations(s, m, at, before + first, now + first);
+  }
+}
+
+static int tr_log_separations(tr_sim *s, double end, const tr_contact *now) {
+  const int nc = s->o->ncontacts;
+  const tr_contact *before = (const tr_contact *)TR_A(s, contacts);
+  tr_contact inside[3][nc];
+  double floor = 0.0, *peak = TR_A(s, contact_peaks);
+  int once = 0, twice = 0;
+  for (int i = 0; i < nc; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, now[i].force));
+  for (int i = 0; i < nc; ++i) {
+    peak[i] = fmax(FADES * peak[i], fmax(before[i].force, now[i].force));
+    once |= tr_is_turned(before + i, now + i, floor), twice |= tr_may_turn_twice(before + i, now + i, peak[i], floor);
+  }
+  if (!(once || twice) || !tr_ensure_dense(s)) return 0;
+  if (!tr_contacts_inside(s, 0.5 * end, inside[1])) return 1;
+  for (int i = 0; i < nc; ++i) once |= tr_is_turned(before + i, inside[1] + i, floor);
+  if (!once || !tr_contacts_inside(s, 0.25 * end, inside[0]) || !tr_contacts_inside(s, 0.75 * end, inside[2])) return 1;
+  const tr_contact *at[5] = {before, inside[0], inside[1], inside[2], now};
+  for (int q = 0; q < 4; ++q) tr_log_separations_within(s, 0.25 * q * end, 0.25 * (q + 1) * end, at[q], at[q + 1], floor);
   return 1;
 }
 
-static void tr_log_separations(tr_sim *s, const double *a) {
-  int nc = s->o ? s->o->ncontacts : 0;
-  tr_contact now[nc + 1], *before = (tr_contact *)TR_A(s, contacts);
-  double theta, least;
+static void tr_log_step_separations(tr_sim *s, const double *a) {
+  const int nc = s->o ? s->o->ncontacts : 0;
+  tr_contact now[nc + 1];
   if (!nc || !tr_evaluate_contacts(s, TR_A(s, ynew), a, now)) return;
-  double floor = 0.0;
-  for (int i = 0; i < nc; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, now[i].force));
-  for (int m = 0; m < s->k->nsliders; ++m) {
-    const tr_pair *pair = tr_pair_of(s, m);
-    for (int i = pair->contact0; i < pair->contact0 + pair->ncontacts; ++i) {
-      const tr_contact *p = before + i, *q = now + i;
-      if (!(p->force > 0.0) || !(fmax(p->force, q->force) > floor) || !(tr_contact_turn(p, q) > TURNED)) continue;
-      tr_closest_to_zero(p, q, &least);
-      if (least > 2.0 * NEAR_ZERO) continue;
-      if (!tr_ensure_dense(s)) return;
-      if (!tr_find_separation(s, i, before, now, &theta)) continue;
-      s->stats.events++;
-      tr_log_event(s, s->step.t0 + theta * s->step.size, TR_EV_SEPARATION, m, before + pair->contact0, now + pair->contact0, pair->ncontacts);
-      break;
-    }
-  }
-  memcpy(before, now, sizeof(tr_contact) * nc);
+  double kept[tr_solution_size(s)];
+  tr_save_solution(s, kept);
+  if (tr_log_separations(s, 1.0, now)) tr_restore_solution(s, kept);
+  memcpy(TR_A(s, contacts), now, sizeof(tr_contact) * nc);
 }

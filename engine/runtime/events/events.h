@@ -103,8 +103,12 @@ static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y);
 /* Switch the mode of pair or stop `which` at the state (t, y), just evaluated. */
 static void tr_switch_mode(tr_sim *s, int which, double t, const double *y);
 
-/* Log separations of contacts in an accepted step without event. a: accelerations at its end, which was evaluated. */
-static void tr_log_separations(tr_sim *s, const double *a);
+/* Log separations of contacts between the step's start and its fraction `end`, where the contacts are `now`. Returns 1 if other
+ * states were evaluated for that. */
+static int tr_log_separations(tr_sim *s, double end, const tr_contact *now);
+
+/* Log separations in an accepted step without event. a: accelerations at its end, which was evaluated. */
+static void tr_log_step_separations(tr_sim *s, const double *a);
 
 /* Event kind of the change of pair i from the mode `old`, 0: none. Directions are compared as surface speeds, because travel
  * and rotation differ in units. */

@@ -67,6 +67,7 @@ static int tr_write_first_row(tr_sim *s, double *row) {
   int code = tr_output_row(s, s->clock.t, y, row);
   if (code != TR_OK) return s->clock.status = code;
   tr_current_contacts(s, y, (tr_contact *)TR_A(s, contacts));
+  memset(TR_A(s, contact_peaks), 0, sizeof(double) * s->o->ncontacts);
   if (s->o->energy >= 0) {
     s->audit.energy0 = row[1 + s->o->energy];
     memset(TR_A(s, post_memory), 0, sizeof(tr_memory) * s->o->npost);

@@ -183,6 +183,16 @@ static void tr_complete_impulse_step(tr_sim *s) {
   s->step.have_k1 = 0;
 }
 
+/* Log separations between the step's start and its event at (t, y), evaluated; y is evaluated again if that took other states.
+ * now: contacts there. */
+static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now) {
+  double kept[tr_solution_size(s)];
+  tr_save_solution(s, kept);
+  if (s->pending.captured || !tr_log_separations(s, s->pending.theta, now)) return;
+  tr_restore_solution(s, kept);
+  tr_rhs(s, t, y, TR_A(s, dy));
+}
+
 /* Complete a step that ends at the event of a set-valued pair. Returns a status. */
 static int tr_complete_set_valued_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y);
@@ -200,6 +210,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   const int ball = !s->pending.captured && tr_is_moving_ball(s, which);
   tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
   const tr_contact *known = !ball && tr_contacts_before_event(s, te, ye, contacts) ? contacts : 0;
+  if (known) tr_log_separations_before_event(s, te, ye, known);
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
@@ -236,6 +247,11 @@ static int tr_complete_event(tr_sim *s) {
     rate = tr_sliding_of(s, i)->speed;
   }
   if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, dy)) return TR_FAIL_MULTIPLIERS;
+  tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
+  if (s->o && s->o->ncontacts && tr_current_contacts(s, ye, contacts)) {
+    tr_log_separations_before_event(s, te, ye, contacts);
+    memcpy(TR_A(s, contacts), contacts, sizeof(tr_contact) * s->o->ncontacts);
+  }
   if (pair) kink = tr_sliding_of(s, i)->border, rate = fabs(tr_sliding_of(s, i)->speed - rate) / dt;
   tr_count_chatter(s, te);
   int entering = pair && tr_is_sliding(s, i);

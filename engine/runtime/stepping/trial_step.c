@@ -197,7 +197,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   }
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
   if (k->sets) s->friction.capture = tr_find_pair_to_capture(s);
-  if (k->nsliders) tr_log_separations(s, TR_A(s, K) + m->end * tr_state_width(s) + k->nq);
+  if (k->nsliders) tr_log_step_separations(s, TR_A(s, K) + m->end * tr_state_width(s) + k->nq);
   tr_integrate_works(s, m);
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
