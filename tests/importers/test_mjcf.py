@@ -162,7 +162,7 @@ def test_included_files_belong_to_the_model(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "a tendon that pulls": ('<tendon><fixed name="t" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>', "forces of its own"),
+    "a tendon that pulls": ('<tendon><fixed name="t" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>', "forces of its"),
     "coordinates that are tied": ('<equality><joint name="m" joint1="j"/></equality>', "where it is"),
     "a body that is made": ('<worldbody><composite type="cable" count="3 1 1"/></worldbody>', "makes bodies"),
     "a spring of a ball": (

@@ -88,7 +88,7 @@ class SensitivityUnit:
         a = self.ny + self.nquad
         for _ in range(MOST_ITERATIONS):
             f = self.evaluate(x, y, z)
-            self.Rz = self._multiplier_derivatives()
+            self.Rz = self.multiplier_derivatives()
             step = self._solve(f[a : a + self.nz])
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, 1e-300)
@@ -98,11 +98,11 @@ class SensitivityUnit:
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")
         f = self.evaluate(x, y, z).copy()
-        self.Rz = self._multiplier_derivatives()
+        self.Rz = self.multiplier_derivatives()
         return f, z
 
-    def _multiplier_derivatives(self) -> np.ndarray:
-        """Derivatives of f by the multipliers (values × nz), until the next call."""
+    def multiplier_derivatives(self) -> np.ndarray:
+        """Derivatives of f by the multipliers (values × nz), at the point of the last ``evaluate``, until the next call."""
         self._factored = None
         self.functions.along(self._now, self._by_each, self._by_z_rows)
         return self._by_z_rows[:, : self.n["values"]].T

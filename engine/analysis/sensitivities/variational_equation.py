@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
 from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
 from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
-from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.bodies_and_joints import Slider, System
 from trunnion.system.structure.external_value_layout import INSIDE
 
 A = [np.array(row, float) for row in RK8.A]
@@ -27,6 +27,8 @@ JUMP = 1e-9
 """Relative change of ẏ at an event below which ẏ counts as continuous."""
 AT_REST = 1e-6
 """Sliding speed at an event, relative to the run's speeds, that counts as zero."""
+AT_CAPACITY = 1e-7
+"""Residual, relative to the multipliers and scaled by its slopes, up to which a group of pairs counts as released together."""
 SLIP_SPEED = 1e-7
 """Speed given to a pair at the instant at which it begins or ends to slide, relative to the run's rate scale."""
 
@@ -116,11 +118,12 @@ class SensitivityIntegrator:
         x1 = step.x1.copy()
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
         after = self._evaluate(step.t1, y, self.S, x1)[0][:n]
+        z_after = self.z
         f, df, _ = self._evaluate(step.t1, y, self.S, x)
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
-        cause = self._find_cause(step, f, df)
+        cause = self._find_cause(step, f, df, x, z_after)
         if cause is None:
             self.notes.append(
                 f"t = {step.t1:.6g} s: the motion jumped for an unknown cause; derivatives after this time are not reliable"
@@ -140,17 +143,20 @@ class SensitivityIntegrator:
             sides.append(self._evaluate(step.t1, step.y1, self.S, x)[0][:n])
         self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
 
-    def _find_cause(self, step: RecordedStep, f: np.ndarray, df: np.ndarray) -> tuple[str, np.ndarray, float] | None:
+    def _find_cause(
+        self, step: RecordedStep, f: np.ndarray, df: np.ndarray, x: np.ndarray, z_after: np.ndarray
+    ) -> tuple[str, np.ndarray, float] | None:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None where no pair causes the event.
 
-        Event function g is the speed of a pair that came to rest, or the friction ratio of a released pair. Its rate ġ is that
-        before the event, where f was last evaluated.
+        Event function g is the speed of a pair that came to rest, or the friction ratio of a released pair, or that of pairs that are
+        released together. Its rate ġ is that before the event, where f was last evaluated. z_after: multipliers after the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
         flow, _ = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []
+        released: list[tuple[str, Slider]] = []
         for j in u.system.frictional:
             assert j.friction is not None
             first = j.friction.eta[0]
@@ -165,11 +171,50 @@ class SensitivityIntegrator:
                     if speed < AT_REST:
                         found.append((speed, j.name, d @ df[rows], float(d @ flow[rows, 0])))
                 elif mode.flag == PairState.STUCK != new.flag and u.n["holds"]:
-                    row = rates + u.n["rates"] + s.flag
-                    found.append((abs(f[row]), j.name, df[row], float(flow[row, 0])))
+                    released.append((j.name, s))
             at += j.kind.nv
+        if len(released) > 1:
+            return self._release_together(released, f[:n], step.y1, x, z_after)
+        for name, s in released:
+            row = rates + u.n["rates"] + s.flag
+            found.append((abs(f[row]), name, df[row], float(flow[row, 0])))
         usable = [c for c in found if c[3] != 0.0]
         return min(usable, key=lambda c: c[0])[1:] if usable else None
+
+    def _release_together(
+        self, released: list[tuple[str, Slider]], flow: np.ndarray, y: np.ndarray, x: np.ndarray, z: np.ndarray
+    ) -> tuple[str, np.ndarray, float] | None:
+        """(first joint, dg, ġ) of pairs that are released together; None if no multipliers bring each to its capacity.
+
+        At rest the pairs share their load in many ways. At the instant of release there is one: each is at its capacity. Let r be
+        the residuals and the friction ratios less one. Then r(z, t, p) = 0 has one equation more than unknowns, and g = nᵀ r for n
+        with nᵀ ∂r/∂z = 0. Further such n belong to redundant rows, along which r does not change. z: the multipliers first tried.
+        """
+        u = self.unit
+        a = u.ny + u.nquad
+        if any(len(s.eta) > 1 for _, s in released):
+            return None
+        rows = [*range(a, a + u.nz), *(a + u.n["residuals"] + u.n["rates"] + s.flag for _, s in released)]
+        for _ in range(MOST_ITERATIONS):
+            r = u.evaluate(x, y, z)[rows].copy()
+            by_z = u.multiplier_derivatives()[rows]
+            scale = np.maximum(np.abs(by_z).max(axis=1), 1e-300)
+            change = np.linalg.lstsq(by_z / scale[:, None], -r / scale, rcond=RANK)[0]
+            z = z + change
+            if np.abs(change).max() <= 1e-12 * np.abs(z).max():
+                break
+        r = u.evaluate(x, y, z)[rows] / scale
+        if not np.abs(r).max() <= AT_CAPACITY * np.abs(z).max():
+            return None
+        left, sizes, _ = np.linalg.svd(u.multiplier_derivatives()[rows] / scale[:, None])
+        normal = left[:, np.count_nonzero(sizes > RANK * sizes[0]) :].T
+        seeds = np.zeros((self.m + 1, u.width))
+        seeds[:-1, : u.ny], seeds[:-1, u.ny + u.nz : -1] = self.S[: u.ny].T, self.start.p.T
+        seeds[-1, : u.ny], seeds[-1, -1] = flow[: u.ny], 1.0
+        d = normal @ (u.directional_derivatives(seeds)[rows] / scale[:, None])
+        rate = d[:, -1]
+        size = float(rate @ rate)
+        return (released[0][0], rate @ d[:, :-1], size) if size > 0.0 else None
 
 
 def _directional_pairs(system: System) -> list[tuple[int, list[int]]]:

@@ -41,7 +41,8 @@ class SliderCrank:
                                  drive=sm.Drive(constant=sm.Constant(rate=self.w))),
                 "pin": sm.Joint(type="revolute", axis="z", inboard="crank", outboard="rod", at=(a, 0.0, 0.0)),
                 "gudgeon": sm.Joint(type="revolute", axis="z", inboard="rod", outboard="slider", at=(a + b, 0.0, 0.0)),
-                "guide": sm.Joint(type="prismatic", axis="x", inboard="ground", outboard="slider", at=(a + b, 0.0, 0.0), friction=friction),
+                "guide": sm.Joint(type="prismatic", axis="x", inboard="ground", outboard="slider", at=(a + b, 0.0, 0.0),
+                                  friction=friction),
             },
             simulation=sm.Simulation(until=TURNS * 2.0 * math.pi / self.w),
         )  # fmt: skip
