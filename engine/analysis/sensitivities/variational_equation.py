@@ -148,8 +148,8 @@ class SensitivityIntegrator:
     ) -> tuple[str, np.ndarray, float] | None:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None where no pair causes the event.
 
-        Event function g is the speed of a pair that came to rest, or the friction ratio of a released pair, or that of pairs that are
-        released together. Its rate ġ is that before the event, where f was last evaluated. z_after: multipliers after the event.
+        Event function g is the speed of a pair that came to rest, or the friction ratio of a released pair, or that of pairs that
+        are released together. Its rate ġ is that before the event, where f was last evaluated. z_after: multipliers after it.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
