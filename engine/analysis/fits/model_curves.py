@@ -21,10 +21,10 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.integrators import RK8
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
+from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.results.outcome import from_status
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
-from trunnion.system.construction.system_builder import build
 
 MOST_CACHED = 6
 """Parameter values whose curves and derivatives are cached."""
@@ -143,7 +143,7 @@ class _PlainRuns:
 
     def __call__(self, scene: Scene) -> np.ndarray:
         """The chosen columns at the measured times, one after the other (flat). SimulationError where the run ends early."""
-        built = build(scene)
+        built = build_with_cut_starts(scene)
         model = self.model
         if built.system != model.system or built.parameters.paths != model.built.parameters.paths:
             model = self.model = Model(scene, self.names)

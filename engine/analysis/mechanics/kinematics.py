@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.bare_mechanism import without_forces
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
@@ -54,18 +54,7 @@ def kinematics(
 
 def prescribed(scene: sm.Scene) -> sm.Scene:
     """The scene without loads, friction and stiffnesses. SceneError where its drives leave a freedom open."""
-    joints = {
-        n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, end_stops=None, effort=None,
-                   motor=None, latch=None, wear=None)
-        for n, j in scene.joints.items()
-    }
-    forces: dict[str, sm.Applied] = {}
-    for n, f in scene.forces.items():
-        if isinstance(f, sm.SpringDamper):
-            forces[n] = replace(f, stiffness=0.0, damping=0.0)
-        elif isinstance(f, sm.Bushing):
-            forces[n] = replace(f, stiffness=0.0, damping=0.0, turning_stiffness=0.0, turning_damping=0.0)
-    bare = replace(scene, joints=joints, gravity=(0.0, 0.0, 0.0), forces=forces, outputs=("*",))
+    bare = without_forces(scene)
     still = Still(bare)
     left = still.allowed()
     if left.size:

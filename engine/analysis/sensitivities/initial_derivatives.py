@@ -21,9 +21,10 @@ from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.overrides import apply, list_parameters
 from trunnion.scene.queries.number_units import bound_of
+from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
-from trunnion.system.construction.system_builder import Built, build
+from trunnion.system.construction.system_builder import Built
 
 STEP = 1e-2
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
@@ -133,7 +134,7 @@ def _differentiate(model: Model, line: _ParameterLine) -> tuple[np.ndarray, ...]
 def _differences(model: Model, line: _ParameterLine, h: float, weights) -> tuple[np.ndarray, ...]:
     total: list[np.ndarray] | None = None
     for k, w in weights:
-        built = build(line.at(k * h))
+        built = build_with_cut_starts(line.at(k * h))
         if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
             raise SceneError([_structural_problem(line)])
         found = _start_numbers(model, built)

@@ -14,9 +14,10 @@ from trunnion.kernel.shared_libraries import Kernel, kernel
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.name_suggestions import shown
 from trunnion.scene.units.python_arguments import Names, names_given
+from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.kernel_choice import kernel_for
-from trunnion.system.construction.system_builder import Built, build
+from trunnion.system.construction.system_builder import Built
 from trunnion.system.structure.bodies_and_joints import System
 
 
@@ -28,7 +29,7 @@ class Model:
 
     def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1):
         started = time.perf_counter()
-        self.built: Built = build(scene)
+        self.built: Built = build_with_cut_starts(scene)
         everything = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
         if problems := pattern_problems(everything, wanted):

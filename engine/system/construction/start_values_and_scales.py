@@ -62,9 +62,7 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
             v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
             v_given[j.v0 : j.v0 + len(j.free)] = 1
     ignored = tuple(
-        [f"start of {j.name}: not used, the loop is cut there" for j in system.joints if j.cut
-           and scene.joints[j.name].start is not None]
-        + [f"cut of {j.name}: not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
+        [f"cut of {j.name}: not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
            for j in system.joints if scene.joints[j.name].cut and not j.cut]
         + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
            and scene.joints[j.name].start is not None]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from trunnion import scene_from_dict, simulate
+from trunnion import scene_from_dict, sensitivity, simulate, sweep
 from trunnion.simulation.results.result import Result
 
 CUTS = ("main", "crankpin", "gudgeon", "guide")
@@ -83,3 +83,40 @@ def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed:
     found = runs(scene, rtol=1e-9)
     assert max(np.abs(r["main.q[1]"]).max() for r in found.values()) > 5.0
     assert_alike(found, 1e-6)
+
+
+@pytest.mark.parametrize("given", CUTS)
+@pytest.mark.parametrize("seed", range(3))
+def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> None:
+    """One joint has a start rate. Of the others the positions alone are given, so that they leave no choice between two poses."""
+    scene = slider_crank(np.random.default_rng(200 + seed), {"force": 0.5}, False)
+    rate = scene["joints"][given]["start"]["qd"]
+    for n in set(CUTS) - {given}:
+        del scene["joints"][n]["start"]["qd"]
+    found = runs(scene, rtol=1e-9)
+    assert_alike(found, 1e-6)
+    for cut in CUTS:
+        joints = {n: j | {"cut": True} if n == cut else j for n, j in scene["joints"].items()}
+        started = simulate(scene_from_dict(scene | {"joints": joints}), outputs=[f"{given}.qd*"], until=0.01)
+        assert started[f"{given}.qd[1]"][0] == pytest.approx(rate, rel=1e-9)
+
+
+def test_a_start_value_at_a_cut_is_swept_and_differentiated() -> None:
+    """A jack whose guide is started: the spindle turns with 2π/pitch of its rate."""
+    pitch = 0.01
+    scene = scene_from_dict({
+        "schema": 1, "gravity": [0, 0, 0],
+        "bodies": {"spindle": {"mass": 1.0, "inertia": [1e-3] * 3}, "nut": {"mass": 5.0, "inertia": [1e-2] * 3}},
+        "joints": {
+            "bearing": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "spindle", "spring": {"stiffness": 1e-9}},
+            "guide": {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": "nut", "start": {"qd": -0.01},
+                      "cut": True},
+            "thread": {"type": "screw", "axis": "z", "inboard": "spindle", "outboard": "nut", "pitch": pitch},
+        },
+        "simulation": {"until": 1.0},
+    })  # fmt: skip
+    slope = -2.0 * math.pi / pitch
+    table = sweep(scene, {"joints.guide.start.qd": [-0.02, -0.01, 0.03]}, reductions="final:bearing.q[*]").to_arrow().to_pydict()
+    assert table["final:bearing.q[1]"] == pytest.approx([slope * v for v in (-0.02, -0.01, 0.03)], rel=1e-6)
+    found = sensitivity(scene, ["joints.guide.start.qd"], ["bearing.q[1]"], 1.0, 0.5)
+    assert found.derivatives[-1, 0, 0] == pytest.approx(slope, rel=1e-6)

@@ -1,0 +1,79 @@
+"""Start values of joints where a loop is cut: the same mechanism, cut elsewhere, gives those of the tree's joints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from trunnion.kernel.interface.output_columns import columns, select
+from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.queries.bare_mechanism import without_forces
+from trunnion.simulation.execution.assembly_notes import assembly_notes
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.system.construction.system_builder import Built, build
+from trunnion.system.structure.bodies_and_joints import state_coordinates
+
+TURN = 2.0 * math.pi
+
+
+def build_with_cut_starts(scene: Scene) -> Built:
+    """``build``, with the start values of the cut joints carried over to the joints of the tree.
+
+    Where the other joints have as many start values, or no position has all of them, a note of the run says that those of the cut
+    joints are not used.
+    """
+    built = build(scene)
+    unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
+    if not unused:
+        return built
+    n, found = built.numbers, _tree_starts(built, _cut_elsewhere(scene))
+    if found is None:
+        notes = [f"start of {name}: not used, the loop is cut there and its other joints have start values" for name in unused]
+        return replace(built, numbers=replace(n, ignored=(*notes, *n.ignored)))
+    q, v, notes = found
+    given = {a: np.ones_like(getattr(n, a)) for a in ("q_given", "v_given", "q_given_by_rate")}
+    return replace(built, numbers=replace(n, q=q, v=v, ignored=(*notes, *n.ignored), **given))
+
+
+def _given(scene: Scene, joint: str) -> set[str]:
+    """Which start values a joint has: q, qd."""
+    start = scene.joints[joint].start
+    return {k for k in ("q", "qd") if start is not None and getattr(start, k) is not None}
+
+
+def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
+    return {k for j in built.system.joints if j.cut for k in _given(scene, j.name)}
+
+
+def _cut_elsewhere(scene: Scene) -> Scene:
+    """The scene without forces, whose loops are cut where the fewest start values are given, as far as that can be."""
+    bare, wish = without_forces(scene), {0: True, 1: None, 2: False}
+    return replace(bare, joints={n: replace(j, cut=wish[len(_given(scene, n))]) for n, j in bare.joints.items()})
+
+
+def _tree_starts(built: Built, elsewhere: Scene) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
+    """(q, v) of the tree's joints at the start of the scene cut elsewhere, and its notes; None where that uses no more values."""
+    there = build(elsewhere)
+    if not _given_at_cuts(elsewhere, there) < _given_at_cuts(elsewhere, built):
+        return None
+    chosen, parameters = select(columns(there.system), ("*.q[*]", "*.qd[*]")), np.array(there.parameters.values)
+    block = bl.Block(parts_kernel(there.system, len(parameters), chosen, False, False), there.numbers, parameters)
+    block.configure(bl.Settings())
+    if block.assemble() != 1:
+        return None
+    notes, row = assembly_notes(there, block), np.zeros(block.width)
+    if block.start(0.0, 1.0, 1.0, row) != bl.OK:
+        return None
+    at = dict(zip((c.name for c in chosen), row[1:], strict=True))
+    q, v = built.numbers.q.copy(), built.numbers.v.copy()
+    for j in built.system.tree:
+        for k, i in enumerate(state_coordinates(j)):
+            found, asked = at[f"{j.name}.q[{i + 1}]"], q[j.q0 + k]
+            turns = j.kind.quaternion < 0 and j.kind.turns(i)
+            q[j.q0 + k] = found + TURN * round((asked - found) / TURN) if turns and _given(elsewhere, j.name) else found
+        for k, i in enumerate(j.free):
+            v[j.v0 + k] = at[f"{j.name}.qd[{i + 1}]"]
+    return q, v, notes
