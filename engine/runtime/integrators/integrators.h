@@ -51,6 +51,10 @@ static void tr_state_in_step(tr_sim *s, double theta, double *y);
  * below the kink makes explicit steps jump between branches. */
 static void tr_count_kink(tr_sim *s);
 
+/* |λ| of an explicit step that is about to be completed, 1/s; 0 if no row is due within its next two lengths, its length is fixed,
+ * or the method is `auto`, which counts stiff steps itself. */
+static double tr_stiffness_rate(tr_sim *s);
+
 /* Method auto: switch to the stiff method when stability limits the steps, and back when its steps would be stable explicitly. */
 static void tr_choose_method(tr_sim *s);
 

@@ -96,8 +96,10 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* Length of the next trial step: two equal steps rather than a long one and a sliver before the limit. */
+/* Length of the next trial step: two equal steps rather than a long one and a sliver before the limit. A step at its limit of
+ * stability ends at the next row, unless rows are closer than steps. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
+  if (s->step.at_limit && s->clock.every >= s->step.h && s->clock.row_next > s->clock.t) limit = fmin(limit, s->clock.row_next);
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
   trial.h = fixed > 0.0 && !s->k->sets ? fixed : fmin(s->step.h, fixed > 0.0 ? fixed : s->set.hmax);
