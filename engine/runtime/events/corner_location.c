@@ -15,7 +15,7 @@
 static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
   tr_evaluate_dense(s, theta, y);
-  if (tr_is_hook(s, i)) tr_set_time(s, s->step.t0 + theta * s->step.size);
+  tr_set_time(s, s->step.t0 + theta * s->step.size); /* drives and signals */
   tr_stop_depths_and_pushes(s, y, depth, pushes);
   return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
 }
@@ -75,8 +75,9 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   int any = s->k->nlatches;
   for (int i = 0; i < n; ++i) any |= tr_is_pressed(s, i) && !tr_is_hook(s, i);
   if (!any || !s->set.locate || s->set.hfixed > 0.0) return 1.0;
+  tr_set_time(s, s->step.t0 + s->step.size);
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
-  if (s->k->nlatches) tr_set_time(s, s->step.t0);
+  tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
   tr_save_solution(s, kept); /* evaluations for the dense output change it */
   for (int i = 0; i < n; ++i) {
@@ -84,7 +85,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))
       first = fmin(first, tr_find_corner(s, i, 0.0, 0.0, 1.0, begin[i], end[i]));
   }
-  if (s->k->nlatches) tr_set_time(s, s->step.t0 + s->step.size);
+  tr_set_time(s, s->step.t0 + s->step.size);
   if (first < most) tr_restore_solution(s, kept);
   return first < most * STEP_END ? first : 1.0;
 }

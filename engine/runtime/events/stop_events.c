@@ -24,8 +24,10 @@ static int tr_has_stop_event_inside(tr_sim *s) {
     if (by_dense) tr_evaluate_dense(s, e ? 1.0 - SHORTLY : SHORTLY, y);
     else
       for (int i = 0; i < n; ++i) y[i] = ends[e][i] + (e ? -SHORTLY : SHORTLY) * h * rates[e][i];
-    tr_stop_depths(s, ends[e], depth[e]), tr_stop_depths(s, y, near[e]);
+    tr_set_time(s, s->step.t0 + (e ? h : 0.0)), tr_stop_depths(s, ends[e], depth[e]);
+    tr_set_time(s, s->step.t0 + (e ? (1.0 - SHORTLY) * h : SHORTLY * h)), tr_stop_depths(s, y, near[e]);
   }
+  tr_set_time(s, s->step.t0 + h);
   for (int i = 0; i < ns; ++i) {
     const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
     const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;

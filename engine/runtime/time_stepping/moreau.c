@@ -83,7 +83,7 @@ static int tr_has_direction_turned(tr_sim *s, double t, const double *y) {
 
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y) {
   double depth[s->k->nstops + 1];
-  if (s->k->nlatches) tr_set_time(s, t); /* signals lift hooks */
+  tr_set_time(s, t); /* drives move joints on loops, signals lift hooks */
   for (int i = 0; i < s->k->nstops; ++i) {
     tr_stop_depths(s, y, depth); /* a hook that lifts changes the depth behind it */
     if (tr_is_pressed(s, i) == (depth[i] > 0.0)) continue;

@@ -32,7 +32,7 @@ static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *cou
   double depth[s->k->nstops + 1], theta = 1.0;
   int held = 0, which = -1, hit = 0;
   for (int i = 0; i < n && course->steady; ++i) held |= tr_is_stuck(s, i) && tr_is_suspect(s, i);
-  tr_stop_depths(s, TR_A(s, ynew), depth);
+  tr_set_time(s, s->clock.t + h), tr_stop_depths(s, TR_A(s, ynew), depth);
   for (int i = n; i < tr_watched_count(s); ++i)
     if (tr_mode_violation(s, i, depth) > 1.0) which = i, hit = 1;
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
