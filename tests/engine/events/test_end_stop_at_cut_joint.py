@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -56,7 +57,7 @@ class DrivenCrank:
             return self.stiffness * depth * max(1.0 + self.damping * rate, 0.0) * rate
 
         corners = np.linspace(begin, end, 50)
-        return 2.0 * sum(quad(power, p, q, epsabs=0.0, epsrel=1e-10)[0] for p, q in zip(corners, corners[1:], strict=False))
+        return 2.0 * sum(quad(power, p, q, epsabs=0.0, epsrel=1e-10)[0] for p, q in itertools.pairwise(corners))
 
     def scene(self, cut: str) -> trunnion.Scene:
         a, b = self.a, self.b
