@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.analysis.mechanics.rows_inside_steps import with_rows_inside_steps
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import ContactElement, Place
 from trunnion.elements.joints import REGISTRY
@@ -20,6 +21,10 @@ from trunnion.simulation.runtime_interface.c_signatures import library
 
 BINS = 72
 """Directions around a pin for depths of wear: 5° each."""
+
+DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch")
+FEW = 24
+"""Rows between two such events, below which the run is repeated with rows inside its steps: four polynomials of six rows."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,9 @@ class Wear:
 def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     """Wear of every contact of a run.
 
-    The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs have.
+    The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs have. Where
+    an end stop or a latch presses more briefly than rows can show, the run is repeated with rows inside its steps; ``time`` has
+    these, too.
 
     Args:
         result: the run.
@@ -98,6 +105,8 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     if lacking:
         hint = "run with all outputs of the joint"
         raise SceneError([Problem("outputs", f"wear needs the column {c}", hint) for c in lacking[:8]])
+    if _has_brief_forces(result):
+        result = with_rows_inside_steps(result, tuple(f"{n}.{c}" for n, j in joints.items() for c in _columns(n, j)))
     contacts, columns = [], {}
     for name, j in joints.items():
         element = touching(j)
@@ -109,6 +118,18 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
             contacts.append(found)
             columns[f"{name}.wear.{'volume' if own is not None else 'load'}[{i}]"] = grown
     return Wear(tuple(contacts), result.time, columns)
+
+
+def _has_brief_forces(r: Result) -> bool:
+    """Whether an end stop or a latch presses for a time in which there are few rows."""
+    times = np.array([e.time for e in r.events if e.kind in DEVICES])
+    return bool(np.any(np.diff(np.searchsorted(r.time, times)) < FEW))
+
+
+def _columns(name: str, j: sm.Joint) -> list[str]:
+    """Columns from which wear is computed, if there are any contacts."""
+    needed = _needed(name, j)
+    return [*needed, "q[*]", "contact[*].normal[*]"] if needed else []
 
 
 def _needed(name: str, j: sm.Joint) -> list[str]:

@@ -1,0 +1,53 @@
+"""The rows of a run once more, with further ones inside steps that are shorter than the spacing of the rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import Model, run
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.simulation.settings.realtime_steps import bounds_of
+
+PARTS = 4
+"""Parts of a short step, at whose ends there is a row."""
+GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
+
+
+def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> Result:
+    """The same run with the columns ``names`` (names or patterns), at its times and at those inside its short steps.
+
+    The motion is repeated to the bit: rows are read from the dense output of its steps.
+    """
+    used, end = result.settings, float(result.time[-1])
+    jams = result.scene.simulation.jams == "impact"
+    settings = bl.Settings(used["rtol"], used["method"], **({"step": used["step"]} | bounds_of(result.scene)), through_jams=jams)
+    steps = run(Model(result.scene, ("*.q[*]",), used["kernel"]), end, 0.0, settings).time
+    every = np.diff(result.time).max(initial=0.0)
+    short = np.flatnonzero(np.diff(steps) < every)
+    inside = [steps[short] + k / PARTS * (steps[short + 1] - steps[short]) for k in range(PARTS + 1)]
+    times = np.unique(np.concatenate([result.time, *inside]))
+    model = Model(result.scene, names, used["kernel"])
+    return replace(result, data=_rows_at(model, settings, times), columns=tuple(model.columns))
+
+
+def _rows_at(model: Model, settings: bl.Settings, times: np.ndarray) -> np.ndarray:
+    """Rows (times × 1 + columns) of a run at these times, of which the first is its start; fewer where it ends early."""
+    block, end = model.block, float(times[-1])
+    block.configure(settings)
+    rows, buffer = [np.zeros(block.width)], np.zeros((1, block.width))
+    if block.assemble() != 1 or model.begin(settings, 0.0, end, np.inf, rows[0]) != bl.OK:
+        return np.zeros((0, block.width))
+    block = model.block
+    for t in times[1:]:
+        status = bl.MORE
+        while status in GO_ON:
+            status, _ = block.advance(t, 1000, buffer)
+            block.take_events()
+        row = np.zeros(block.width)
+        if status != bl.DONE or block.row(row) != bl.OK:
+            break
+        rows.append(row)
+    return np.array(rows)
