@@ -42,7 +42,7 @@ def _rows_at(model: Model, settings: bl.Settings, times: np.ndarray) -> np.ndarr
         return np.zeros((0, block.width))
     block = model.block
     for t in times[1:]:
-        status = bl.MORE
+        status: int = bl.MORE
         while status in GO_ON:
             status, _ = block.advance(t, 1000, buffer)
             block.take_events()
