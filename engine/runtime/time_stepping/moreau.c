@@ -111,6 +111,9 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
   memcpy(TR_A(s, dy), slope, sizeof slope);
 }
 
+/* Whether drives determine all rates through redundant loops. These rows agree only where positions and rates close the loops. */
+static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
+
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew) {
   const tr_kernel *k = s->k;
   double *mid = TR_A(s, ytmp);
@@ -120,6 +123,7 @@ static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, dou
   memcpy(mid, y, sizeof(double) * tr_state_width(s));
   tr_advance_positions(s, mid, y + k->nq, 0.5 * h);
   tr_set_time(s, t + 0.5 * h);
+  if (tr_is_driven_alone(s) && !tr_project(s, t + 0.5 * h, mid)) return s->step.failure;
   if (s->set.hfixed > 0.0) tr_moreau_update_stops(s, t + 0.5 * h, mid);
   if (!tr_moreau_solve(s, t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
   memcpy(ynew, mid, sizeof(double) * tr_state_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, part_power));
