@@ -10,7 +10,7 @@ from tests.scene.valid_scene import VALID, edited
 from trunnion import simulate, sweep
 from trunnion.scene import load_scene, model_names, models_dir, scene_from_dict, scene_loader, scene_to_yaml
 from trunnion.scene.overrides import apply, list_parameters, scene_given
-from trunnion.simulation.execution import runnable_model
+from trunnion.simulation.execution import cut_joint_starts
 
 STAGES = ("compose", "evaluate", "build", "findings")
 """Stages of the walk: parts put together, expressions, types, checks."""
@@ -49,7 +49,7 @@ def counts(monkeypatch):
 
     for stage in STAGES:
         counted(scene_loader, stage, stage)
-    counted(runnable_model, "build", "system")
+    counted(cut_joint_starts, "build", "system")
     return found
 
 
