@@ -54,7 +54,7 @@ typedef struct tr_stepping {
   int watch;           /* the right-hand side updates the extremes of pairs (tr_update_extremes) */
   int failure;         /* status of the last evaluation or projection that failed */
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps in favour of a change of method (tr_choose_method) */
-  int at_limit;        /* stability limits the next step (tr_stiffness_rate): a row inside it would be far less accurate than its end */
+  double stiffness;    /* h |λ| of the accepted step (tr_is_limited_by_stability); NaN: not yet known */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* trial steps made up to then */
   int explicit_for_now; /* steps of the stiff method are made explicitly (tr_use_explicit_for_now) */

@@ -45,7 +45,8 @@ static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
  * evaluated. */
 static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_contact *lo, tr_contact *hi) {
   tr_contact mid[s->o->ncontacts];
-  if (!tr_contacts_inside(s, m, mid)) return 0;
+  const int known = tr_contacts_inside(s, m, mid);
+  if (!known) return 0;
   if (tr_contact_turn(lo, mid + i) > tr_contact_turn(mid + i, hi)) *b = m, *hi = mid[i];
   else *a = m, *lo = mid[i];
   return 1;
@@ -73,7 +74,7 @@ static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contac
  * separate together are one event. */
 static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr_contact *before, const tr_contact *now) {
   const int n = tr_pair_of(s, m)->ncontacts;
-  tr_contact was[n], is[n];
+  tr_contact was[s->o->ncontacts], is[s->o->ncontacts];
   for (double last = -1.0;;) {
     double first = NONE;
     for (int i = 0; i < n; ++i) first = at[i] > last ? fmin(first, at[i]) : first;
@@ -105,7 +106,7 @@ static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, do
 static void tr_log_separations_within(tr_sim *s, double a, double b, const tr_contact *before, const tr_contact *now, double floor) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const int first = tr_pair_of(s, m)->contact0, n = tr_pair_of(s, m)->ncontacts;
-    double at[n + 1];
+    double at[s->o->ncontacts];
     for (int i = 0; i < n; ++i) {
       const tr_contact *p = before + first + i, *q = now + first + i;
       at[i] = tr_is_turned(p, q, floor) ? tr_find_separation(s, first + i, a, b, *p, *q) : NONE;

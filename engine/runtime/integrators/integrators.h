@@ -51,9 +51,12 @@ static void tr_state_in_step(tr_sim *s, double theta, double *y);
  * below the kink makes explicit steps jump between branches. */
 static void tr_count_kink(tr_sim *s);
 
-/* |λ| of an explicit step that is about to be completed, 1/s; 0 if no row is due within its next two lengths, its length is fixed,
- * or the method is `auto`, which counts stiff steps itself. */
-static double tr_stiffness_rate(tr_sim *s);
+/* Whether stability limits the explicit step that waits. States inside it are then far less accurate than its end. */
+static int tr_is_limited_by_stability(tr_sim *s);
+
+/* The state at θ of the explicit step that waits, by a step of that length from its start; works are left out. Returns 0 on
+ * failure. */
+static int tr_step_to_place(tr_sim *s, double theta, double *out);
 
 /* Method auto: switch to the stiff method when stability limits the steps, and back when its steps would be stable explicitly. */
 static void tr_choose_method(tr_sim *s);

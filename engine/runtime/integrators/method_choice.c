@@ -6,7 +6,7 @@
 #define FORGIVEN_STEPS 6  /* consecutive steps not limited so: the count restarts */
 #define CALM 2.0          /* h |λ| up to which steps of the stiff method would be stable explicitly */
 #define CALM_STEPS 8      /* consecutive such steps: back to the explicit method */
-#define ROW_DUE 2.0       /* × the step: a row that the next step may contain */
+#define NEAR_LIMIT 0.4    /* × the h |λ| of the limit of stability: steps at it vary by as much */
 #define POWER_STEPS 8     /* iterations for |λ|; a factor of two suffices */
 
 /* |λ|max h of the Jacobian by power iteration in the tolerance metric. */
@@ -51,10 +51,11 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
 }
 
-static double tr_stiffness_rate(tr_sim *s) {
+static int tr_is_limited_by_stability(tr_sim *s) {
   const tr_method *m = tr_method_of(s);
-  if (tr_is_auto(s) || m->kind != TR_EXPLICIT || s->set.hfixed > 0.0 || s->clock.row_next > s->pending.t + ROW_DUE * s->step.size) return 0.0;
-  return tr_estimate_stiffness(s, m->explicit, s->step.size) / s->step.size;
+  if (m->kind != TR_EXPLICIT || s->set.hfixed > 0.0) return 0;
+  if (s->step.stiffness != s->step.stiffness) s->step.stiffness = tr_estimate_stiffness(s, m->explicit, s->step.size);
+  return s->step.stiffness > NEAR_LIMIT * m->explicit->stiff_at;
 }
 
 static void tr_choose_method(tr_sim *s) {

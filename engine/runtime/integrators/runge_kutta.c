@@ -45,6 +45,26 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   return sqrt(motion + works);
 }
 
+static int tr_step_to_place(tr_sim *s, double theta, double *out) {
+  const tr_explicit *m = tr_method_of(s)->explicit;
+  const int n = tr_state_width(s), nv = n / TR_LANES, watch = s->step.watch;
+  const double h = theta * s->step.size;
+  double *K = TR_A(s, K), *yold = TR_A(s, yold), *tmp = TR_A(s, ytmp), kept[n * TR_STAGES];
+  int made = 1;
+  memcpy(kept, K, sizeof kept);
+  s->step.watch = 0;
+  for (int i = 1; i < m->stages && made; ++i) {
+    m->argument(i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
+    made = tr_rhs(s, s->step.t0 + m->c[i] * h, tmp, K + i * n);
+  }
+  if (made) m->solution(nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
+  made = made && tr_project(s, s->step.t0 + h, tmp);
+  if (made) memcpy(out, tmp, sizeof(double) * s->ny);
+  memcpy(K, kept, sizeof kept);
+  s->step.watch = watch;
+  return made;
+}
+
 /* Form the rows of the dense output in kstep from both ends of the step and K; evaluates the extra stages. Returns 0 if one
  * fails. */
 static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {

@@ -8,7 +8,6 @@
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* × the step: interval before its end in which slowing is measured */
 #define ZONE_PART 2.2  /* × the time to the kink: first step inside the proportional zone, slightly beyond its other border */
-#define NEAR_LIMIT 0.4 /* × the h|λ| of the limit of stability: steps at it vary by as much */
 
 /* Whether lanes can make the rows inside the pending step: from the dense output, multipliers and accelerations alone. */
 static int tr_has_row_lanes(const tr_sim *s) {
@@ -166,7 +165,6 @@ static void tr_complete_whole_step(tr_sim *s) {
   s->stats.of_method[s->step.method]++;
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
   if (tr_is_auto(s) && !s->step.explicit_for_now) tr_choose_method(s);
-  const double stiffness = tr_stiffness_rate(s);
   tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
   if (s->friction.held) tr_zero_held_rates(s, TR_A(s, ynew));
   tr_move_run_to(s, s->pending.t, TR_A(s, ynew));
@@ -174,8 +172,6 @@ static void tr_complete_whole_step(tr_sim *s) {
   s->step.margin = s->step.margin_end;
   tr_copy_violations(s, TR_AT_END, TR_AT_START);
   tr_set_next_step(s);
-  const tr_method *m = tr_method_of(s);
-  s->step.at_limit = m->kind == TR_EXPLICIT && (tr_is_auto(s) ? s->step.stiff_count > 0 : stiffness * s->step.h > NEAR_LIMIT * m->explicit->stiff_at);
 }
 
 /* Complete an impulse step; the next starts from its multipliers, independent of rows. */

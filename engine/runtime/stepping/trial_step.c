@@ -96,10 +96,8 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* Length of the next trial step: two equal steps rather than a long one and a sliver before the limit. A step at its limit of
- * stability ends at the next row, unless rows are closer than steps. */
+/* Length of the next trial step: two equal steps rather than a long one and a sliver before the limit. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
-  if (s->step.at_limit && s->clock.every >= s->step.h && s->clock.row_next > s->clock.t) limit = fmin(limit, s->clock.row_next);
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
   trial.h = fixed > 0.0 && !s->k->sets ? fixed : fmin(s->step.h, fixed > 0.0 ? fixed : s->set.hmax);
@@ -182,6 +180,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   const tr_kernel *k = s->k;
   const int event = trial->found == TR_FOUND;
   tr_waiting *wait = &s->pending;
+  s->step.stiffness = NAN;
   s->stats.steps++;
   tr_add_speed_errors(s);
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;

@@ -11,6 +11,7 @@ from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.bare_mechanism import without_forces
+from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.system.construction.system_builder import Built, build
@@ -50,13 +51,16 @@ def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
 
 def _cut_elsewhere(scene: Scene) -> Scene:
     """The scene without forces, whose loops are cut where the fewest start values are given, as far as that can be."""
-    bare, wish = without_forces(scene), {0: True, 1: None, 2: False}
-    return replace(bare, joints={n: replace(j, cut=wish[len(_given(scene, n))]) for n, j in bare.joints.items()})
+    bare, wish, never = without_forces(scene), {0: True, 1: None, 2: False}, tied(scene)
+    cuts = {n: wish[len(_given(scene, n))] if may_be_cut(j) and n not in never else None for n, j in bare.joints.items()}
+    return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})
 
 
 def _tree_starts(built: Built, elsewhere: Scene) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v) of the tree's joints at the start of the scene cut elsewhere, and its notes; None where that uses no more values."""
     there = build(elsewhere)
+    if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut):
+        return None
     if not _given_at_cuts(elsewhere, there) < _given_at_cuts(elsewhere, built):
         return None
     chosen, parameters = select(columns(there.system), ("*.q[*]", "*.qd[*]")), np.array(there.parameters.values)
