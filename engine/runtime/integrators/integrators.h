@@ -51,6 +51,9 @@ static void tr_state_in_step(tr_sim *s, double theta, double *y);
  * below the kink makes explicit steps jump between branches. */
 static void tr_count_kink(tr_sim *s);
 
+/* Estimate of h |λ| from the last stage and the end of an explicit step of length h (Hairer, Wanner II, IV.2). */
+static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h);
+
 /* Whether stability limits the explicit step that waits. States inside it are then far less accurate than its end. */
 static int tr_is_limited_by_stability(tr_sim *s);
 

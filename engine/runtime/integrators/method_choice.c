@@ -6,7 +6,6 @@
 #define FORGIVEN_STEPS 6  /* consecutive steps not limited so: the count restarts */
 #define CALM 2.0          /* h |λ| up to which steps of the stiff method would be stable explicitly */
 #define CALM_STEPS 8      /* consecutive such steps: back to the explicit method */
-#define NEAR_LIMIT 0.4    /* × the h |λ| of the limit of stability: steps at it vary by as much */
 #define POWER_STEPS 8     /* iterations for |λ|; a factor of two suffices */
 
 /* |λ|max h of the Jacobian by power iteration in the tolerance metric. */
@@ -34,28 +33,6 @@ static void tr_count_kink(tr_sim *s) {
   if (++s->step.kink_count < KINKS_MAX || s->step.method == TR_AUTO_STIFF) return;
   s->step.method = TR_AUTO_STIFF;
   s->step.kink_count = s->step.stiff_count = s->step.have_jac = 0;
-}
-
-/* Estimate of h|λ| from the last stage and the end (Hairer, Wanner II, IV.2). */
-static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
-  int n = tr_state_width(s), last = m->stages - 1;
-  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
-  const double *unit = TR_A(s, scale);
-  m->argument(last, n / TR_LANES, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
-  double num = 0.0, den = 0.0;
-  for (int i = 0; i < s->ny; ++i) {
-    double a = (K[m->stages * n + i] - K[last * n + i]) / unit[i], b = (ynew[i] - tmp[i]) / unit[i];
-    num += a * a;
-    den += b * b;
-  }
-  return den > 0.0 ? h * sqrt(num / den) : 0.0;
-}
-
-static int tr_is_limited_by_stability(tr_sim *s) {
-  const tr_method *m = tr_method_of(s);
-  if (m->kind != TR_EXPLICIT || s->set.hfixed > 0.0) return 0;
-  if (s->step.stiffness != s->step.stiffness) s->step.stiffness = tr_estimate_stiffness(s, m->explicit, s->step.size);
-  return s->step.stiffness > NEAR_LIMIT * m->explicit->stiff_at;
 }
 
 static void tr_choose_method(tr_sim *s) {

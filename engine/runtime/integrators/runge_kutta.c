@@ -2,6 +2,7 @@
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3       /* rows of the cubic through values and slopes at both ends */
+#define NEAR_LIMIT 0.4       /* × the h |λ| of the limit of stability: steps at it vary by as much */
 
 /* Squared error of n works from place `first` of the state in the last explicit step. second: second estimator, 0 without. */
 static double tr_step_work_error(const tr_sim *s, double h, const double *e, const double *second, int first, int n) {
@@ -43,6 +44,27 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   const double motion = second ? tr_combine_estimators(first, tr_squared_error(s, second, y, ynew)) : first;
   tr_store_speed_errors(s, tmp, motion < first ? sqrt(motion / first) : 1.0);
   return sqrt(motion + works);
+}
+
+static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
+  int n = tr_state_width(s), last = m->stages - 1;
+  double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
+  const double *unit = TR_A(s, scale);
+  m->argument(last, n / TR_LANES, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
+  double num = 0.0, den = 0.0;
+  for (int i = 0; i < s->ny; ++i) {
+    double a = (K[m->stages * n + i] - K[last * n + i]) / unit[i], b = (ynew[i] - tmp[i]) / unit[i];
+    num += a * a;
+    den += b * b;
+  }
+  return den > 0.0 ? h * sqrt(num / den) : 0.0;
+}
+
+static int tr_is_limited_by_stability(tr_sim *s) {
+  const tr_method *m = tr_method_of(s);
+  if (m->kind != TR_EXPLICIT || s->set.hfixed > 0.0 || s->pending.captured) return 0;
+  if (s->step.stiffness != s->step.stiffness) s->step.stiffness = tr_estimate_stiffness(s, m->explicit, s->step.size);
+  return s->step.stiffness > NEAR_LIMIT * m->explicit->stiff_at;
 }
 
 static int tr_step_to_place(tr_sim *s, double theta, double *out) {
