@@ -10,7 +10,7 @@
 #define ZONE_PART 2.2  /* × the time to the kink: first step inside the proportional zone, slightly beyond its other border */
 
 /* Whether lanes can make the rows inside the pending step: from the dense output, multipliers and accelerations alone. */
-static int tr_has_row_lanes(const tr_sim *s) {
+static int tr_has_row_lanes(tr_sim *s) {
   const tr_outputs *o = s->o;
   if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES || o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION) || tr_is_limited_by_stability(s)) return 0;
