@@ -183,7 +183,7 @@ def overlaps(kind: JointKind) -> bool:
 
 
 def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> list[tuple[str, ...]]:
-    """Sets of numbers that a scene may give for a joint's friction: all needed ones with any of the others."""
+    """Which numbers a scene may give for a joint's friction: each set has all required numbers and any of the optional ones."""
     usual = LAWS[law].sets and not adams
     sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
     declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]

@@ -23,7 +23,7 @@ EXACT = {
     Fraction(0): 1.0, Fraction(1, 6): 0.5, Fraction(1, 4): 0.0, Fraction(1, 3): -0.5, Fraction(1, 2): -1.0,
     Fraction(2, 3): -0.5, Fraction(3, 4): 0.0, Fraction(5, 6): 0.5,
 }  # fmt: skip
-"""Cosines of parts of a turn that are numbers of few digits."""
+"""Cosines that have few digits, of angles that are simple parts of a turn (60°, 90°, …)."""
 
 
 @dataclass(frozen=True)

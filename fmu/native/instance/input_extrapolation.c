@@ -2,7 +2,7 @@
 
 #define CARRIED 0.2 /* bandwidth · sample time of a sampled input. With more, the motion jerks at every sample, and a host that feeds the force
                      * back to the source amplifies the jerks */
-#define IN_A_ROW 2  /* consecutive communication points with changes after which an input counts as sampled; one change is a step */
+#define IN_A_ROW 2  /* number of consecutive communication points at which an input changes before it counts as sampled; a single change is a step */
 
 /* Whether an input is sampled: it changes at consecutive communication points, and its acceleration is not given. */
 static int fmu_sampled(const fmu_input *in) { return in->changes >= IN_A_ROW && in->derived < 2.0 && in->last_t > in->before_t; }
