@@ -44,7 +44,7 @@ def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, 
     both = lengths(sym, j)
     span = {} if both is None else {SPAN: overlap(s, Ein, both)[1]}
     w = Wrench({n: unit[k] for k, n in enumerate(COMPONENTS)} | span, j.fit.sign)
-    pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(sym, j, element, arm)), *[w[n] for n in element.thrusts])
+    pressed = ca.vertcat(*element.pressed(w, [], [], _sizes(sym, j, element, arm), []), *[w[n] for n in element.thrusts])
     map_ = ca.sparsify(ca.jacobian(pressed, unit))
     return ca.sparsify(ca.vertcat(_by_stiffness(sym, j, map_ @ ca.vertcat(*on_pin_part(j, f, t, s, Ein, Eout, both))), *drives))
 
@@ -55,8 +55,9 @@ def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
 
 
 def friction_change_rows(m: Model, e: Element, values: SX) -> SX:
-    """Change of a joint's first rows (rows×1) by sliding friction, from its needed components of f_c, m_c."""
-    return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e))
+    """Change of a joint's first rows (rows×1) by friction, from its needed components of f_c, m_c."""
+    eta = [m.sym.eta[i] for i in e.eta]
+    return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), eta)
 
 
 def complete_wrench(e: Element, values: SX) -> Wrench:
@@ -65,12 +66,12 @@ def complete_wrench(e: Element, values: SX) -> Wrench:
     return Wrench({n: have.get(n, SX(0)) for n in (*COMPONENTS, *e.needs)}, e.joint.fit.sign)
 
 
-def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX]) -> SX:
-    """Change of the contact rows by sliding friction. Adams' friction has no contacts: no change."""
-    without = e.contact.pressed(w, rates, [], g)
+def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX], eta: list[SX]) -> SX:
+    """Change of the contact rows by friction η. Adams' friction has no contacts: no change."""
+    without = e.contact.pressed(w, rates, [], g, [])
     if e.friction.adams:
         return SX.zeros(len(without))
-    with_ = e.contact.pressed(w, rates, ls, g)
+    with_ = e.contact.pressed(w, rates, ls, g, eta)
     return _by_stiffness(sym, e.joint, ca.vertcat(*[a - b for a, b in zip(with_, without, strict=True)]))
 
 

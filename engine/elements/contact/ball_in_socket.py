@@ -120,8 +120,8 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return [Contact(fn, (nfn[0], nfn[1], nfn[2]), (0, 2), inboard=True)]
 
 
-def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    """f_n n: −f_c without friction; for a ball that slides or turns, along the contact normal."""
+def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
+    """f_n n: −f_c without friction; with it along the contact normal, of a ball at rest that of the torque held."""
     f = [w["f1"], w["f2"], w["f3"]]
     if not laws:
         return [-x for x in f]
@@ -131,8 +131,8 @@ def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]
         return slides
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
-    spins = law.flag > PairState.SLIPS.value + HALF
-    return [ca.if_else(law.stuck, -f[i], ca.if_else(spins, spin * normal[i], slides[i])) for i in range(3)]
+    spins, rests = law.flag > PairState.SLIPS.value + HALF, _at_rest(w, eta, g)[1]
+    return [ca.if_else(law.stuck, rests[i], ca.if_else(spins, spin * normal[i], slides[i])) for i in range(3)]
 
 
 def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta: list[SX]) -> Contact:

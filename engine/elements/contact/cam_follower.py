@@ -43,7 +43,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return [Contact(ca.fabs(w[ACROSS]), (none, -w[ACROSS], none), (1, 2))]
 
 
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
     return [HALF_ROOT * w[ACROSS]]
 
 

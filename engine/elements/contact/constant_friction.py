@@ -56,7 +56,7 @@ def constant(name: str, sizes: tuple[Size, ...], back: Size | None = None) -> Co
     def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
         return []
 
-    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
         return []
 
     return ContactElement(

@@ -118,11 +118,6 @@ def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
     return out
 
 
-def while_sliding(law: Law, ratio: SX) -> SX:
-    """Friction ratio of a sliding pair; 0 for a pair at rest."""
-    return ca.if_else(law.stuck, 0, ratio) if law.sets else ratio
-
-
 def signum(x: SX) -> SX:
     """−1 for negative numbers, else +1."""
     return ca.if_else(x < 0, -1, 1)
@@ -143,9 +138,10 @@ class ContactElement:
     own_speeds (wrench, rates, laws, numbers, adams) → sliding speed of each pair; default: from ``velocity``, one component each.
     held       (wrench, direction of friction, laws, numbers, adams) → ``Hold`` of each pair at rest.
     contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction.
-    pressed    (wrench, rates, laws, numbers) → components of contact forces, each times the root of its spring's compliance over
-               that of one contact (theory, "Redundant loops"); with sliding friction where ``laws`` is not empty. The wrench has
-               six components.
+    pressed    (wrench, rates, laws, numbers, friction) → components of contact forces, each times the root of its spring's
+               compliance over that of one contact (theory, "Redundant loops"). Friction turns their normals: by the law of a
+               sliding pair, by its given friction for a pair at rest, and not at all where ``laws`` is empty. The wrench has six
+               components.
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    components of f_c that faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
@@ -163,7 +159,7 @@ class ContactElement:
     held: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[Hold]]
     contacts: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], list[SX]], list[Contact]]
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
-    pressed: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX]], list[SX]]
+    pressed: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], list[SX]], list[SX]]
     count: int
     springs: int
     sizes: tuple[Size, ...]

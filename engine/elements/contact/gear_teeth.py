@@ -68,7 +68,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         way = (none, -(c * w["f2"] + s * w["f3"]), -(c * w["f3"] - s * w["f2"])) if across else (w["m1"] / g["module"], none, none)
         return [Contact(load(w), (-w["f1"] if "f1" in forces else none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
 
-    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
         """The force of a tooth, which friction does not change."""
         return [HALF_ROOT * w[n] for n in forces]
 

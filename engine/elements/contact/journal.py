@@ -24,7 +24,6 @@ from trunnion.elements.contact.contact_element import (
     Wrench,
     ratio_held,
     signum,
-    while_sliding,
 )
 from trunnion.elements.friction import Law
 
@@ -104,18 +103,22 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
 
 
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
+    """Friction ratio of a pair that slides or, with friction η, rests."""
     kr = _ratio(w, rates, laws, g)
-    if laws[0].sets:
-        side = w.pin * signum(eta[0])
-        still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"])
-        kr = ca.if_else(laws[0].stuck, side * still, kr)
-    return as_contacts(*pair(w, kr, ca.SX(0), g))
+    if not laws[0].sets:
+        return kr
+    side = w.pin * signum(eta[0])
+    still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"])
+    return ca.if_else(laws[0].stuck, side * still, kr)
 
 
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    kr = while_sliding(laws[0], _ratio(w, rates, laws, g)) if laws else ca.SX(0)
-    return pressed(w, kr, ca.SX(0), g)
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    return as_contacts(*pair(w, _ratio_now(w, rates, laws, g, eta), ca.SX(0), g))
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
+    return pressed(w, _ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0), ca.SX(0), g)
 
 
 RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")

@@ -21,7 +21,6 @@ from trunnion.elements.contact.contact_element import (
     Wrench,
     ratio_held,
     signum,
-    while_sliding,
 )
 from trunnion.elements.contact.journal import (
     HALF_LENGTH,
@@ -78,9 +77,18 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]))]
 
 
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
+    """Friction ratio of a pair that slides or, with friction η, rests."""
+    k = _ratio(w, rates, laws, g)
+    if not laws[0].sets:
+        return k
+    side = w.pin * signum(eta[0])
+    return ca.if_else(laws[0].stuck, side * ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0])), k)
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
     """Forces of both ends as sums and differences over √2, and that of the torsion couple."""
-    k = while_sliding(laws[0], _ratio(w, rates, laws, g)) if laws else ca.SX(0)
+    k = _ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0)
     a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     tilts = ((w["m3"] - k * a * w["f2"]) / c, (w["m2"] + k * b * w["f3"]) / c)
     return [*(HALF_ROOT * x for x in (w["f2"], w["f3"], *tilts)), w["m1"] / ca.fmax(a, b)]
@@ -88,11 +96,7 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """The outward normal on the inner part opposes the force on it; contact 5 is the couple about e1."""
-    k = _ratio(w, rates, laws, g)
-    if laws[0].sets:
-        side = w.pin * signum(eta[0])
-        k = ca.if_else(laws[0].stuck, side * ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0])), k)
-    p, q, r, s, couple = _forces(w, k, g)
+    p, q, r, s, couple = _forces(w, _ratio_now(w, rates, laws, g, eta), g)
     zero = ca.SX(0)
     out = [Contact(ca.sqrt(x * x + TINY), (zero, -x, zero), (2, 1)) for x in (p, q)]
     out += [Contact(ca.sqrt(x * x + TINY), (zero, zero, -x), (2, 1)) for x in (r, s)]

@@ -97,7 +97,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     return [Contact(f, (-signum(_carried(w, k, g)) * f, none, none), (2, 1))]
 
 
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
     """All six components, as in a joint without contacts: they do not decide a thread's friction."""
     return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from trunnion.basics.lazy_casadi import SX, ca
-from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Wrench, ratio_held, while_sliding
+from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Wrench, ratio_held
 from trunnion.elements.contact.journal import (
     HALF_LENGTH,
     LENGTHS,
@@ -72,17 +72,23 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     return [Hold(most * _load(w, most * ds, most * dr, g, adams), size - math.sqrt(TINY))]  # a shaft without load holds 0
 
 
-def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
+    """Friction ratios of a pair that slides or, with friction η, rests."""
     ks, kr = _ratios(w, rates, laws, g)
-    if laws[0].sets:
-        size, ds, dr = _direction(w, eta, g)
-        still = ratio_held(lambda k: _load(w, k * ds, k * dr, g, False), size)
-        ks, kr = ca.if_else(laws[0].stuck, still * ds, ks), ca.if_else(laws[0].stuck, still * dr, kr)
+    if not laws[0].sets:
+        return ks, kr
+    size, ds, dr = _direction(w, eta, g)
+    still = ratio_held(lambda k: _load(w, k * ds, k * dr, g, False), size)
+    return ca.if_else(laws[0].stuck, still * ds, ks), ca.if_else(laws[0].stuck, still * dr, kr)
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    ks, kr = _ratios_now(w, rates, laws, g, eta)
     return as_contacts(*pair(w, kr, ks, g))
 
 
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    ks, kr = (while_sliding(laws[0], k) for k in _ratios(w, rates, laws, g)) if laws else (ca.SX(0), ca.SX(0))
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
+    ks, kr = _ratios_now(w, rates, laws, g, eta) if laws else (ca.SX(0), ca.SX(0))
     return pressed(w, kr, ks, g)
 
 

@@ -21,7 +21,6 @@ from trunnion.elements.contact.contact_element import (
     Wrench,
     ratio_held,
     signum,
-    while_sliding,
 )
 from trunnion.elements.contact.journal import HALF_LENGTH, HALF_ROOT, PRELOAD, RADIUS, length, split, sums, with_preload
 from trunnion.elements.friction import Law
@@ -92,19 +91,24 @@ def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: in
     return side * ratio_held(load, ca.fabs(eta[i]) / g[f"radius[{i + 1}]"])
 
 
-def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> list[SX]:
-    both = zip(laws, _ratios(w, rates, laws, g), strict=True) if laws else ()
-    k1, k2 = [while_sliding(law, k) for law, k in both] or (ca.SX(0), ca.SX(0))
+def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
+    """Friction ratios of journals that slide or, with friction η, rest."""
+    k = _ratios(w, rates, laws, g)
+    if not laws[0].sets:
+        return k
+    first, second = (ca.if_else(law.stuck, _still(w, laws, g, eta, i), k[i]) for i, law in enumerate(laws))
+    return first, second
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
+    k1, k2 = _ratios_now(w, rates, laws, g, eta) if laws else (ca.SX(0), ca.SX(0))
     first, second = _journals(sums, w, k1, k2, g)
     return [HALF_ROOT * x for x in (*first, *second)]
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """Contacts 1, 2 on journal 1 (n = cosθ u3 + sinθ u2), 3, 4 on journal 2 (n = cosθ u1 + sinθ u3)."""
-    k = list(_ratios(w, rates, laws, g))
-    if laws[0].sets:
-        k = [ca.if_else(law.stuck, _still(w, laws, g, eta, i), k[i]) for i, law in enumerate(laws)]
-    first, second = _splits(w, k[0], k[1], g)
+    first, second = _splits(w, *_ratios_now(w, rates, laws, g, eta), g)
     out = [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
     return out + [Contact(length(a, b), (a, ca.SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
 

@@ -58,7 +58,7 @@ def element_table(
             n0=e.n0, needs=n, eta0=e.eta[0], neta=nv, rate0=e.rate0, nrates=nv, dn0=dn, kappa0=kappa0, nmore=count, more0=more,
             dmore0=dmore,
         ))  # fmt: skip
-        more, dmore = more + count, dmore + count * n
+        more, dmore = more + count, dmore + count * (n + nv)
         dn += nv * n
         pairs = e.friction.sliders
         each = e.contact.count // len(pairs)

@@ -25,10 +25,10 @@ def _of_state(sym: Symbols, name: str, output: str, values: list[SX]) -> Code:
     return emit(inputs(sym), [Output(output, 0, values or [SX(0, 1)], 1)], stages)
 
 
-def _of_loads(sym: Symbols, name: str, N: SX, other: Input, outputs: dict[str, list[SX]]) -> Code:
-    """C function of reaction components N, another input and signals."""
-    arguments = f"{CONST}N,{CONST}{other.name},{CONST}x,{CONST}c" + "".join(f",double*restrict {o}" for o in outputs)
-    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), other]
+def _of_loads(sym: Symbols, name: str, N: SX, others: Sequence[Input], outputs: dict[str, list[SX]]) -> Code:
+    """C function of reaction components N, other inputs and signals."""
+    arguments = "".join(f"{CONST}{n}," for n in ("N", *(o.name for o in others), "x")) + f"{CONST}c" + "".join(f",double*restrict {o}" for o in outputs)
+    ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), *others]
     stages = with_constants(f"k_prepare_{name}", f"k_{name}", arguments)
     return emit(ins, [Output(o, 0, values, 1) for o, values in outputs.items() if values], stages)
 
@@ -84,7 +84,7 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
         if e.contact.cone and all(law.sets or law.kinks for law in ls):
             for s, measure in zip(e.friction.sliders, e.contact.cone(w, r, ls, g, e.friction.adams), strict=True):
                 sliding[3 * s.flag + 2] = measure
-    code = _of_loads(sym, "laws", N, Input("r", rates, 1), {"eta": eta, "dN": derivative, "speed": sliding})
+    code = _of_loads(sym, "laws", N, [Input("r", rates, 1)], {"eta": eta, "dN": derivative, "speed": sliding})
     return _also_alone(code, "k_laws", sum(d.numel() for d in derivative))
 
 
@@ -104,7 +104,7 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
             if found:
                 values[3 * s.flag : 3 * s.flag + 3] = [capacity, found[n].size, SX(found[n].beyond)]
             rows.append(ca.vec(by_loads(capacity, e, mine)))
-    code = _of_loads(sym, "held", N, Input("u", u, 1), {"hold": values, "dN": rows})
+    code = _of_loads(sym, "held", N, [Input("u", u, 1)], {"hold": values, "dN": rows})
     return _also_alone(code, "k_held", sum(r.numel() for r in rows))
 
 
@@ -123,20 +123,22 @@ def energy_function(m: Model, unused: bool) -> Code:
 
 
 def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Code:
-    """Change of the scaled reactions of joints on loops by friction, and its derivative by N (dense block per element,
-    column-major)."""
+    """Change of the scaled reactions of joints on loops by friction η = u, and its derivatives by N, then by η (dense blocks per
+    element, column-major)."""
     every = elements(sym.system)
     N, rates = SX.sym("N", sum(len(e.needs) for e in every)), SX.sym("r", sum(e.joint.kind.nv for e in every) + sym.b.numel())
+    u = SX.sym("u", sym.system.neta)
     nr = rates.numel() - sym.b.numel()
     values: list[SX] = []
     derivative: list[SX] = []
     for e, _, _ in parts:
         mine = N[e.n0 : e.n0 + len(e.needs)]
         r = [rates[e.rate0 + k] for k in range(e.joint.kind.nv)]
-        found = friction_change(sym, e, complete_wrench(e, mine), r, laws(sym, e, rates[nr:]), numbers(sym, e))
+        eta = ca.vertcat(*[u[i] for i in e.eta])
+        found = friction_change(sym, e, complete_wrench(e, mine), r, laws(sym, e, rates[nr:]), numbers(sym, e), ca.vertsplit(eta))
         values.append(ca.densify(found))
-        derivative.append(ca.vec(by_loads(found, e, mine)))
-    return _of_loads(sym, "pressed", N, Input("r", rates, 1), {"more": values, "dN": derivative})
+        derivative += [ca.vec(by_loads(found, e, mine)), ca.vec(ca.densify(ca.jacobian(found, eta)))]
+    return _of_loads(sym, "pressed", N, [Input("r", rates, 1), Input("u", u, 1)], {"more": values, "dN": derivative})
 
 
 def coordinate_rates_function(sym: Symbols) -> Code:

@@ -150,8 +150,8 @@ void tr_parts_held_alone(const double *n, const double *u, const double *x, cons
   EXECUTE(c, held_alone, [X] = IN(x), [N] = IN(n), [R] = IN(u), [U] = IN(u), [OUT] = hold);
 }
 
-void tr_parts_pressed(const double *n, const double *r, const double *x, const double *c, double *more, double *dn) {
-  EXECUTE(c, pressed, [X] = IN(x), [N] = IN(n), [R] = IN(r), [OUT] = more, [DN] = dn);
+void tr_parts_pressed(const double *n, const double *r, const double *u, const double *x, const double *c, double *more, double *dn) {
+  EXECUTE(c, pressed, [X] = IN(x), [N] = IN(n), [R] = IN(r), [U] = IN(u), [OUT] = more, [DN] = dn);
 }
 
 void tr_parts_qdot(const double *y, const double *v, const double *c, double *dq) {

@@ -125,11 +125,12 @@ class JacobianProgram(AccelerationTangents):
         shares.write(program, where, self.moving, lambda j: transmitted[j.name], Slot(Space.OUT, self.size, shares.size))
         self.size += shares.size
         for e, _, count in rubbing_on_loops(self.system):
-            stiffness, n = e.joint.stiffness, len(e.needs)
+            stiffness, n = e.joint.stiffness, len(e.needs) + e.joint.kind.nv
             more, spare = program.scratch_slot(count), program.scratch_slot(count * n)
             operands = element_operands(self.scene, program, e, *([] if stiffness is None else [stiffness]))
             primitive, rates = friction.pressed(rubbing(e), stiffness is not None), self.motion(e.joint).v
-            self.scene.call(program, primitive, more=more, dN=spare, N=self.reactions[e.joint.name], r=rates, **operands)
+            self.scene.call(program, primitive, more=more, dN=spare, N=self.reactions[e.joint.name], r=rates, u=self.scene.eta(e.joint),
+                            **operands)  # fmt: skip
             program.copy(more, Slot(Space.OUT, self.size, count))
             self.size += count
 

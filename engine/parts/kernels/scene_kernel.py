@@ -116,7 +116,7 @@ def _kernel_unit(
     kernel_functions.write(s, redundant)
     qkind, vkind, quat = coordinate_kinds(system)
     turned = {e.joint.name: (at, n) for e, at, n in (rubbing_on_loops(system) if redundant else [])}
-    more = [(n, n * len(e.needs)) for e in stepping.elements for _, n in [turned.get(e.joint.name, (0, 0))]]
+    more = [(n, n * (len(e.needs) + e.joint.kind.nv)) for e in stepping.elements for _, n in [turned.get(e.joint.name, (0, 0))]]
     elements, sliders, dn = element_table(stepping.elements, turned)
     paces, filled = frequencies(system), fill(system, active)
     each = len(system.frictional) + 3

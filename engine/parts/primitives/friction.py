@@ -117,14 +117,15 @@ def drift(which: FrictionKey) -> Primitive:
 
 @cache
 def pressed(which: FrictionKey, soft: bool) -> Primitive:
-    """Inputs → change of the joint's first scaled reactions by sliding friction, and its derivative by N. soft: the joint's
-    stiffness is the last number."""
-    at = _Evaluation(which, soft=soft)
+    """Inputs, friction u → change of the joint's first scaled reactions by friction, and its derivatives by N, then by u. soft: the
+    joint's stiffness is the last number."""
+    at, u = _Evaluation(which, soft=soft), SX.sym("u", which.joint.kind.nv)
     joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
     e = replace(at.element, joint=joint)
-    values = friction_change(at.symbols, e, complete_wrench(e, at.N), at.rates, at.laws, at.numbers)
+    values = friction_change(at.symbols, e, complete_wrench(e, at.N), at.rates, at.laws, at.numbers, [u[i] for i in e.eta])
+    slopes = ca.vertcat(at.by_loads(values), ca.vec(ca.densify(ca.jacobian(values, u))))
     name = f"{which.name}_pressed{'_soft' if soft else ''}"
-    return expression_primitive(name, at.inputs, {"more": ca.densify(values), "dN": at.by_loads(values)})
+    return expression_primitive(name, at.inputs | {"u": u}, {"more": ca.densify(values), "dN": slopes})
 
 
 def _friction(which: FrictionKey) -> FrictionElement:

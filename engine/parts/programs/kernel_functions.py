@@ -75,9 +75,9 @@ def _pressed(s: ScenePasses) -> None:
         n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
         operands = _states(s, program, e, *([] if stiffness is None else [stiffness]))
         primitive, more = friction.pressed(rubbing(e), stiffness is not None), Slot(Space.OUT, at, count)
-        N, r, dN = Slot(Space.N, e.n0, n), Slot(Space.R, e.rate0, nv), Slot(Space.DN, dn, count * n)
-        s.call(program, primitive, N=N, r=r, more=more, dN=dN, **operands)
-        at, dn = at + count, dn + count * n
+        N, r, u = Slot(Space.N, e.n0, n), Slot(Space.R, e.rate0, nv), Slot(Space.U, e.eta[0], nv)
+        s.call(program, primitive, N=N, r=r, u=u, more=more, dN=Slot(Space.DN, dn, count * (n + nv)), **operands)
+        at, dn = at + count, dn + count * (n + nv)
 
 
 def _closure(s: ScenePasses) -> None:

@@ -41,7 +41,8 @@ class StructureProbe:
         self.call("prepare", p, c)
         self.call("stage1", x, y, c, w, maps, dy, power)
         if t.nmore:
-            self.call("pressed", rng.normal(size=t.nn + 1), rng.normal(size=t.nrates + 1), x, c, more, turns)
+            N, rates, u = (rng.normal(size=n + 1) for n in (t.nn, t.nrates, t.neta))
+            self.call("pressed", N, rates, u, x, c, more, turns)
         return maps, turns
 
     def active(self) -> list[int]:
@@ -71,7 +72,7 @@ class StructureProbe:
         for e, first, count in rubbing_on_loops(self.system):
             n = len(e.needs)
             kappa[first : first + count] += turns[at : at + count * n].reshape(n, count).T @ N[e.n0 : e.n0 + n]
-            at += count * n
+            at += count * (n + e.joint.kind.nv)
         others = [k for k in range(columns) if k - 1 not in inactive]
         assert nk == sum(n for _, n in rows_of(self.system))
         sizes = np.linalg.norm(free, axis=0)[:, None] * np.linalg.norm(kappa[:, others], axis=0)

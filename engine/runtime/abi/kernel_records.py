@@ -17,7 +17,7 @@ int dn0 : offset of its block in the law's derivative
 int kappa0 : first of its scaled reactions that friction changes
 int nmore : number of these (0 unless the joint is on a loop, in the redundant variant)
 int more0 : their offset among all scaled reactions that friction changes
-int dmore0 : offset of the block of their derivative
+int dmore0 : offset of their derivatives by the components, then by η
 """)
 
 PAIR = Record("tr_pair", "A sliding pair of a frictional joint.", """
@@ -115,7 +115,7 @@ int nbodies : bodies
 int ndn : numbers of the law's derivative
 int nkappa : scaled reactions (redundant variant)
 int nmore : scaled reactions that friction changes
-int ndmore : numbers of their derivative by the reaction components
+int ndmore : numbers of their derivatives by the reaction components and by η
 int loop_friction : whether a joint on a loop has friction
 int coupled : whether inactive rows affect the choice of reactions
 int sets : whether some law is set-valued at rest
@@ -147,7 +147,7 @@ void (*laws)(const double *N, const double *r, const double *x, const double *c,
 void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : without derivative
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : tr_hold of each pair
 void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : without derivative
-void (*pressed)(const double *N, const double *r, const double *x, const double *c, double *more, double *dN) : δ
+void (*pressed)(const double *N, const double *r, const double *u, const double *x, const double *c, double *more, double *dN) : δ
 void (*closure)({STATE}, double *h) : residuals of the loops, then of their rates
 void (*events)({STATE}, double *g) : depth of every stop, then distance from release
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates

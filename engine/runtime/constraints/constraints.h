@@ -22,9 +22,10 @@ static inline int tr_jacobian_rows(const tr_sim *s) {
   return s->ny + k->active + k->neta + k->nkappa + k->nmore;
 }
 
-/* Add to N the open reactions for which the contacts fit together, and form ∂N/∂η with them (openE). Requires load maps.
+/* Add to N, at the frictions eta, the open reactions for which the contacts fit together, and form ∂N/∂η with them (openE). Requires
+ * load maps.
  * Returns 0, with NaN in N, if there are none. */
-static int tr_solve_internal_forces(tr_sim *s, double *N);
+static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
 
 /* Factorise S of the current state. Returns its rank. */
 static int tr_factor_loops(tr_sim *s);

@@ -4,7 +4,8 @@
  * Rigid parts require that the deformations of contacts along their normals fit together: Qᵀ(κ + Q y + δ(N)) = 0 over the
  * amounts y of the open directions V. κ, affine in η, are the springs' loads with friction as an applied force
  * (``loop_solve.c`` makes Qᵀκ = 0 by least elastic energy); Q are those of the directions. δ is the effect of friction that
- * turns the normals away from the forces. Friction is not variational, so this is a minimum only without it. Newton's method
+ * turns the normals away from the forces: the law's friction of a sliding pair, the friction η of a pair at rest. So loads do
+ * not jump where a pair begins to slip. Friction is not variational, so this is a minimum only without it. Newton's method
  * finds y from η, in one step where δ is linear. */
 #include "constraints/constraints.h"
 
@@ -34,27 +35,28 @@ static void tr_store_open_directions(tr_sim *s, const double *V, const double *Q
   s->loops.open = kept;
 }
 
-/* B (r×n) = Qᵀ ∂δ/∂N, from `dmore`. */
-static void tr_internal_force_derivative(tr_sim *s, int r, double *B) {
+/* B (r×n) = Qᵀ ∂δ/∂N and C (r×e) = Qᵀ ∂δ/∂η, from `dmore`. */
+static void tr_internal_force_derivatives(tr_sim *s, int r, double *B, double *C) {
   const tr_kernel *k = s->k;
   const double *Qo = TR_A(s, openQ), *dmore = TR_A(s, dmore);
-  memset(B, 0, sizeof(double) * r * k->nn);
+  memset(B, 0, sizeof(double) * r * k->nn), memset(C, 0, sizeof(double) * r * k->neta);
   for (int e = 0; e < k->nelements; ++e) {
     const tr_element *el = k->element + e;
     const double *D = dmore + el->dmore0;
-    for (int i = 0; i < el->needs; ++i)
-      for (int q = 0; q < r; ++q)
-        for (int row = 0; row < el->nmore; ++row) B[q + (el->n0 + i) * r] += Qo[el->kappa0 + row + q * k->nkappa] * D[row + i * el->nmore];
+    for (int i = 0; i < el->needs + el->neta; ++i, D += el->nmore) {
+      double *out = i < el->needs ? B + (el->n0 + i) * r : C + (el->eta0 + i - el->needs) * r;
+      for (int q = 0; q < r; ++q) out[q] += tr_dot(Qo + el->kappa0 + q * k->nkappa, D, el->nmore);
+    }
   }
 }
 
-/* Residual f (r) = Qᵀ(Q y + δ(N)) at the loads NN. Returns the size of the loads. */
-static double tr_internal_force_residual(tr_sim *s, int r, const double *y, double *f) {
+/* Residual f (r) = Qᵀ(Q y + δ(N, η)) at the loads NN. Returns the size of the loads. */
+static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, const double *y, double *f) {
   const tr_kernel *k = s->k;
   int m = k->nkappa;
   const double *Qo = TR_A(s, openQ), *more = TR_A(s, more);
   double load[m], size = 0.0;
-  k->pressed(TR_A(s, NN), map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_pressed, TR_A(s, more), TR_A(s, dmore));
+  k->pressed(TR_A(s, NN), map_rates(k, TR_A(s, maps)), eta, TR_A(s, x), TR_A(s, c) + k->c_pressed, TR_A(s, more), TR_A(s, dmore));
   memset(load, 0, sizeof load);
   for (int e = 0; e < k->nelements; ++e)
     for (int i = 0; i < k->element[e].nmore; ++i) load[k->element[e].kappa0 + i] = more[k->element[e].more0 + i];
@@ -76,19 +78,19 @@ static int tr_is_internal_step_settled(const tr_sim *s, int r, const double *f, 
   return change <= PRESS_EXACT * most;
 }
 
-static int tr_solve_internal_forces(tr_sim *s, double *N) {
+static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N) {
   TR_NEED(s, TR_HAS_LOADS);
   const tr_kernel *k = s->k;
   int r = tr_open_count(s), n = k->nn, e = k->neta, *perm = (int *)TR_A(s, openP);
   const double *No = TR_A(s, openN), *G = TR_A(s, openG);
-  double *y = TR_A(s, open_amounts), *F = TR_A(s, openF), *B = TR_A(s, openB), base[n], f[r], last = INFINITY;
+  double *y = TR_A(s, open_amounts), *F = TR_A(s, openF), *B = TR_A(s, openB), C[r * e], base[n], f[r], last = INFINITY;
   memcpy(base, N, sizeof base);
   for (int it = 0; it < PRESS_MAX; ++it) {
     double step = 0.0, size;
     memcpy(N, base, sizeof base);
     tr_add_columns(n, r, No, y, 1.0, N);
-    size = tr_internal_force_residual(s, r, y, f);
-    tr_internal_force_derivative(s, r, B);
+    size = tr_internal_force_residual(s, r, eta, y, f);
+    tr_internal_force_derivatives(s, r, B, C);
     for (int q = 0; q < r; ++q)
       for (int p = 0; p < r; ++p) {
         double sum = G[q + p * r];
@@ -105,7 +107,7 @@ static int tr_solve_internal_forces(tr_sim *s, double *N) {
       tr_add_columns(n, r, No, y, 1.0, N);
       memcpy(TR_A(s, openE), TR_A(s, Np) + n, sizeof(double) * n * e);
       for (int j = 0; j < e; ++j) {
-        memset(f, 0, sizeof f);
+        for (int q = 0; q < r; ++q) f[q] = -C[q + j * r];
         tr_add_columns(r, n, B, TR_A(s, Np) + n + j * n, -1.0, f);
         tr_lu_solve(r, F, perm, f);
         memcpy(TR_A(s, openY) + j * r, f, sizeof f);

@@ -17,7 +17,7 @@ static void tr_evaluate_laws(tr_sim *s, const double *eta) {
   tr_form_all_maps(s);
   double *N = TR_A(s, NN);
   tr_evaluate_loads(s, eta);
-  if (tr_open_count(s)) tr_solve_internal_forces(s, N);
+  if (tr_open_count(s)) tr_solve_internal_forces(s, eta, N);
   k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
   TR_MADE(s, TR_HAS_LAW);
 }
@@ -75,7 +75,7 @@ static void tr_evaluate_capacities_at_solution(tr_sim *s) {
   if (s->friction.shared && !s->step.recursive) {
     tr_form_all_maps(s);
     tr_evaluate_loads(s, TR_A(s, z) + k->active);
-    if (tr_open_count(s)) tr_solve_internal_forces(s, TR_A(s, NN));
+    if (tr_open_count(s)) tr_solve_internal_forces(s, TR_A(s, z) + k->active, TR_A(s, NN));
   }
   tr_evaluate_capacities(s);
 }
