@@ -96,7 +96,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "abi": "TR_ABI", "nsliders": len(system.sliders), "nstops": system.stops,
         "nlatches": system.latches, "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
-        "ndmore": sum(n * (len(e.needs) + e.joint.kind.nv) for e in main.elements for _, n in [main.turned.get(e.joint.name, (0, 0))]),
+        "ndmore": sum(main.turned.get(e.joint.name, (0, 0))[1] * (len(e.needs) + e.joint.kind.nv) for e in main.elements),
         "npaces": len(paces), "nbodies": len(system.bodies),
         "sets": int(any(e.sets for e in main.elements)), "nfill": len(filled.below),
     } | {n: f"K_{n.upper()}" for n in KERNEL.integers if n.startswith("c_")}  # fmt: skip

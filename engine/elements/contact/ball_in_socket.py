@@ -26,7 +26,7 @@ from trunnion.elements.contact.ball_in_socket_friction import (
     slope_of,
     touch_of,
 )
-from trunnion.elements.contact.contact_element import Contact, ContactElement, Hold, Place, Size, Solid, Wrench
+from trunnion.elements.contact.contact_element import HELD_MOST, Contact, ContactElement, Hold, Place, Size, Solid, Wrench
 from trunnion.elements.friction import Law
 from trunnion.elements.friction.friction_law import HALF
 from trunnion.runtime.abi import PairState
@@ -99,11 +99,13 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
     return [1 - fw * fw * (1 + level**2) / ((dot(f, f) + TINY) * (ww + TINY))]
 
 
-def _at_rest(w: Wrench, eta: list[SX], g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) from the torque held: m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂ with sinφ = |m|/(r F)."""
+def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
+    """(f_n, n f_n) from the torque held: m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂ with sinφ = |m|/(r F), cut off as in
+    ``ratio_held``."""
     f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
     F, M = ca.sqrt(dot(f, f) + TINY), ca.sqrt(dot(m, m) + TINY)
-    sin = ca.fmin(M / (g["radius"] * F), 1)
+    most = HELD_MOST * law.static
+    sin = ca.fmin(M / (g["radius"] * F), most / ca.sqrt(1 + most * most))
     cos = ca.sqrt(1 - sin * sin)
     across = cross(f, m)
     return F * cos, [F * cos * (-cos * f[i] / F + sin * across[i] / (F * M)) for i in range(3)]
@@ -131,7 +133,7 @@ def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]
         return slides
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
-    spins, rests = law.flag > PairState.SLIPS.value + HALF, _at_rest(w, eta, g)[1]
+    spins, rests = law.flag > PairState.SLIPS.value + HALF, _at_rest(w, eta, law, g)[1]
     return [ca.if_else(law.stuck, rests[i], ca.if_else(spins, spin * normal[i], slides[i])) for i in range(3)]
 
 
@@ -141,7 +143,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     fn, nfn = load_of(w, rates, law, g)
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
-    held, vector = _at_rest(w, eta, g)
+    held, vector = _at_rest(w, eta, law, g)
     inside = _cone(w, rates, [law], g, False)[0] < 0  # the flag says so too, but not with Adams' friction, which has no cone
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))

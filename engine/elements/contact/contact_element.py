@@ -106,10 +106,16 @@ class Hold:
     beyond: SX | float = 0.0
 
 
-def ratio_held(load: Callable[[SX], SX], size: SX, rounds: int = 6) -> SX:
+HELD_MOST = 1.5
+"""× the static friction coefficient: largest friction ratio that a pair assumed at rest turns its contacts by. Larger ones come
+from trials, of which the friction may exceed what any contact carries."""
+
+
+def ratio_held(load: Callable[[SX], SX], size: SX, static: SX, rounds: int = 6) -> SX:
     """Ratio |k| of a pair at rest whose friction has this size: k · load(k) = size, by unrolled Newton steps. The left side grows
-    with k and is smooth up to the limit of sticking (theory, "Rest")."""
-    k = ca.SX.sym("k")
+    with k and is smooth up to the limit of sticking, k = static (theory, "Rest")."""
+    k, most = ca.SX.sym("k"), HELD_MOST * static
+    size = ca.fmin(size, most * load(most))
     residual = k * load(k) - size
     step = k - residual / (ca.jacobian(residual, k) + TINY)
     out = size / (load(ca.SX(0)) + TINY)

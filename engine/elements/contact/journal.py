@@ -109,7 +109,7 @@ def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX],
     if not laws[0].sets:
         return kr
     side = w.pin * signum(eta[0])
-    still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"])
+    still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"], laws[0].static)
     return ca.if_else(laws[0].stuck, side * still, kr)
 
 

@@ -83,7 +83,8 @@ def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX],
     if not laws[0].sets:
         return k
     side = w.pin * signum(eta[0])
-    return ca.if_else(laws[0].stuck, side * ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0])), k)
+    still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]), laws[0].static)
+    return ca.if_else(laws[0].stuck, side * still, k)
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:

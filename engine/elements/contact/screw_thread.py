@@ -91,7 +91,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     k = _ratio(w, rates, laws, g)
     if laws[0].sets:
         side = w.pin * signum(eta[0])
-        still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]) * _lead(g)[0] / g["radius"])
+        still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]) * _lead(g)[0] / g["radius"], laws[0].static)
         k = ca.if_else(laws[0].stuck, side * still, k)
     f, none = _normal(w, k, g), ca.SX(0)
     return [Contact(f, (-signum(_carried(w, k, g)) * f, none, none), (2, 1))]

@@ -78,7 +78,7 @@ def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]
     if not laws[0].sets:
         return ks, kr
     size, ds, dr = _direction(w, eta, g)
-    still = ratio_held(lambda k: _load(w, k * ds, k * dr, g, False), size)
+    still = ratio_held(lambda k: _load(w, k * ds, k * dr, g, False), size, laws[0].static)
     return ca.if_else(laws[0].stuck, still * ds, ks), ca.if_else(laws[0].stuck, still * dr, kr)
 
 

@@ -88,7 +88,7 @@ def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: in
     def load(k: SX) -> SX:
         return _loads(w, side * k, side * k, g, False)[i]
 
-    return side * ratio_held(load, ca.fabs(eta[i]) / g[f"radius[{i + 1}]"])
+    return side * ratio_held(load, ca.fabs(eta[i]) / g[f"radius[{i + 1}]"], laws[i].static)
 
 
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:

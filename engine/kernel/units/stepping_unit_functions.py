@@ -3,6 +3,8 @@ coordinate rates, energies; and the computation of all constants."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 
 from trunnion.kernel.c_code.code_generator import Code, Input, Output, emit
@@ -27,7 +29,8 @@ def _of_state(sym: Symbols, name: str, output: str, values: list[SX]) -> Code:
 
 def _of_loads(sym: Symbols, name: str, N: SX, others: Sequence[Input], outputs: dict[str, list[SX]]) -> Code:
     """C function of reaction components N, other inputs and signals."""
-    arguments = "".join(f"{CONST}{n}," for n in ("N", *(o.name for o in others), "x")) + f"{CONST}c" + "".join(f",double*restrict {o}" for o in outputs)
+    read = ["N", *(o.name for o in others), "x", "c"]
+    arguments = ",".join([*(f"{CONST}{n}" for n in read), *(f"double*restrict {n}" for n in outputs)])
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), *others]
     stages = with_constants(f"k_prepare_{name}", f"k_{name}", arguments)
     return emit(ins, [Output(o, 0, values, 1) for o, values in outputs.items() if values], stages)

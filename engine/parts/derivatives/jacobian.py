@@ -129,8 +129,8 @@ class JacobianProgram(AccelerationTangents):
             more, spare = program.scratch_slot(count), program.scratch_slot(count * n)
             operands = element_operands(self.scene, program, e, *([] if stiffness is None else [stiffness]))
             primitive, rates = friction.pressed(rubbing(e), stiffness is not None), self.motion(e.joint).v
-            self.scene.call(program, primitive, more=more, dN=spare, N=self.reactions[e.joint.name], r=rates, u=self.scene.eta(e.joint),
-                            **operands)  # fmt: skip
+            N, u = self.reactions[e.joint.name], self.scene.eta(e.joint)
+            self.scene.call(program, primitive, more=more, dN=spare, N=N, r=rates, u=u, **operands)
             program.copy(more, Slot(Space.OUT, self.size, count))
             self.size += count
 

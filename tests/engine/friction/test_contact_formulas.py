@@ -43,7 +43,7 @@ def test_closed_forms_are_the_roots_of_the_contact_equations(element: str, law: 
 def test_an_element_has_as_many_springs_as_its_contacts_press_on(element: str) -> None:
     declared, wrench = CONTACTS[element], Wrench(dict.fromkeys(COMPONENTS, ca.SX(1)), 1)
     sizes = {label: ca.SX(1) for s in declared.sizes for label in s.labels}
-    assert len(declared.pressed(wrench, [], [], sizes)) == declared.springs
+    assert len(declared.pressed(wrench, [], [], sizes, [])) == declared.springs
 
 
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)

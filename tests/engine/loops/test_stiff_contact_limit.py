@@ -3,10 +3,12 @@ rows, only springs with friction (``reference.compliant``), and hand statics of 
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from tests.engine.checks.reference_comparison import engine_row, engine_table, take, worst
 from tests.reference import forward
@@ -121,3 +123,50 @@ def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worl
     moved = rotated(case, len(family))
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
     assert gap <= LIMIT, where
+
+
+HINGES = [f for f, kinds in FAMILIES.items() if set(kinds) == {"revolute"}]
+SLOW = 1e-12
+"""Rate of a hinge that is about to slip, rad/s: it chooses the sense of friction, and its centripetal force is round-off."""
+ROOT = 1e-13
+"""Tolerance of the part of the friction that holds; 10 of it are LIMIT beside the largest share of 1."""
+
+
+def _hung(seed: int, family: str) -> Case:
+    """A door at rest, pulled aside by less than its hinges hold, without thrust faces: hinges of one friction angle then rub in
+    proportion to it, whatever part of it they need."""
+    case, rng = _carried(seed, family), stream(seed, family, "rest")
+    mu = float(rng.uniform(0.3, 0.9))
+    joints = {n: replace(j, friction=replace(j.friction, mu=mu, thrust_radius=None)) for n, j in case.scene.joints.items()}
+    body = replace(case.scene.bodies["body"], center=(0.6, *case.scene.bodies["body"].center[1:]))
+    pull = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.01, 0.06))
+    scene = replace(case.scene, bodies={"body": body}, joints=joints, gravity=(0.0, pull, -9.81))
+    q = {n: np.zeros_like(v) for n, v in case.q.items()}
+    return replace(case, scene=scene, q=q, qd={n: np.zeros_like(v) for n, v in case.qd.items()})
+
+
+def _about_to_slip(case: Case, part: float) -> tuple[Compliant, float]:
+    """The model of springs where the hinges need this part of the sine of their friction angle, and its angular acceleration."""
+    def rubbing(friction: sm.Friction) -> sm.Friction:
+        return replace(friction, mu=math.tan(math.asin(abs(part) * math.sin(math.atan(friction.mu)))))
+
+    joints = {n: replace(j, friction=rubbing(j.friction)) for n, j in case.scene.joints.items()}
+    rates = {n: np.full_like(v, math.copysign(SLOW, part)) for n, v in case.qd.items()}
+    model = Compliant(forward(replace(case.scene, joints=joints), {"j0": case.q["j0"]}, rates, 0.0))
+    return model, float(model.solve()[0][5])
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("family", HINGES)
+def test_contacts_at_rest_press_as_those_of_a_mechanism_that_needs_the_same_friction_to_slide(family: str, seed: int) -> None:
+    """The friction of a pair at rest turns its normal, too. So loads do not jump where it begins to slip."""
+    case = _hung(seed, family)
+    part = brentq(lambda x: _about_to_slip(case, x)[1], -1.0, 1.0, xtol=ROOT)
+    model, _ = _about_to_slip(case, part)
+    assert 0.02 < abs(part) < 0.98 and model.residual <= LIMIT
+    _, mine = engine_row(case, ("*.normal_force", "body.acceleration*"))
+    assert np.abs(take(mine, "body.acceleration")).max() <= LIMIT
+    largest = max(max(f) for f in model.normal_force.values())
+    for name in case.scene.joints:
+        contacts = np.array([v for k, v in mine.items() if k.startswith(f"{name}.contact[")])
+        assert np.abs(contacts - model.normal_force[name][: len(contacts)]).max() <= 10 * LIMIT * largest

@@ -35,6 +35,9 @@ SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates",
          "ntables", "nquat", "nelements", "npaces", "ndn", "sets", "nkappa", "nmore", "ndmore", "loop_friction",
          "coupled")  # fmt: skip
 
+HELD = 0.01
+"""Size of frictions at rest, N and N m, beside loads of order 1 N."""
+
 
 def tree(seed: int) -> Scene:
     """A random tree with every law."""
@@ -70,6 +73,7 @@ class State:
             mode = system.external.mode(k)
             self.x[mode], self.x[mode + 4] = rng.integers(2), 0.0
         self.z, self.v = rng.normal(size=table.active + system.neta + 4), rng.normal(size=system.nv + 4)
+        self.u = HELD * rng.normal(size=table.neta + 4)
         self.N, self.r = rng.normal(size=table.nn + 4), rng.normal(size=table.nrates + 4)
 
 
@@ -90,7 +94,7 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
     if table.rows:
         called(table, "closure", s.x, s.y, c[table.c_closure :], out["closure"])
     if table.nmore:
-        called(table, "pressed", s.N, s.r, s.x, c[table.c_pressed :], out["more"], out["dmore"])
+        called(table, "pressed", s.N, s.r, s.u, s.x, c[table.c_pressed :], out["more"], out["dmore"])
     if table.neta:
         called(table, "laws", s.N, s.r, s.x, c[table.c_laws :], out["eta"], out["dN"], out["sliding"])
         called(table, "laws_alone", s.N, s.r, s.x, c[table.c_laws :], out["eta alone"], out["sliding"])
