@@ -112,7 +112,6 @@ static void tr_log_fold(tr_sim *s, int i, double t, const double *y, const tr_br
   }
 }
 
-/* Release the stop behind a hook that leaves its tooth. */
 static void tr_release_behind(tr_sim *s, int hook, double t) {
   const int behind = tr_stop_behind_hook(s, hook);
   if (!tr_is_pressed(s, behind)) return;

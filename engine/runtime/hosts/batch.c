@@ -15,7 +15,6 @@ static tr_reduced *tr_case_columns(const tr_batch *b) { return (tr_reduced *)(tr
 
 static const tr_case_settings *tr_case_set(const tr_batch *b) { return b->set + b->at; }
 
-/* Reset the output of the case. */
 static void tr_case_clear(tr_batch *b) {
   tr_case *o = tr_case_out(b);
   tr_reduced *r = tr_case_columns(b);

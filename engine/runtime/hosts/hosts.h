@@ -94,7 +94,6 @@ int tr_derivatives(tr_sim *s, double *out);
  * their scaled reactions, orthonormal. */
 int tr_redundancy(tr_sim *s, double *out);
 
-/* Statistics of the run so far. */
 const tr_stats *tr_statistics(const tr_sim *s);
 
 double tr_time(const tr_sim *s);

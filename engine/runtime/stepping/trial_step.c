@@ -14,7 +14,6 @@
 #define CORNER_CUTS 3     /* most remakes for one corner; each ends closer to it, limited by the error of the dense output */
 #define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step indicates another root */
 
-/* One trial step and its result. */
 typedef struct tr_trial {
   double h, end;   /* size and end time of the step, s */
   int last;        /* the step ends at the limit */
