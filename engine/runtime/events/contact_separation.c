@@ -8,7 +8,7 @@
 /* Halvings of a quarter step; within an eighth of a step, a force that passes zero is nearly linear in time. */
 #define HALVINGS 1
 #define LINES_MOST 8   /* secant steps after the halvings; the first ones square the error */
-#define NONE 2.0       /* fraction of a step: marks a contact that does not separate in the step */
+#define NONE 2.0       /* fraction of a step: no separation inside the step */
 /* × rtol, as a fraction of the step: closer separations count as one event; each root is located within rtol. */
 #define TOGETHER 100.0
 #define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass zero twice in a step */
@@ -44,8 +44,8 @@ static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
   return tr_rhs(s, s->step.t0 + at * s->step.size, y, TR_A(s, dy)) && tr_current_contacts(s, y, out);
 }
 
-/* Replace the interval a…b by a…m or m…b, whichever contains the larger turn of contact i. lo, hi: contacts at a and b. Returns
- * 0 if the state at m cannot be evaluated. */
+/* Narrow the interval a…b, with contacts lo and hi at its ends, to the part with the larger turn of contact i, divided at m.
+ * Returns 0 if the state at m cannot be evaluated. */
 static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_contact *lo, tr_contact *hi) {
   tr_contact mid[s->o->ncontacts];
   const int known = tr_contacts_inside(s, m, mid);
@@ -55,8 +55,8 @@ static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_c
   return 1;
 }
 
-/* Fraction in a…b of the step at which the force of contact i passes zero, by halvings, then secants. lo, hi: contacts at a and
- * b. NONE if the force does not pass zero. */
+/* Fraction in a…b at which the force of contact i passes zero, by halvings, then secants; NONE if it does not. lo, hi: contacts
+ * at a and b. */
 static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contact lo, tr_contact hi) {
   double least;
   for (int halves = 0; halves < HALVINGS; ++halves)

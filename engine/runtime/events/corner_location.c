@@ -46,8 +46,8 @@ static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, dou
   return fx > fy ? x : y;
 }
 
-/* First place in the last step where the signal of a hook passes its release value; 1: there is none. begin: value that lifts
- * the hook at the start of the step. A signal at its release value may rise or fall. A signal can pass the value twice between
+/* First place in the last step where the signal of a hook passes its release value; 1: there is none. begin: how far the signal
+ * is beyond that value at the start. A signal at its release value may rise or fall. A signal can pass the value twice between
  * two points, so maxima between points are also located. */
 static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
   const double side = begin > HOOK_BEYOND || (begin >= -HOOK_BEYOND && !tr_is_pressed(s, hook)) ? -1.0 : 1.0;

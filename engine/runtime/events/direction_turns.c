@@ -1,5 +1,5 @@
-/* Turning directions: pairs of several components whose sliding direction turns inside a step. Their friction turns too and can
- * make other pairs seem to leave their modes. Such a violation is not an event of those other pairs. */
+/* Pairs of several components whose direction turns inside a step. Their friction turns too and can make other pairs seem to
+ * leave their modes. This is no event of the other pairs. */
 #include "events/events.h"
 
 /* × its speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
@@ -56,9 +56,9 @@ static int tr_release_left_lines(tr_sim *s) {
   return any;
 }
 
-/* The pair that stops at the place where pair `which` seems to leave its mode; `which` if there is none. The friction of the
- * stopping pair jumps there, and this alone makes `which` leave its mode. For a pair on a line, the speed across the line comes
- * from loops that the step leaves open. Requires maps of (t, y). */
+/* The pair that stops where pair `which` seems to leave its mode; `which` if there is none. The friction of the stopping pair
+ * jumps there and carries `which` along. For a pair on a line, speed across the line comes from loops left open by the step.
+ * Requires maps of (t, y). */
 static int tr_find_pair_stopping_first(tr_sim *s, int which, double t, const double *y) {
   if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -9,7 +9,7 @@
 #define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the stop's time. Below the */
                             /* speed NEAR_MISS no accuracy is required: the pair stops at once */
 #define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops count as simultaneous; far below the error of event times */
-/* × the last stretch: pairs that would stop this close to its end stop at its end; well above the error of their times. */
+/* × the last stretch: a pair whose own stop is this close to the end stops there; well above the error of stop times */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs `back` steps ago, m/s. */
@@ -26,9 +26,8 @@ static void tr_save_speeds(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) tr_past_speeds(s, 0)[i] = tr_pair_speed(s, i);
 }
 
-/* Time until pair i rests, s, counted from the end of the step `back` steps ago. Extrapolates the speeds over two steps: over
- * one step, the result would oscillate for explicit steps at their stability limit. NaN: unknown; negative: the pair does not
- * stop. */
+/* Time until pair i rests, s, extrapolated over two steps from its speed `back` steps ago. Over one step, it oscillates for
+ * explicit steps at their stability limit. NaN: unknown; negative: the pair does not stop. */
 static double tr_time_to_rest(const tr_sim *s, int i, int back) {
   const double *t = s->friction.past_t + back, v = tr_past_speeds(s, back)[i], was = tr_past_speeds(s, back + 2)[i];
   return v * (t[0] - t[2]) / (was - v);
@@ -77,7 +76,6 @@ static int tr_find_pair_to_capture(tr_sim *s) {
   return i;
 }
 
-/* The largest absolute value of n rates, each divided by its unit. */
 static double tr_fastest_rate(int n, const double *v, const double *unit) {
   double most = 0.0;
   for (int q = 0; q < n; ++q) most = fmax(most, fabs(v[q]) / unit[q]);

@@ -42,7 +42,6 @@ static int tr_is_at_cone(const tr_sim *s, int i) {
   return tr_mode_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
 }
 
-/* Switch ball i between sliding and spinning. */
 static void tr_change_branch(tr_sim *s, int i) {
   tr_mode *m = tr_mode_of(s, i);
   m->flag = tr_mode_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;

@@ -47,7 +47,6 @@ static double tr_violation_at_from(tr_sim *s, double theta, const double *from, 
 
 static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_violation_at_from(s, theta, 0, worst); }
 
-/* Number of dense points of a suspect step. */
 static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : SAMPLES; }
 
 /* The violation at dense point q. At both ends it is already known. last: worst pair at the end of the step. */
@@ -183,9 +182,9 @@ static int tr_find_maximum(tr_sim *s, double *x, double *f, int *which) {
   return 0;
 }
 
-/* Whether a ball's branch of friction may end in the last step (a fold). The multipliers at the step's end then belong to
- * another branch, and roots inside are followed from the start. Returns 0 if a second ball is near its cone: with four roots,
- * the followed root can end in unlimited friction. */
+/* Whether a ball's branch of friction may end in the last step (a fold). The end's multipliers then belong to another branch,
+ * and roots inside are followed from the start. 0 if a second ball is near its cone: with four roots, the followed root can end
+ * in unlimited friction. */
 static int tr_is_fold_possible(const tr_sim *s, int which) {
   if (!(s->step.margin_end > 0.0) || which >= s->k->nsliders || !tr_is_sliding_ball(s, which)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)

@@ -1,6 +1,6 @@
-/* Margin of an event: the change of its deciding quantity that would change its outcome (theory, "Marginal events"). A crossing
- * has a margin and a speed: its overshoot beyond the threshold, and its rate. The margin of a decision is the distance of stuck
- * pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
+/* Margin of an event: the change of its deciding quantity that would change its outcome (theory, "Marginal events"). For a
+ * crossing, it is the overshoot beyond the threshold; the crossing speed also counts. For a decision, it is the distance of
+ * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
 #include "events/events.h"
 
 /* × its unit per run: a slower crossing would shift by more than the error of event times if its threshold shifted by one

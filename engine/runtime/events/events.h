@@ -6,7 +6,6 @@
 /* States at which violations (tr_mode_violation) are stored: last evaluation, start of the step, end of the step. */
 enum { TR_NOW, TR_AT_START, TR_AT_END };
 
-/* Result of a search for events in a step. */
 enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
 
 /* Friction of a ball just before its event. tilt NaN: unknown. */
@@ -19,8 +18,7 @@ typedef struct tr_branch {
 /* Event kind of an end stop or latch hook that is engaged (`pressed`) or released. */
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed);
 
-/* Fraction (0…1) of the acceptable step just made at which its first corner before `most` lies. 1: no corner, or a corner at an
- * end of the step. */
+/* Place (0…1) of the first corner before `most` in the acceptable step just made; 1: no corner, or a corner at an end. */
 static double tr_find_first_corner(tr_sim *s, double most);
 
 /* Whether a stop may be engaged and released again inside the last step (end state in ynew), or released and engaged again. */
@@ -51,7 +49,6 @@ static void tr_copy_violations(tr_sim *s, int from, int when);
  * tolerance, the margin is CLEAR_MARGIN. */
 static void tr_set_crossing_margin(tr_sim *s, int which);
 
-/* Reset the margin of the next event to the largest margin. */
 static inline void tr_clear_margin(tr_sim *s) { s->events.margin = CLEAR_MARGIN, s->events.unsure = 0; }
 
 /* Distance of ball i from its cone in model exchange, × s²/|ω|²; 1 for every pair that is not a moving ball. */
@@ -66,9 +63,9 @@ static int tr_is_suspect(const tr_sim *s, int i);
 
 enum { TR_BY_STOP = 2 }; /* value of `closely`: a stop may be engaged inside the step */
 
-/* Search the step for its first event on the dense output. closely 1: search at and between all points. closely TR_BY_STOP: the
- * same, because of stops. closely 0: search only the step's end, with the worst pair or stop in *which. Returns TR_NO_EVENT,
- * TR_FOUND with *which and *theta, or TR_TOO_LARGE. */
+/* Search the step for its first event on the dense output. closely: search at and between all points (TR_BY_STOP: because of
+ * stops); 0: only at the end, with the worst pair or stop in *which. Returns TR_NO_EVENT, TR_FOUND with *which and *theta, or
+ * TR_TOO_LARGE. */
 static int tr_search_step(tr_sim *s, int closely, int *which, double *theta);
 
 /* Search the last step for its first event. Requires an evaluated end (ynew, K[end]). Results are those of tr_search_step. */
@@ -123,8 +120,8 @@ static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old);
  * changes: both branches end there. */
 static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i);
 
-/* Handle the event of pair `which` at (t, y), evaluated in the old modes: bring pairs to rest, decide modes, log changes. which
- * -1: another quantity jumps. known: contacts before the event; 0: the contacts at y. Returns a status. */
+/* Handle the event of pair `which` (-1: another quantity jumps) at (t, y), evaluated in the old modes: bring pairs to rest,
+ * decide, log. known: contacts before the event; 0: the contacts at y. Returns a status. */
 static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_contact *known);
 
 /* Decide the modes again at the state `y` for pair `which` (-1: no pair). Restores modes and state on failure, and with
@@ -132,7 +129,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
 static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int others);
 
 /* Set all modes at the start of a run. A law with a kink starts saturated if the speed may exceed the kink speed without load.
- * It becomes proportional if the speed does not exceed the kink speed with the loads found. Returns a status. */
+ * It becomes proportional if it does not with the loads found. Returns a status. */
 static int tr_set_initial_modes(tr_sim *s);
 
 /* Choose the modes again at the state `y` when a solution was rejected and no shorter step is possible. Returns 1 if the modes
@@ -147,8 +144,8 @@ static int tr_decide_from_anywhere(tr_sim *s, int code);
 static double tr_time_to_rest_by_braking(tr_sim *s, int i);
 
 /* The pair of several components that is about to rest, among pairs whose turning shortened the steps; -1 if there is none. Its
- * speed and the time left must be negligible and known. Pairs that stop along a line are excluded: they are located like pairs
- * of one component. Requires an accepted step, evaluated at its end. */
+ * speed and the time left must be negligible and known. Pairs that stop along a line are excluded. Requires an accepted step,
+ * evaluated at its end. */
 static int tr_find_pair_to_capture(tr_sim *s);
 
 /* Whether a solution exists with pair i at rest at (t, y), a copy of the state. Near a dead centre of a loop it does not,

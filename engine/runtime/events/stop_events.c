@@ -14,8 +14,8 @@ static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }
 
-/* A cubic interpolates the depths and their rates at both ends. An event is possible if its maximum is close to the threshold.
- * Rates are taken from K and K[end], or for impulse steps from the dense output. */
+/* The cubic through the depths and rates at both ends must have a maximum near the threshold. Rates are those of K and K[end],
+ * or of the dense output for impulse steps. */
 static int tr_has_stop_event_inside(tr_sim *s) {
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;
   const double h = s->step.size, *ends[2] = {TR_A(s, y), TR_A(s, ynew)}, *rates[2] = {TR_A(s, K), TR_A(s, K) + tr_method_of(s)->end * n};

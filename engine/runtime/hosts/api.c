@@ -41,7 +41,6 @@ static void tr_set_tolerance_units(tr_sim *s) {
   for (int i = 0; i < k->nv; ++i) u[k->nq + i] = tr_rate_unit(s, i) * s->set.rate;
 }
 
-/* Reset all run data. The new run begins at t. */
 static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   const int width = s->clock.width, nbreaks = s->clock.nbreaks, capacity = s->events.capacity;
   const int method = tr_is_auto(s) ? tr_auto_explicit_method(s) : s->set.method;

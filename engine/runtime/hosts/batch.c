@@ -57,7 +57,6 @@ static void tr_case_events(tr_batch *b, tr_sim *s) {
   s->events.count = 0;
 }
 
-/* A fresh block of variant `which` with the case's parameters, inputs and settings. */
 static tr_sim *tr_case_block(tr_batch *b, int which) {
   tr_variant *v = b->variant + which;
   tr_sim *s = v->plain;

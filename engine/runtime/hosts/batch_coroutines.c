@@ -7,7 +7,7 @@
 
 #if defined __x86_64__ && !defined _WIN32 && defined __clang__
 #define TR_STACK_MARK 0x7472756e6e696f6eL /* at the end of each stack; a stack overflow overwrites it */
-/* Step budget of a case per call: in effect unlimited, because a case runs until its next request. */
+/* Step budget of a case per call: unlimited in effect; a case runs until its next request. */
 #define TR_ALL_STEPS 1000000000L
 enum { TR_QUEUES = TR_ASKS * TR_METHODS };
 
@@ -45,7 +45,6 @@ static int tr_run_case(tr_strand *c) {
   }
 }
 
-/* Body of a strand: run one case after another. */
 static void tr_run_strand(tr_strand *c) {
   tr_ensemble *e = c->all;
   while (e->next < e->ncases) {
@@ -56,7 +55,6 @@ static void tr_run_strand(tr_strand *c) {
   for (;;) tr_leave_stack(c, TR_STRAND_OVER);
 }
 
-/* Reset a strand: its stack then starts at tr_run_strand. */
 static void tr_reset_strand(tr_strand *c, tr_ensemble *e) {
   void **top = (void **)(((size_t)c->stack + (size_t)e->stack_bytes) & ~(size_t)63);
   *(long *)c->stack = TR_STACK_MARK;
@@ -82,7 +80,7 @@ void tr_ensemble_drop(tr_ensemble *e, int which) {
   tr_reset_strand(e->strand + which, e);
 }
 
-/* Number of the queue for this request. Lanes can serve all requests of one queue together. */
+/* Queue of requests that lanes can serve together. */
 static inline int tr_queue_of(const tr_request *request) {
   return request->kind * TR_METHODS + (request->kind <= TR_ASK_DENSE ? request->method : 0);
 }

@@ -28,7 +28,6 @@ double tr_next_break(const tr_sim *s);
 
 double tr_break_after(const tr_sim *s, double t);
 
-/* The certificate of the run so far. */
 void tr_certify_run(tr_sim *s, tr_certificate *out);
 
 /* Number of roots of the complement equations at the state `y` in the modes in force, found from many starts. -1: the state
@@ -40,9 +39,9 @@ void tr_audit_end(tr_sim *s);
 
 void tr_judge(const tr_sim *s, tr_judgement *out);
 
-/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The first and the last of the
- * `count` ends are the times of the first and the last row. The ends divide time into spans. Polynomials through nearby rows of
- * a span are integrated up to its ends. A span without rows uses the row before it. */
+/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The `count` ends, from the
+ * first row's time to the last row's, divide time into spans. Polynomials through nearby rows of a span are integrated up to
+ * its ends. A span without rows uses the row before it. */
 void tr_integrate_rows(int rows, const double *time, int columns, const double *values, int count, const double *ends, double *total, double *out);
 
 /* Distribute the wear `volume` up to each row into bins around a circle, starting at −π. The contact is at angle + sense ×
@@ -172,7 +171,6 @@ size_t tr_batch_size(void);
 /* Whether this build supports ensembles. */
 int tr_ensemble_there(void);
 
-/* Start an ensemble with all cases. */
 void tr_ensemble_begin(tr_ensemble *e);
 
 /* Drop the case of strand `which`. The host then runs this case alone. */

@@ -1,8 +1,8 @@
 /* Exact derivatives of ẏ and of columns along a direction of inputs and state.
  *
- * Derivatives of the multipliers follow from the implicit function theorem, as in the stiff method. Redundant loops leave
- * reactions open, and the minimum-norm reactions are used (output/rows.c). Their derivatives, and those of friction that
- * depends on them, come from central differences. */
+ * Derivatives of multipliers follow from the implicit function theorem, as in the stiff method. For redundant loops,
+ * derivatives of the minimum-norm reactions (output/rows.c), and of friction that depends on them, come from central
+ * differences. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

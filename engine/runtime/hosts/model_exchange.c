@@ -1,11 +1,10 @@
 /* Model exchange: an importer makes the steps. ẏ is evaluated in fixed modes, and indicators show when a mode ends (theory,
  * "Model exchange").
  *
- * All results are functions of (t, y) and of stored data: the modes, directions, and multipliers from which a branch of
- * friction is followed. They are stored at events, at completed steps, and when indicators are requested and all are positive.
- * Each pair has two indicators, positive while its mode lasts. The first indicates the end of the mode; the second, the end of
- * the present branch or direction. Each end stop has one indicator. The last indicator is negative if friction has no solution.
- * Small shifts keep indicators off zero just after their event. */
+ * All results are functions of (t, y) and of stored modes, directions, and multipliers from which a branch of friction is
+ * followed. These are stored at events, at completed steps, and when all requested indicators are positive. Each pair has two
+ * indicators, positive while its mode lasts: one for its end, one for the branch or direction within it. Each end stop has one.
+ * The last indicator is negative if friction has no solution. Small shifts keep indicators off zero just after their event. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -61,7 +60,6 @@ static double tr_direction_indicator(const tr_sim *s, int i) {
   return LINE_LEFT * LINE_LEFT - fmax(0.0, 1.0 - along * along);
 }
 
-/* Both indicators of the set-valued pair i. */
 static void tr_set_valued_indicators(tr_sim *s, int i, double *z) {
   const int flag = tr_mode_flag(tr_mode_of(s, i));
   z[1] = 1.0;
@@ -85,7 +83,6 @@ static void tr_kink_indicators(tr_sim *s, int i, double *z) {
   z[1] = zone->inside && !turned ? SHIFT_SPEED + tr_speed_along_entry(s, i) / s->set.rate : 1.0;
 }
 
-/* Evaluate all indicators at the state just evaluated. */
 static void tr_evaluate_indicators(tr_sim *s) {
   const int pairs = s->k->nsliders;
   double *z = TR_A(s, indicators), *of_stops = z + 2 * pairs;

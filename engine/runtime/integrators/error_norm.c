@@ -12,7 +12,7 @@
 #define SECOND_WEIGHT 0.01   /* weight of the second of two error estimators (Hairer, Nørsett, Wanner I, II.10) */
 
 /* Squared error of the directions of slow sliding, on which friction depends at any speed: (|e⊥|/(DIRECTION_ERROR |v|))² of the
- * worst pair. v: sliding velocity; e⊥: its error across v. *which: the worst pair. */
+ * worst pair, *which. e⊥: error across the velocity v. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew, int *which) {
   double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -76,6 +76,5 @@ static double tr_retry_factor(double err, int order);
  * refusals where the difficulty varies. */
 static double tr_next_step_factor(tr_sim *s, double err, int order, double most);
 
-/* Set the size of the next step after the pending one. */
 static void tr_set_next_step(tr_sim *s);
 #endif

@@ -1,5 +1,5 @@
-/* Exact derivative of ẏ by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y, with ẏ = F and the multipliers' residuals R.
- * Multipliers are eliminated as in the right-hand side. */
+/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R: residuals that determine the multipliers z,
+ * which are eliminated as in the right-hand side. */
 #include "integrators/integrators.h"
 
 /* Set the right-hand sides of the rows of stuck pairs (tr_form_rest_rows). R: derivative of their accelerations. */

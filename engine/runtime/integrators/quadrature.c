@@ -1,12 +1,12 @@
 /* Quadrature of works, separate from the motion. Works never influence steps, so the motion does not depend on the requested
  * columns.
  *
- * Audit sums along stiff steps: powers are known at both ends and evaluated in the middle, on the dense output. Simpson's rule
- * integrates them. If its error matters to the audit, the sums are integrated like works of columns.
+ * Audit sums along stiff steps: powers at both ends, and in the middle on the dense output, are integrated by Simpson's rule.
+ * If its error matters to the audit, the sums are integrated like works of columns.
  *
- * Works of columns are integrated here along stiff steps, and along explicit steps whose works exceed the tolerance.
- * Clenshaw–Curtis rules with three, five or nine powers are used. Where these fail, the step is divided into parts (a contact
- * load passing near zero has a corner). */
+ * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
+ * rules use three, five or nine powers. Where they fail, the step is divided into parts (a contact load passing near zero has a
+ * corner). */
 #include "integrators/integrators.h"
 
 #define WORK_RULES 3

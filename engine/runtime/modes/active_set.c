@@ -59,8 +59,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
   return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
-/* Number of modes to try for pair i. 3: stuck, forward and backward along its line. 2: stuck, and slipping in a direction found
- * from a guess. */
+/* Number of modes of pair i to try: stuck, and both directions of its line or the direction found from a guess. */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
 /* Apply the mode combination `code`. Each of the `count` pairs in `apart` represents its class. guess: 3 components for each

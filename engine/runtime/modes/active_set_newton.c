@@ -1,4 +1,4 @@
-/* Modes of any number of pairs at rest from the cone equations (``modes/cone_equations.c``). */
+/* Decisions by the cone equations (``modes/cone_equations.c``). */
 #include "modes/modes.h"
 
 #define CONES_MASSES 3       /* masses ρ, tried in this order */
@@ -26,7 +26,7 @@ static void tr_cones_set_modes(tr_sim *s, const tr_cone_problem *c) {
   }
 }
 
-/* The pair forced to stick (`holds`) with the largest ratio of friction to capacity above 1; -1 if there is none. */
+/* The pair forced to stick (`holds`) that exceeds its capacity most; -1 if there is none. */
 static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
   double most = 1.0 + TOL_RESOLVE;
   int worst = -1;

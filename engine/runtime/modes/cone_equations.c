@@ -28,7 +28,6 @@ typedef struct tr_cone_problem {
   int *mode;        /* n: TR_STUCK, TR_SLIPS or TR_CONE */
 } tr_cone_problem;
 
-/* Set the direction in the mode of pair i to the unit surface direction d. */
 static void tr_set_direction(tr_sim *s, int i, const double *d) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double length = pair->nrates > 1 ? tr_onset_length(s) : 1.0;

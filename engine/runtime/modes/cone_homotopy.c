@@ -52,7 +52,7 @@ static int tr_cones_newton(tr_sim *s, tr_cone_problem *c) {
   return 0;
 }
 
-/* Inner product of two points: mean product of the components of y in units of the load, plus the product of the fractions. */
+/* Inner product of two points: y by its mean square in units of the load, plus the product of the fractions. */
 static double tr_path_product(const tr_homotopy_path *w, int e, const double *a, const double *b) {
   return tr_dot(a, b, e) / (w->load * w->load * e) + a[e] * b[e];
 }

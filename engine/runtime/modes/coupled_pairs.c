@@ -49,7 +49,6 @@ static void tr_find_coupled_pairs(tr_sim *s) {
   }
 }
 
-/* Whether pairs i and j belong to one class. */
 static inline int tr_are_coupled(const tr_sim *s, int i, int j) { return i == j || (tr_pair_classes(s)[i] && tr_pair_classes(s)[i] == tr_pair_classes(s)[j]); }
 
 /* Surface speed of pair i at unit rate of its class. */

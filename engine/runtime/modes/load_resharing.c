@@ -5,7 +5,6 @@
 /* × the capacity: least reserve with stored loads; a smaller one would repeat without limit near the end of a group. */
 #define KEPT_GAIN 1e-7
 
-/* Whether the modes in force store any load. */
 static int tr_has_stored_load(const tr_sim *s) {
   for (int i = 0; i < s->k->neta; ++i)
     if (tr_row_kinds(s)[i] == TR_ROW_STORED) return 1;

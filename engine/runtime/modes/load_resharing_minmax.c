@@ -30,7 +30,6 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-/* Largest friction of the solution, N. */
 static double tr_largest_friction(const tr_sim *s) {
   double most = 0.0;
   for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);

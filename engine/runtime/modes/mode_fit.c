@@ -84,7 +84,6 @@ static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-/* Whether pair i slips without acceleration, at the present solution. */
 static int tr_is_slipping_in_place(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   double acc[3], worst = 0.0;

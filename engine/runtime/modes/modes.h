@@ -3,7 +3,7 @@
 #define TR_MODES_H
 #include "output/output.h"
 
-/* The multiplier whose rate responds most to friction, if the loops leave pair m a single line of motion. -1: several
+/* The multiplier of pair m with the largest response, if the loops leave the pair a single line of motion. -1: several
  * directions, or no motion. */
 static int tr_line_multiplier(const tr_sim *s, int m);
 
@@ -19,8 +19,8 @@ static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
  * leaves them. */
 static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
 
-/* Collect the set-valued pairs at rest in `rest`: pairs that are stuck or slower than tr_rest_speed, marked pairs, the pair
- * `also` (-1: no pair), and pairs of their classes. Requires maps of the current state. Returns their number. */
+/* Collect the set-valued pairs at rest: stuck, slower than tr_rest_speed, marked, `also` (-1: no pair), and pairs of their
+ * classes. Requires maps of the current state. Returns their number. */
 static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
 
 /* Set the speeds of the n pairs `rest` in y to zero. In loops, other pairs may come to rest with them; these are appended to
@@ -67,8 +67,8 @@ static double tr_onset_speed(const tr_sim *s);
 /* Whether the direction of pair i stays frozen at this surface speed. */
 static int tr_is_direction_frozen(const tr_sim *s, int i, double speed);
 
-/* Let the stuck pair i and its class slip in the direction of motion that its friction opposes. If its motion is prescribed,
- * the direction is that of its acceleration. Requires a solution in the modes in force. */
+/* Let the stuck pair i and its class slip in the direction that its friction opposes, or with prescribed motion along its
+ * acceleration. Requires a solution in the modes in force. */
 static void tr_let_slip(tr_sim *s, int i);
 
 /* Misfit of pair i (at rest) in its mode. A positive misfit means that the mode violates the law. Requires tr_solve_in_modes. */
@@ -100,8 +100,8 @@ static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
  * stay stored. */
 static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n);
 
-/* Continue with stored loads where the root of the sharing rule ends but other loads hold all pairs. The shares are an
- * arbitrary choice, so the end of that root is no reason to release a pair. Returns 1 if the run can continue. */
+/* Continue with stored loads where the root of the sharing rule ends but other loads hold all pairs. Shares are an arbitrary
+ * choice, so this is no reason to release a pair. Returns 1 if the run can continue. */
 static int tr_continue_by_stored_loads(tr_sim *s);
 
 /* Starting with the modes in force, change the mode with the largest misfit until all modes fit. Returns 1 if they fit. In an
@@ -115,7 +115,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n);
  * its direction; -1: no pair. Returns 0: no solution; 1: modes in force; 2: all pairs stick and share their load again. */
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released);
 
-/* Record in the audit if other modes of the n pairs `rest` also satisfy the laws, so that the motion is not unique. Does
- * nothing for more than `most` pairs. */
+/* Record in the audit if other modes of the n pairs `rest` also satisfy the laws: the motion is then not unique. Does nothing
+ * if n > most. */
 static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most);
 #endif

@@ -5,7 +5,6 @@
 #define ONSET_SPEED 0.1 /* × rtol · speed unit: below this speed the direction stays frozen */
 #define ONSET_LEAST 1e-9 /* × the speed unit: lower limit of that speed, because slower directions are round-off of the loops */
 
-/* Freeze the sliding direction of pair i at the rates r. */
 static void tr_set_sliding_direction(tr_sim *s, int i, const double *r) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);

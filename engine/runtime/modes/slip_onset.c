@@ -1,10 +1,9 @@
 /* Onset direction of a pair of two or three components (theory, "Onset of sliding"). The pair accelerates along this direction,
- * and returns to it after a small turn. Let d be the direction of the velocity α t d, and â(d) the direction of the
- * acceleration. Then dd/d ln t = â(d) − d. The motion leaves a repelling direction at once.
+ * and returns to it after a small turn. With the velocity α t d and the acceleration's direction â(d), dd/d ln t = â(d) − d.
+ * The motion leaves a repelling direction at once.
  *
- * This relaxation is infinitely fast at first. The first step is therefore short. Its direction is frozen: its norm TR_FROZEN
- * is large enough to outweigh the velocity. The direction stays frozen while the speed is below the tolerance of velocities,
- * which bounds the error.
+ * This relaxation is infinitely fast at first. The first step is therefore short, with a frozen direction whose norm outweighs
+ * the velocity (TR_FROZEN). The direction stays frozen below the tolerance of velocities, which bounds the error.
  *
  * Newton's method on the sphere of directions runs from several starts. Fixed-point iteration stalls near wedging. */
 #include "modes/modes.h"
@@ -155,10 +154,9 @@ static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   return TR_ONSET_NONE;
 }
 
-/* Find the direction in which pair i starts to slide. Its mode holds a guess. An attracting direction is preferred. A repelling
- * direction is accepted if there is no other, or if it equals the guess, so that symmetric motion (a ball swinging in a plane)
- * stays symmetric. near: accept only the direction found from the guess, within a right angle. Returns 0 if there is no
- * direction. */
+/* Find the direction in which pair i starts to slide; its mode holds a guess. Prefers an attracting direction. A repelling one
+ * is accepted if there is no other, or if it equals the guess: symmetric motion (a ball swinging in a plane) stays symmetric.
+ * near: accept only the direction found from the guess, within a right angle. Returns 0 if there is no direction. */
 static int tr_find_onset(tr_sim *s, int i, int near) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;

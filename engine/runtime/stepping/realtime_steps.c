@@ -1,8 +1,8 @@
 /* Fixed steps for real time, with bounded evaluations, iterations and events (theory, "Bounded steps").
  *
- * A bounded step locates its events until it reaches a bound or friction has no solution. One impulse step then covers the rest
- * of the step, with any number of events. Its modes are decided within the remaining iterations. If that fails, a few
- * relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records which method was used. */
+ * A bounded step locates its events until it reaches a bound or friction has no solution. One impulse step then covers the
+ * rest, with any number of events; its modes are decided within the remaining iterations. If that fails, relaxation sweeps over
+ * the pairs compute friction within the capacities. `bound.overrun` records the method used. */
 #include "stepping/stepping.h"
 
 #define FAR_MORE 1e3          /* × the friction that would stop an open-loop freedom: applied to prescribed motion */
@@ -35,7 +35,6 @@ static int tr_step_with_events(tr_sim *s, double t) {
   return TR_OK;
 }
 
-/* Move the run to (t, ynew) after a step without dense output. */
 static void tr_end_bounded_step(tr_sim *s, double t) {
   s->step.t0 = s->clock.t, s->step.size = t - s->clock.t;
   s->stats.steps++, s->stats.of_method[s->step.method]++;
@@ -70,8 +69,8 @@ static int tr_step_by_impulses(tr_sim *s, double t) {
   return TR_OK;
 }
 
-/* Set the friction of pair i to the value that stops the pair by the end of the step. Prescribed motion gets a far larger
- * friction. Pairs with other laws get the value of their law. Requires tr_form_held_maps and tr_evaluate_laws. */
+/* Set the friction of pair i to the value that stops it by the end of the step. Prescribed motion gets far more; other laws
+ * keep their value. Requires tr_form_held_maps and tr_evaluate_laws. */
 static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   const tr_pair *pair = tr_pair_of(s, i);
   const int e = s->k->neta;

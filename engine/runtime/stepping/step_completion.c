@@ -33,8 +33,8 @@ static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *
   return width;
 }
 
-/* Write the next rows before t_end in lanes, even a single row, because a lane costs no more than the ordinary path. Returns the
- * number of rows written; 0 if lanes cannot compute them. */
+/* Write the next rows before t_end in lanes, even a single row. Returns the number of rows written; 0 if lanes cannot compute
+ * them. */
 static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long room) {
   double times[TR_FOURS], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   if (!tr_has_row_lanes(s)) return 0;
@@ -88,9 +88,9 @@ static int tr_write_event_row(tr_sim *s, double t, double *row) {
   return code;
 }
 
-/* Write rows up to t_end from the dense output. With `every` 0, write one row at the end of the step instead: the end of the
- * whole step (final), or just before the event that cuts it short. An event at the start of a step gets no row, because the
- * modes before it have no duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
+/* Write rows up to t_end from the dense output. With `every` 0, write one row at the end of the step instead (final), or just
+ * before the event that cuts it short. An event at the start of a step gets no row, because its old modes had no duration.
+ * Returns TR_OK, TR_ROWS_FULL or a failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;
@@ -161,7 +161,6 @@ static void tr_move_run_to(tr_sim *s, double t, const double *y) {
   tr_clear_extremes(s);
 }
 
-/* Complete a whole step: its end becomes the start of the next step. */
 static void tr_complete_whole_step(tr_sim *s) {
   const int n = tr_state_width(s), end = tr_method_of(s)->end;
   s->events.chatter = 0;

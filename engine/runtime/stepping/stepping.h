@@ -9,7 +9,6 @@ static int tr_write_event_row(tr_sim *s, double t, double *row);
 /* Record the time at which the velocity of a pair inside its proportional zone reverses, up to theta_end. */
 static void tr_record_reversals(tr_sim *s, double theta_end);
 
-/* Move the run to the state (t, y). */
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, call again with more space. Returns a status. */

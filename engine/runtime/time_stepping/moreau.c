@@ -1,10 +1,10 @@
-/* One step of Moreau's time stepping: friction and loop reactions act as impulses on velocities. The step is of first order and
- * does not locate friction events. A fixed step may contain any number of events, at constant cost.
+/* One step of Moreau's time stepping: friction and loop reactions act as impulses on velocities. The step is of first order,
+ * without location of friction events. A fixed step may contain any number of events, at constant cost.
  * ``time_stepping/moreau_error_control.c`` adds error control.
  *
- * With maps at the middle position, v⁺ = v + h (a + A η), where v⁺ are the rates at the end of the step. A pair sticks if its
- * rate there vanishes; otherwise it slips in the direction of that rate. The search of ``modes/active_set.c`` decides this,
- * with accelerations replaced by v⁺/h (tr_form_held_maps). */
+ * With maps at the middle position, the rates at the end are v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the
+ * end, and otherwise slips along its rate. The search of ``modes/active_set.c`` decides this, with accelerations replaced by
+ * v⁺/h (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
 #define MOREAU_STEP 0.03   /* × √rtol / rate: first step size, and unit of time for the detection of accumulating events */

@@ -1,8 +1,8 @@
 /* Moreau steps under error control, and their use by method auto (theory, "Error control").
  *
- * Each step is made once as a whole and once in two halves; the difference is the error estimate. If no mode changes, the
- * results are extrapolated to second order. If a mode changes, the difference does not show the time of the change. The speed
- * that this unknown time leaves uncertain must then also be below the tolerance. */
+ * Each step is made as a whole and in two halves; the difference is the error estimate. If no mode changes, the results are
+ * extrapolated to second order. If a mode changes, the difference does not show the time of the change. The speed left
+ * uncertain must then also be below the tolerance. */
 #include "time_stepping/time_stepping.h"
 
 #define MOREAU_EVENTS 40   /* so many events within the time of as many first steps (tr_moreau_step_size): events accumulate */
@@ -26,9 +26,8 @@ static void tr_evaluate_speeds(tr_sim *s, double t, const double *y, double *spe
   for (int i = 0; i < s->k->nsliders; ++i) speed[i] = tr_pair_speed(s, i);
 }
 
-/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. This is the speed before a stop,
- * the speed after a start, and their sum at a reversal. Includes the speed of a pair that is stuck at the end but slips in the
- * next step. */
+/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance: before a stop, after a start,
+ * and both at a reversal. Includes a pair that is stuck at the end but slips in the next step. */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -66,7 +65,6 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
   return TR_OK;
 }
 
-/* Step size, s, over which only an impact changes a speed by more than the tolerance. */
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
 /* Whether a pair's speed jumps in the step h via `half` to ynew without a change of mode. The speed then changes in only one
@@ -82,7 +80,7 @@ static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const doub
   return jumps;
 }
 
-/* Store the powers of the part just made. part 0: the whole step; 1 and 2: the half steps. */
+/* Store the powers of the part just made: 0 whole step, 1 and 2 halves. */
 static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   const int n = s->k->npowers;
   tr_copy(n, TR_A(s, part_power), powers + part * n);

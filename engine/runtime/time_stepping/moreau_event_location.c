@@ -27,8 +27,7 @@ static void tr_moreau_rewind(tr_sim *s, const tr_moreau_course *course) {
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
 }
 
-/* Place (0…1) in the last step where an end stop engages or releases, or a pair that is stuck over the whole step exceeds its
- * capacity. 1: there is none. */
+/* Place (0…1) in the last step where an end stop engages or releases, or a pair stuck throughout exceeds its capacity. 1: none. */
 static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *course) {
   const int n = s->k->nsliders;
   double depth[s->k->nstops + 1], theta = 1.0;
@@ -58,9 +57,9 @@ static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   return 0;
 }
 
-/* Place in the last step where a pair stuck at its start exceeds its capacity, while the modes of the start are kept. EARLY:
- * there is no such place; the pair was released too early. 1: at the start or end of the step (course->let_go), or another
- * event is earlier. The speed of the pair does not show the time, because it grows from zero. */
+/* Place in the last step where a pair stuck at its start exceeds its capacity in the modes of the start. EARLY: nowhere; the
+ * pair was released too early. 1: at the start or end of the step (course->let_go), or another event is earlier. Speeds grow
+ * from zero and do not show the time. */
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];

@@ -3,16 +3,15 @@
 #define TR_TIME_STEPPING_H
 #include "diagnosis/diagnosis.h"
 
-/* Advance the positions of y by a time h with the rates v. */
 static void tr_advance_positions(const tr_sim *s, double *y, const double *v, double h);
 
 /* Set the end stops that are engaged during a step, from the state y. y is the middle state, or under error control the start,
  * because such steps end at stop events. Logs changes at time t. */
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
-/* Correct the pairs that came to rest in an impulse step to (t, y). then: modes before the step. If the sliding of a pair
- * reversed inside the step, an impulse may hold the pair that no force at rest provides; this pair slips. On loops, a pair may
- * rest because other pairs stick; this pair sticks. ẏ of the step is restored. */
+/* Correct the pairs that came to rest in an impulse step to (t, y); `then`: modes before the step. A pair slips if its sliding
+ * reversed inside the step and only an impulse, no force, holds it. On loops, a pair that rests because others stick also
+ * sticks. ẏ of the step is restored. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
 /* One impulse step h from (t, y). Results: ynew and the modes at its end. Returns TR_OK, TR_MORE if a frozen direction turned
