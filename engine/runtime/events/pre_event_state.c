@@ -64,7 +64,8 @@ static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   tr_copy(width, there, y), tr_evaluate_maps_at(s, t, y);
   tr_restore_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
   memcpy(TR_A(s, row_kind), found, sizeof(double) * rows), memcpy(TR_A(s, impending), impend, sizeof(double) * k->nrates);
-  s->friction.held = still, s->friction.shared = 1, s->friction.impending_laws = by_law; /* tr_set_row_kinds would change the shares */
+  /* Restored one by one, because tr_set_row_kinds would change the shares. */
+  s->friction.held = still, s->friction.shared = 1, s->friction.impending_laws = by_law;
 }
 
 static int tr_restore_directions_before(tr_sim *s, double t, const double *y) {
