@@ -1,18 +1,21 @@
 /* Separations: a contact's normal force passes through zero inside a step, and its normal turns to the other side. */
 #include "events/events.h"
 
-#define TURNED 2.0     /* rad: larger than any steady turn within a step */
-#define ROUND_OFF 1e-9 /* × the largest contact force before or after: a smaller force is round-off without direction */
-#define NEAR_ZERO 0.2  /* × the smaller of the two forces: largest distance from zero of a force that separates */
-#define HALVINGS 1     /* halvings of a quarter of the step; in an eighth, a force through zero is a straight line */
-#define LINES_MOST 8   /* secants after the halvings; at first, each squares the error */
-#define NONE 2.0       /* fraction of a step: not inside it */
-#define TOGETHER 100.0 /* × rtol of the step: contacts that separate within it separate at once; each search ends within rtol */
-#define SMALL 0.2      /* × its largest so far: a contact force that may pass zero twice in a step */
-#define FADES 0.99     /* a step, of the largest force: a load that has become small for good is soon not searched any more */
-#define TINY 1e-300    /* N²: keeps a quotient finite without any force */
+#define TURNED 2.0     /* rad: above any steady turn of a normal within a step */
+/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
+#define ROUND_OFF 1e-9
+#define NEAR_ZERO 0.2  /* × the smaller end force: a minimum of the force above this is no passage through zero */
+/* Halvings of a quarter step; within an eighth of a step, a force that passes zero is nearly linear in time. */
+#define HALVINGS 1
+#define LINES_MOST 8   /* secant steps after the halvings; the first ones square the error */
+#define NONE 2.0       /* fraction of a step: no separation inside the step */
+/* × rtol, as a fraction of the step: closer separations count as one event; each root is located within rtol. */
+#define TOGETHER 100.0
+#define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass zero twice in a step */
+#define FADES 0.99     /* factor per step on the largest force so far; it ends the search for contacts whose load stays small */
+#define TINY 1e-300    /* N²: replaces a zero divisor */
 
-/* Angle between the normals of two contacts, rad; 0 if one of them is zero. */
+/* Angle between the normals of two contacts, rad; 0 if one force is zero. */
 static double tr_contact_turn(const tr_contact *p, const tr_contact *q) {
   const double *u = p->vector, *v = q->vector;
   double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -20,8 +23,8 @@ static double tr_contact_turn(const tr_contact *p, const tr_contact *q) {
   return acos(fmax(-1.0, fmin(1.0, (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (a * b))));
 }
 
-/* Place (0…1) where the straight line between two contact forces is closest to zero. *least: its length there over the smaller
- * end. */
+/* Fraction (0…1) at which the linear interpolation of two contact forces has the smallest norm. *least: this norm divided by
+ * the norm of the smaller end force. */
 static double tr_closest_to_zero(const tr_contact *p, const tr_contact *q, double *least) {
   double pp = 0.0, pd = 0.0, dd = 0.0, qq = 0.0;
   for (int i = 0; i < 3; ++i) {
@@ -33,7 +36,7 @@ static double tr_closest_to_zero(const tr_contact *p, const tr_contact *q, doubl
   return at;
 }
 
-/* Contacts at the fraction `at` of the step by the dense output. Returns 0 if that state cannot be evaluated. */
+/* Contacts at the fraction `at` of the step, from the dense output. Returns 0 if that state cannot be evaluated. */
 static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
   double *y = TR_A(s, yout);
   tr_evaluate_dense(s, at, y);
@@ -41,8 +44,8 @@ static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
   return tr_rhs(s, s->step.t0 + at * s->step.size, y, TR_A(s, dy)) && tr_current_contacts(s, y, out);
 }
 
-/* Narrow the interval a…b in which contact i turns to its part before or after m. Returns 0 if the state at m cannot be
- * evaluated. */
+/* Narrow the interval a…b, with contacts lo and hi at its ends, to the part with the larger turn of contact i, divided at m.
+ * Returns 0 if the state at m cannot be evaluated. */
 static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_contact *lo, tr_contact *hi) {
   tr_contact mid[s->o->ncontacts];
   const int known = tr_contacts_inside(s, m, mid);
@@ -52,8 +55,8 @@ static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_c
   return 1;
 }
 
-/* Fraction of the step in a…b at which contact i passes zero, lo and hi at the ends: by halvings, then secants. NONE if it does
- * not. */
+/* Fraction in a…b at which the force of contact i passes zero, by halvings, then secants; NONE if it does not. lo, hi: contacts
+ * at a and b. */
 static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contact lo, tr_contact hi) {
   double least;
   for (int halves = 0; halves < HALVINGS; ++halves)
@@ -70,8 +73,8 @@ static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contac
   return theta;
 }
 
-/* Log the separations of pair m at the fractions at[i] of the step, NONE or between the contacts `before` and `now`. Contacts that
- * separate together are one event. */
+/* Log the separations of pair m. at[i]: fraction of the step at which contact i separates, or NONE. before, now: contacts at
+ * the step's two ends. Simultaneous separations are one event. */
 static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr_contact *before, const tr_contact *now) {
   const int n = tr_pair_of(s, m)->ncontacts;
   tr_contact was[s->o->ncontacts], is[s->o->ncontacts];
@@ -87,7 +90,8 @@ static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr
   }
 }
 
-/* Whether a contact turned between two states, through a small force. floor: forces below it are round-off. */
+/* Whether a contact's normal turned between two states while its force passed close to zero. floor: forces below this are
+ * round-off. */
 static int tr_is_turned(const tr_contact *before, const tr_contact *now, double floor) {
   double least;
   if (!(before->force > 0.0) || !(fmax(before->force, now->force) > floor) || !(tr_contact_turn(before, now) > TURNED)) return 0;
@@ -95,14 +99,14 @@ static int tr_is_turned(const tr_contact *before, const tr_contact *now, double 
   return least <= 2.0 * NEAR_ZERO;
 }
 
-/* Whether a contact that a step did not turn may have turned and turned back: its force is small beside its largest so far, which
- * fades. */
+/* Whether a contact that did not turn over the step may have turned twice: its force is small relative to `peak`, its fading
+ * maximum so far. */
 static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, double peak, double floor) {
   const double smaller = fmin(before->force, now->force);
   return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now) > TURNED);
 }
 
-/* Log the separations between the fractions a and b of the step, with these contacts at them. */
+/* Log the separations between the fractions a and b of the step. before, now: contacts at a and b. */
 static void tr_log_separations_within(tr_sim *s, double a, double b, const tr_contact *before, const tr_contact *now, double floor) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const int first = tr_pair_of(s, m)->contact0, n = tr_pair_of(s, m)->ncontacts;

@@ -1,26 +1,26 @@
-/* Corners inside a step, at which it must end: where a damped end stop lets go, and where the signal of a hook passes its release.
- * Each is a smooth function of its own; whether the hook also falls is decided at the end of the step. */
+/* Corners inside a step, at which the step must end: a damped end stop releases, or the signal of a hook passes its release
+ * value. Each is a root of a smooth function. The end of the step decides whether the hook also falls. */
 #include "events/events.h"
 
-#define CORNER_NEAR 1e-9  /* × the elastic force: distance from a corner that counts as zero */
-#define CORNER_PART 0.1   /* × the tolerance: distance from a corner at which a step may begin or end */
-#define CORNER_ROOT 40    /* halvings, with secants between */
-#define HOOK_BEYOND 1e-11 /* distance of a hook's signal beyond its release at which the step ends; above TOL_STOP */
-#define HOOK_POINTS 32    /* points of a step at which a hook's signal is examined */
-#define HOOK_EDGE 1e-3    /* × the distance of two points: there the slope at an end of the step is found */
-#define HOOK_SECTIONS 40  /* golden sections between them */
+#define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
+#define CORNER_PART 0.1   /* × the tolerance: a step may begin or end within this distance from a corner */
+#define CORNER_ROOT 40    /* iterations: secants and halvings in turn */
+#define HOOK_BEYOND 1e-11 /* the step ends where a hook's signal is beyond its release by this; above TOL_STOP */
+#define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
+#define HOOK_EDGE 1e-3    /* × the spacing of these points: difference that gives the slope at an end of the step */
+#define HOOK_SECTIONS 40  /* golden-section iterations between these points */
 
-/* Distance of stop i from its corner at θ of the last step, in force; of a hook, how far its signal is beyond its release. side:
- * sign of the signal beyond it. */
+/* Distance of stop i from its corner at θ of the last step, N. For a hook: how far its signal is beyond its release value.
+ * side: sign of the signal beyond that value. */
 static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
   tr_evaluate_dense(s, theta, y);
-  tr_set_time(s, s->step.t0 + theta * s->step.size); /* drives and signals */
+  tr_set_time(s, s->step.t0 + theta * s->step.size); /* time of drives and signals */
   tr_stop_depths_and_pushes(s, y, depth, pushes);
   return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
 }
 
-/* Place in a…b where stop i passes its corner, given its distances f and g at a and b, of opposite signs. It is beyond there. */
+/* A place in a…b where stop i has just passed its corner. f, g: corner distances at a and b, of opposite signs. */
 static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, double f, double g) {
   for (int it = 0; it < CORNER_ROOT && fabs(g) > 0.0; ++it) {
     double m = it & 1 ? 0.5 * (a + b) : (a * g - b * f) / (g - f);
@@ -32,7 +32,8 @@ static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, 
   return b;
 }
 
-/* Place of the largest distance in a…b, by golden sections, or of a positive one; *most: the distance there. */
+/* Place of the largest corner distance in a…b by golden sections; stops at the first positive distance. *most: the distance
+ * there. */
 static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, double b, double *most) {
   const double part = 0.61803398874989485;
   double x = b - part * (b - a), y = a + part * (b - a);
@@ -45,9 +46,9 @@ static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, dou
   return fx > fy ? x : y;
 }
 
-/* First place in the last step where the signal of a hook passes its release; 1: none. begin: how far it lifts the hook at the
- * start; where it is at its release, it may let the hook fall or lift it. Signals may pass it twice in a step, and their tops lie
- * between points. */
+/* First place in the last step where the signal of a hook passes its release value; 1: there is none. begin: how far the signal
+ * is beyond that value at the start. A signal at its release value may rise or fall. A signal can pass the value twice between
+ * two points, so maxima between points are also located. */
 static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
   const double side = begin > HOOK_BEYOND || (begin >= -HOOK_BEYOND && !tr_is_pressed(s, hook)) ? -1.0 : 1.0;
   const double near = HOOK_EDGE / HOOK_POINTS;
@@ -56,8 +57,8 @@ static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
     const double x = q / (double)HOOK_POINTS, before = (q - 1) / (double)HOOK_POINTS;
     f[q] = tr_corner_distance(s, hook, side, x);
     if (f[q] > 0.0) return tr_find_corner(s, hook, side, before, x, f[q - 1], f[q]);
-    if (q == 2 && f[0] == f[1] && f[1] == f[2]) return 1.0; /* a signal that stays */
-    double from = -1.0, to = x, top; /* a maximum lies between them */
+    if (q == 2 && f[0] == f[1] && f[1] == f[2]) return 1.0; /* the signal is constant */
+    double from = -1.0, to = x, top; /* search interval, if it contains a maximum */
     if (q > 1 && f[q - 1] > f[q - 2] && f[q - 1] >= f[q]) from = before - 1.0 / HOOK_POINTS;
     else if (q == 1 && f[1] <= f[0] && tr_corner_distance(s, hook, side, near) > f[0]) from = 0.0;
     else if (q == HOOK_POINTS && f[q] >= f[q - 1] && tr_corner_distance(s, hook, side, 1.0 - near) > f[q]) from = before;
@@ -79,7 +80,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
   tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
-  tr_save_solution(s, kept); /* evaluations for the dense output change it */
+  tr_save_solution(s, kept); /* evaluations of the dense output change the solution */
   for (int i = 0; i < n; ++i) {
     if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))

@@ -1,19 +1,21 @@
-/* End of sliding of pairs of several components (theory, "End of sliding"). Their speed goes to zero without changing sign, so
- * the last stretch is a step of its own. At its end the pair rests, with all pairs that stop there. */
+/* End of sliding of pairs of several components (theory, "End of sliding"). Their speed reaches zero without a sign change. The
+ * last stretch is therefore a separate step. At its end the pair and all pairs that stop with it are at rest. */
 #include "events/events.h"
 
-#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of others' rates when it stops */
-#define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed of a pair that stops alone */
-#define CAPTURE_ACROSS 0.2  /* × deceleration: acceleration across the sliding, above which a pair passes its least speed without stopping */
-#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the time of the stop, */
-                            /* unless the speed is below NEAR_MISS: then the pair stops at once */
-#define STOPS_AS_ONE 0.01      /* × tolerance / rate: stops closer than this count as simultaneous; far below the error of times */
-#define STOPS_WITH 0.5      /* × the last stretch: pairs whose own stops are this close to its end stop there; well above the error of their times */
+#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of other rates when the pair stops */
+#define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed at which a pair that stops alone may stop */
+/* × deceleration: with more acceleration across the sliding, a pair passes its least speed without stopping. */
+#define CAPTURE_ACROSS 0.2
+#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the stop's time. Below the */
+                            /* speed NEAR_MISS no accuracy is required: the pair stops at once */
+#define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops count as simultaneous; far below the error of event times */
+/* × the last stretch: a pair whose own stop is this close to the end stops there; well above the error of stop times */
+#define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs `back` steps ago, m/s. */
 static double *tr_past_speeds(const tr_sim *s, int back) { return TR_A(s, past_speeds) + back * s->k->nsliders; }
 
-/* Store the speeds at the end of an accepted step; speeds before an event are discarded. Requires maps of that end. */
+/* Store the speeds at the end of an accepted step. Speeds from before an event are discarded. Requires maps of that end. */
 static void tr_save_speeds(tr_sim *s) {
   double *t = s->friction.past_t;
   if (t[0] != s->step.t0)
@@ -24,14 +26,14 @@ static void tr_save_speeds(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) tr_past_speeds(s, 0)[i] = tr_pair_speed(s, i);
 }
 
-/* Time until pair i rests, s, extrapolated from `back` steps ago over two steps. Over one step, or by its acceleration, it
- * oscillates for explicit steps at their stability limit. NaN: unknown; negative: it does not stop. */
+/* Time until pair i rests, s, extrapolated over two steps from its speed `back` steps ago. Over one step, it oscillates for
+ * explicit steps at their stability limit. NaN: unknown; negative: the pair does not stop. */
 static double tr_time_to_rest(const tr_sim *s, int i, int back) {
   const double *t = s->friction.past_t + back, v = tr_past_speeds(s, back)[i], was = tr_past_speeds(s, back + 2)[i];
   return v * (t[0] - t[2]) / (was - v);
 }
 
-/* Whether pair m slides and comes to rest about as soon as another pair, which needs `left` s. */
+/* Whether pair m slides and would come to rest at about the same time as another pair, which rests in `left` s. */
 static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }
@@ -48,8 +50,8 @@ static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
   return along < 0.0 && !turns ? v / -along : INFINITY;
 }
 
-/* Largest speed, m/s, at which pair i, at rest in `left` s, may stop. It is smaller where other pairs are about to stop as
- * well. */
+/* Largest speed, m/s, at which pair i may be stopped, given that it would rest in `left` s. It is smaller if other pairs are
+ * about to stop too. */
 static double tr_capture_speed(tr_sim *s, int i, double left) {
   int alone = tr_time_to_rest_by_braking(s, i) < INFINITY;
   for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, left);
@@ -57,7 +59,8 @@ static double tr_capture_speed(tr_sim *s, int i, double left) {
 }
 
 static int tr_find_pair_to_capture(tr_sim *s) {
-  const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0; /* fixed steps are cut into parts of any size, so past speeds are not comparable */
+  /* Fixed steps are cut into parts of any size, so their past speeds are not comparable. */
+  const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0;
   tr_save_speeds(s);
   if (i < 0 || i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
   const double v = tr_pair_speed(s, i), unit = tr_speed_unit(s), *t = s->friction.past_t;
@@ -73,7 +76,6 @@ static int tr_find_pair_to_capture(tr_sim *s) {
   return i;
 }
 
-/* The largest of n rates in their units. */
 static double tr_fastest_rate(int n, const double *v, const double *unit) {
   double most = 0.0;
   for (int q = 0; q < n; ++q) most = fmax(most, fabs(v[q]) / unit[q]);
@@ -82,7 +84,8 @@ static double tr_fastest_rate(int n, const double *v, const double *unit) {
 
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
-  const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0}; /* a shaft's first rate is its travel */
+  /* The first rate of a cylindrical pair is its travel. */
+  const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0};
   tr_mode modes[s->k->nsliders + 1];
   double change[nv + 1], unit[nv + 1];
   const double margin = s->events.margin;
@@ -104,8 +107,8 @@ static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   return has;
 }
 
-/* Freeze the direction of pair i over its last stretch, and of pairs of several components that are as slow. They keep their
- * direction until they stop. Faster pairs stay free, because directions respond fast to friction. */
+/* Freeze the direction of pair i over its last stretch, and the directions of all equally slow pairs of several components.
+ * Faster pairs keep turning, because their directions respond fast to friction. */
 static void tr_freeze_last_directions(tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     if (!tr_is_set_valued(s, m) || !tr_is_sliding(s, m) || tr_pair_of(s, m)->nrates == 1) continue;

@@ -1,11 +1,11 @@
 /* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
 #include "events/events.h"
 
-#define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts elsewhere that turn by more are logged too */
-#define BALL_TURNS 4                    /* decisions that balls may invalidate by changing branch */
-#define BRANCH_CHANGES 4                /* most branch changes of balls at one time; one suffices if a branch can be continued */
-#define CONE_NEAR 1e-6                  /* × s²/|ω|²: distance from the cone that counts as zero once the loops are closed */
-#define ANSWERS_LATER 2    /* pairs whose combinations are searched for other answers, at decisions after the start */
+#define TURN_NOTED 0.017453292519943295 /* rad: a contact of another pair that turns by more at an event is logged too */
+#define BALL_TURNS 4                    /* decisions in a row that balls may invalidate by a change of branch */
+#define BRANCH_CHANGES 4                /* most branch changes of balls at one time; one suffices where a branch continues */
+#define CONE_NEAR 1e-6                  /* × s²/|ω|²: a ball this close to its cone is at the cone, with loops closed */
+#define ANSWERS_LATER 2    /* pairs whose mode combinations are searched for other solutions, at decisions after the start */
 
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
@@ -17,7 +17,8 @@ static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   return along < 0.0 ? TR_EV_REVERSAL : 0;
 }
 
-/* Log the pairs whose mode changed since `modes`, and contacts elsewhere that turned. contacts: `before` and `after` are valid. */
+/* Log the pairs whose mode differs from `modes`, and the contacts of other pairs that turned. contacts: `before` and `after`
+ * are valid. */
 static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_contact *before, const tr_contact *after,
                            int contacts) {
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -33,15 +34,14 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
   }
 }
 
-/* Whether the event of pair i, just evaluated, is a moving ball that reaches its cone. A ball whose sliding ends has no more
- * speed than closing the loops leaves. */
+/* Whether the event of pair i, just evaluated, is that a moving ball reaches its cone. For a ball that stops instead, the
+ * remaining speed is at most the closure error of the loops. */
 static int tr_is_at_cone(const tr_sim *s, int i) {
   if (!tr_is_moving_ball(s, i)) return 0;
   if (tr_pair_speed(s, i) > tr_closure_speed(s)) return 1;
   return tr_mode_flag(tr_mode_of(s, i)) == TR_CONE || tr_sliding_of(s, i)->cone <= CONE_NEAR;
 }
 
-/* Change ball i between sliding and spinning. */
 static void tr_change_branch(tr_sim *s, int i) {
   tr_mode *m = tr_mode_of(s, i);
   m->flag = tr_mode_flag(m) == TR_CONE ? TR_SLIPS : TR_CONE;
@@ -60,8 +60,8 @@ static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i) {
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Change the branch of balls that a jump of forces carried across their cones, at the state just evaluated. Returns 1 if any
- * changed. */
+/* Switch the branch of each ball that a jump of forces carried across its cone, at the state just evaluated. Returns 1 if any
+ * branch changed. */
 static int tr_switch_crossed_balls(tr_sim *s) {
   int crossed = 0;
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -74,8 +74,8 @@ static int tr_switch_crossed_balls(tr_sim *s) {
   return crossed;
 }
 
-/* Decide the modes of the pairs `rest` (n) at (t, y), and evaluate. Repeats while balls change branch, because forces and
- * branches depend on each other. *decided: result of tr_decide_modes. Returns a status. */
+/* Decide the modes of the n pairs `rest` at (t, y) and evaluate the solution. Repeats while balls change branch, because forces
+ * and branches depend on each other. *decided: result of tr_decide_modes. Returns a status. */
 static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
   for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
     if (n) {
@@ -89,8 +89,8 @@ static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int 
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Pairs that moved along a line and left it take their present direction, unless they are slow. Pairs in `rest` are excluded.
- * Requires maps of the current state. */
+/* Freeze the present direction of each pair that moved along a line and has left it. Slow pairs and the n pairs `rest` are
+ * excluded. Requires maps of the current state. */
 static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (tr_pair_of(s, i)->nrates == 1 || !(tr_frozen_length(s, i) > TR_LINE) || tr_contains(rest, n, i)) continue;
@@ -98,8 +98,8 @@ static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* Let pair i slide on where drives move it, after it was found to stop at (t, y) without an answer at rest. Returns 0 if drives
- * do not move it. */
+/* Let pair i slide on if drives move it. Called when the pair stops at (t, y) and no solution exists with it at rest. Returns 0
+ * if drives do not move it. */
 static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
   tr_restore_modes(s, modes);
   tr_evaluate_maps_at(s, t, y);
@@ -122,7 +122,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   if (known) memcpy(before, known, sizeof(tr_contact) * nc);
   s->step.margin_end = NAN;
   if (own && tr_is_at_cone(s, which)) {
-    tr_change_branch(s, which); /* the law of a ball is continuous between sliding and spinning */
+    tr_change_branch(s, which); /* a ball's law is continuous between sliding and spinning */
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_collect_pairs_at_rest(s, own ? which : -1, rest), decided = 1;
@@ -136,7 +136,8 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   s->step.margin_end = tr_worst_violation(s, y, &n);
   tr_certify(s);
   if (contacts) tr_current_contacts(s, y, after), memcpy(TR_A(s, contacts), after, sizeof(tr_contact) * nc);
-  if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts); /* otherwise only the shares of load changed, which are not unique */
+  /* With decided 2, only load shares changed. These are not unique. */
+  if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts);
   return TR_OK;
 }
 
@@ -148,7 +149,7 @@ static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int other
     tr_restore_modes(s, modes), memcpy(y, old, sizeof old);
     return 0;
   }
-  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a second evaluation might not find the same solution */
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a second evaluation might find another solution */
   s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed;
   return 1;

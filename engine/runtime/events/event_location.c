@@ -1,26 +1,26 @@
 /* Locate the first event inside a step: the first place where a pair or stop leaves its mode (theory, "Events").
  *
- * All stages and the end of the step were evaluated. If one of them violates a mode, or comes so close that a violation between
- * stages is possible, the dense output is searched. A held pair may be released and caught again within a step; parabolas
- * follow the maxima of its margin between points, also at the ends. */
+ * All stages and the end of the step were evaluated. The dense output is searched in two cases: one of these states violates a
+ * mode, or a violation between them is possible. A stuck pair can be released and caught again within a step. Parabolas
+ * therefore locate the maxima of its violation between points, also near the ends. */
 #include "events/events.h"
 
 #define SAMPLES 8       /* dense points at which a suspect step is evaluated */
-#define SAMPLES_BOUNDED 4 /* dense points, and below iterations on θ, of a bounded step */
+#define SAMPLES_BOUNDED 4 /* the same number for a bounded step, and its iterations on θ */
 #define ROOT_STEPS_BOUNDED 4
-#define CLOSE_ROOT 1e6     /* tolerances accepted by a bounded step: 1e-7 of the speed unit, 1e-4 of a capacity */
-#define CLOSE_STOP 500.0   /* tolerances accepted for a pair of several components: a speed below NEAR_MISS */
-#define ROOT_STEPS 80     /* iterations on θ; secants up to SECANT_STEPS, then halvings, which cannot stall */
+#define CLOSE_ROOT 1e6     /* violation accepted by a bounded step, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
+#define CLOSE_STOP 500.0   /* the same for a pair of several components: a speed below NEAR_MISS */
+#define ROOT_STEPS 80     /* iterations on θ; secants up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 60
-#define ROOT_ROUND_OFF 1e-14 /* × 1: round-off of θ */
-#define TOP_STEPS 12    /* parabolas that follow one maximum; each raises the order of the error */
-#define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point is that point */
-#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes by less in an iteration stays below */
-#define DIP 0.05        /* × variation of a sliding speed over the stages: possible dip between them, to rest and up again */
-#define TURN_DIP 0.5    /* × that variation, for a minimum inside; stages beside it are up to half a step apart */
-#define BY_CONE 0.25    /* × s²/|ω|²: a ball closer to its cone may have other roots than the one followed */
-#define SWING 0.5       /* × variation of a margin over the stages: possible rise between them, a quarter period */
-#define CONE_SWING 2.0  /* × that variation for a spinning ball; at low speed its axis turns within part of a step */
+#define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
+#define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
+#define TOP_NEAR 1e-9   /* × the step: a maximum this close to an evaluated point is that point */
+#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes by less per iteration stays below release */
+#define DIP 0.05        /* × variation of a sliding speed over the stages: how far the speed may dip to rest between stages */
+#define TURN_DIP 0.5    /* × that variation, for a speed with a minimum inside the step; stages are up to half a step apart */
+#define BY_CONE 0.25    /* × s²/|ω|²: a ball closer to its cone may have several roots */
+#define SWING 0.5       /* × variation of a violation over the stages: how far it may rise between stages, a quarter period apart */
+#define CONE_SWING 2.0  /* × that variation for a spinning ball; at low speed its axis can turn within part of a step */
 #define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to release makes the step suspect */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
@@ -34,8 +34,8 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   return best - 1.0;
 }
 
-/* tr_worst_violation at a dense point. from: multipliers from which Newton's iteration starts; 0: interpolated between the
- * step's ends. NaN: no solution. */
+/* tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; 0: interpolated between the
+ * ends of the step. NaN: no solution. */
 static double tr_violation_at_from(tr_sim *s, double theta, const double *from, int *worst) {
   double *y = TR_A(s, yout);
   tr_dense_state(s, theta, y);
@@ -47,10 +47,9 @@ static double tr_violation_at_from(tr_sim *s, double theta, const double *from, 
 
 static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_violation_at_from(s, theta, 0, worst); }
 
-/* Number of dense points of a suspect step. */
 static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : SAMPLES; }
 
-/* The violation at dense point q; ends are known already. last: worst pair at the end. */
+/* The violation at dense point q. At both ends it is already known. last: worst pair at the end of the step. */
 static double tr_violation_at_sample(tr_sim *s, int q, int last, const double *from, int *worst) {
   const int samples = tr_sample_count(s);
   if (q == 0 && s->step.margin == s->step.margin) return s->step.margin;
@@ -59,7 +58,8 @@ static double tr_violation_at_sample(tr_sim *s, int q, int last, const double *f
   return s->step.margin_end;
 }
 
-/* A root of the violation in [a, b] within the evaluations of a bounded step, on either side of the exact root. */
+/* An approximate root of the violation in [a, b], on either side of the exact root, with the few evaluations that a bounded
+ * step allows. */
 static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, double gb, int *which) {
   double m = b;
   int side = 0;
@@ -80,8 +80,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb: a safeguarded secant (Illinois). near: multipliers at a,
- * followed to the root; 0: not followed. NaN: the solution itself ends there. */
+/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). near: multipliers at a,
+ * followed to the root; 0: they are not followed. NaN: the solution itself ends there. */
 static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
   const int nz = tr_z_length(s);
   int side = 0;
@@ -95,7 +95,7 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
       b = m, gb = g, *which = w;
       if (side == 1) ga *= 0.5;
       side = 1;
-      if (g < 1.0) break; /* past the root by less than twice the tolerance */
+      if (g < 1.0) break; /* less than twice the tolerance beyond the root */
     } else {
       a = m, ga = g;
       if (near) tr_copy(nz, TR_A(s, z), near);
@@ -103,14 +103,14 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
       side = -1;
     }
   }
-  if (near) { /* up to there, interpolated multipliers lie on the branch that ends there */
+  if (near) { /* interpolated multipliers must lie on the branch that ends at the root */
     for (int i = 0; i < nz; ++i) TR_A(s, zend)[i] = TR_A(s, zstart)[i] + (near[i] - TR_A(s, zstart)[i]) / b;
   }
   return gb == gb ? b : NAN;
 }
 
-/* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A pair of several components that merely turned fast needs
- * a smaller step, and so does one that nearly stopped. Other pairs then only follow its friction. *which may become the pair
+/* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A pair of several components that turned fast, or nearly
+ * stopped, requires a smaller step. Other pairs then leave their modes only because of its friction. *which may become the pair
  * that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
@@ -124,7 +124,8 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   tr_evaluate_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_has_reversed(s, i) || (i != *which && tr_mode_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
-    if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_stopping_on_line(s, i, t, y)) { /* across a line, loops are open */
+    /* Speed across a line comes from open loops. */
+    if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_stopping_on_line(s, i, t, y)) {
       s->friction.cutting_pair = i;
       return TR_TOO_LARGE;
     }
@@ -137,7 +138,7 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
 }
 
 /* Whether the speed of pair i (one component) falls at the start of the last step and rises at its end. Also 1 if its rate is
- * not part of the state. */
+ * not in the state. */
 static int tr_has_speed_minimum(const tr_sim *s, int i) {
   int v0 = tr_pair_of(s, i)->v0, n = tr_state_width(s);
   const double *start = TR_A(s, K) + s->k->nq, *end = start + tr_method_of(s)->end * n, side = tr_mode_of(s, i)->direction[0];
@@ -160,8 +161,8 @@ static int tr_is_suspect(const tr_sim *s, int i) {
   return most + swing > -NEAR_RELEASE / TOL_RELEASE;
 }
 
-/* Refine the maximum of the violation f near the middle of three points x of the dense output. Returns 1 if it is positive;
- * x[1], f[1] and *which then hold it. */
+/* Locate the maximum of the violation f near the middle of three points x of the dense output. Returns 1 if it is positive;
+ * then x[1], f[1] and *which describe that maximum. */
 static int tr_find_maximum(tr_sim *s, double *x, double *f, int *which) {
   for (int it = 0; it < TOP_STEPS; ++it) {
     double p = (x[1] - x[0]) * (f[1] - f[2]), q = (x[1] - x[2]) * (f[1] - f[0]);
@@ -181,9 +182,9 @@ static int tr_find_maximum(tr_sim *s, double *x, double *f, int *which) {
   return 0;
 }
 
-/* Whether the last step may end a ball's branch of friction (a fold). The end's multipliers are then on another branch, and
- * roots inside are followed from the start. Excludes a second ball near its cone: with four roots, the one followed can end in
- * unlimited friction. */
+/* Whether a ball's branch of friction may end in the last step (a fold). The end's multipliers then belong to another branch,
+ * and roots inside are followed from the start. 0 if a second ball is near its cone: with four roots, the followed root can end
+ * in unlimited friction. */
 static int tr_is_fold_possible(const tr_sim *s, int which) {
   if (!(s->step.margin_end > 0.0) || which >= s->k->nsliders || !tr_is_sliding_ball(s, which)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)
@@ -202,7 +203,7 @@ static int tr_search_step(tr_sim *s, int closely, int *which, double *theta) {
     x[q] = q / (double)samples, g[q] = tr_violation_at_sample(s, q, last, near, &w);
     if (near && q > 0 && q < samples && g[q] <= 0.0) tr_copy(nz, TR_A(s, z), near);
     if (g[q] != g[q]) return TR_TOO_LARGE;
-    if (q == 0) { /* modes decided at the start are no event */
+    if (q == 0) { /* the modes were decided at the start: no event there */
       g[0] = fmin(g[0], 0.0);
       continue;
     }

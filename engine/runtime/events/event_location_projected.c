@@ -1,16 +1,16 @@
-/* Events on the dense output have loops open by the step's error. Their times are refined with closed loops, so that decisions
- * and rows belong to the event itself (theory, "Events"). */
+/* Refined event times. On the dense output, loops are open by the step's error. Event times are refined with closed loops, so
+ * that decisions and rows belong to the event itself (theory, "Events"). */
 #include "events/events.h"
 
-#define CLOSE_STEP 1e-3 /* × θ: first secant step */
-#define CLOSE_TIMES 8   /* secants */
-#define CLOSE_FAR 0.25  /* × the step: the step's error can move an event by this; farther away lies another event */
-#define LET_GO_AS_ONE 1.0 /* × tolerance / rate: releases closer than this are simultaneous; far below the error of times */
-#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first look ahead */
-#define LET_GO_GROWS 10.0 /* factor to the next look ahead */
-#define LET_GO_NEAR 1e-4 /* × the friction ratio: pairs farther from release are ignored */
+#define CLOSE_STEP 1e-3 /* × θ: first secant difference */
+#define CLOSE_TIMES 8   /* secant iterations */
+#define CLOSE_FAR 0.25  /* × the step: largest shift of an event by the step's error; a root farther away is another event */
+#define LET_GO_AS_ONE 1.0 /* × tolerance / rate: closer releases count as simultaneous; far below the error of event times */
+#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance at which later releases are sought */
+#define LET_GO_GROWS 10.0 /* factor to the next distance */
+#define LET_GO_NEAR 1e-4 /* × the friction ratio: pairs farther from release are not considered */
 
-/* Surface speed of pair i along its frozen direction, m/s, and its rate of change, at the current solution. */
+/* Surface speed of pair i along its frozen direction, m/s, at the current solution. *change: its time derivative, m/s². */
 static double tr_speed_on_line(tr_sim *s, int i, double *change) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *dir = tr_mode_of(s, i)->direction, *r = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
@@ -48,13 +48,13 @@ static int tr_is_refinement_needed(const tr_sim *s, int i) {
   return s->k->active && i < s->k->nsliders && tr_is_set_valued(s, i) && tr_mode_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }
 
-/* Violation of pair i's mode at θ of the last step with closed loops, less the tolerance. For a stuck pair, the largest
+/* Violation of pair i's mode, in tolerances less one, at θ of the last step with closed loops. If pair i is stuck: the largest
  * violation of all stuck pairs. NaN: no solution. */
 static double tr_projected_violation(tr_sim *s, int i, double theta) {
   double *y = TR_A(s, event_y), t = s->step.t0 + theta * s->step.size;
   tr_dense_state(s, theta, y);
   if (!tr_project(s, t, y) || !tr_rhs(s, t, y, TR_A(s, dy))) return NAN;
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws of its last iterate but one */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws of its second-last iterate */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)
@@ -62,7 +62,8 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
   return most - 1.0;
 }
 
-/* Refine the pending event of a stuck pair or a ball with closed loops, by secants on θ. Without convergence the time stays. */
+/* Refine the pending event of a stuck pair or a ball with closed loops, by secants on θ. If they do not converge, the time
+ * remains unchanged. */
 static void tr_refine_projected_event(tr_sim *s, int i) {
   double was = s->pending.theta, g0 = tr_projected_violation(s, i, was), theta = was * (1.0 - CLOSE_STEP);
   for (int it = 0; it < CLOSE_TIMES && fabs(g0) > EVENT_CLOSE; ++it) {
@@ -74,7 +75,7 @@ static void tr_refine_projected_event(tr_sim *s, int i) {
   s->pending.theta = was, s->pending.t = s->step.t0 + was * s->step.size;
 }
 
-/* Number of stuck pairs beyond their capacity at θ, with closed loops; -1: no solution. */
+/* Number of stuck pairs beyond their capacity at θ with closed loops; -1: no solution. */
 static int tr_count_released_at(tr_sim *s, int i, double theta) {
   int count = 0;
   const double worst = tr_projected_violation(s, i, theta);
@@ -83,13 +84,13 @@ static int tr_count_released_at(tr_sim *s, int i, double theta) {
   return count;
 }
 
-/* Move the pending release of pair i to the last of the releases that follow within the error of times. In symmetric mechanisms
- * they are simultaneous, and only the step's error separates them. */
+/* Delay the pending release of pair i to the last of the releases that follow within the error of event times. In symmetric
+ * mechanisms these releases are simultaneous; only the step's error separates them. */
 static void tr_release_together(tr_sim *s, int i) {
   int near = 0;
   const int nz = tr_z_length(s);
   double z[nz + 1];
-  if (s->friction.shared) return; /* another solution may share the load otherwise */
+  if (s->friction.shared) return; /* another solution may share the load differently */
   tr_copy(nz, TR_A(s, z), z);
   const double most = LET_GO_AS_ONE * s->set.rtol / s->set.rate / s->step.size;
   const int now = tr_count_released_at(s, i, s->pending.theta);

@@ -1,11 +1,13 @@
-/* Records of events; the proportional zone of laws with a kink; mode changes at its border. A reversal is certain only when the
- * zone is left, so the zone stores the contacts at its entry. */
+/* Event records, the proportional zone of laws with a kink, and mode changes at the border of this zone. A reversal is certain
+ * only when the pair leaves the zone, so the zone stores the contacts at its entry. */
 #include "events/events.h"
 
-#define FOLD_BEFORE 1e-4 /* × the step: distance before an event at which a ball is evaluated; a tilt that ends smoothly, like a root, is below 0.01 there */
-#define FOLD_TILT 0.05   /* × a ball's tilt (three degrees): smaller changes are no jump; tilts are known to one degree in long steps */
+/* × the step: a ball is evaluated this far before its event; a tilt that vanishes like a square root is below 0.01 there. */
+#define FOLD_BEFORE 1e-4
+/* Rad (three degrees): a smaller change of a ball's tilt is no jump; long steps resolve tilts to one degree. */
+#define FOLD_TILT 0.05
 
-/* Orientation angle of a contact, rad. */
+/* Polar angle of a contact's normal in its plane, rad. */
 static double tr_contact_angle(const tr_contact *p) { return atan2(p->vector[1], p->vector[0]); }
 
 static void tr_log_event(tr_sim *s, double t, int kind, int index, const tr_contact *before, const tr_contact *after, int n) {
@@ -30,7 +32,7 @@ static void tr_log_event(tr_sim *s, double t, int kind, int index, const tr_cont
   }
 }
 
-/* Pair i enters the proportional zone at (t, y): store direction and contacts. */
+/* Pair i enters the proportional zone at (t, y): store its direction and contacts. */
 static void tr_enter_zone(tr_sim *s, int i, double t, const double *y) {
   tr_zone *zone = tr_zone_of(s, i);
   zone->inside = 1, zone->entered = t, zone->reversal = NAN;
@@ -45,7 +47,7 @@ static double tr_speed_along_entry(const tr_sim *s, int i) {
   return a;
 }
 
-/* Pair i leaves the proportional zone at (t, y): log a reversal if its sliding turned inside. */
+/* Pair i leaves the proportional zone at (t, y): log a reversal if its sliding direction reversed inside. */
 static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   tr_zone *zone = tr_zone_of(s, i);
   tr_contact after[TR_EVENT_CONTACTS];
@@ -57,8 +59,8 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   zone->inside = 0;
 }
 
-/* Put the proportional branch of pair i in force at its kink (t, y), if it exists there. A ball near its cone has hysteresis:
- * its sliding branch, just evaluated, ends an instant later. Otherwise restores the saturated branch and returns 0. */
+/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists there. Otherwise restores the
+ * saturated branch and returns 0: a ball near its cone has hysteresis, and its sliding branch ends slightly later. */
 static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, i);
   if (tr_sliding_of(s, i)->speed < 0.0) return 0; /* the direction turned by more than a right angle since it was frozen */
@@ -69,7 +71,7 @@ static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y
   return 0;
 }
 
-/* Ball i has just left its zone at (t, y). If its sliding has no continuation, take another root and log a fold. */
+/* Ball i has just left its zone at (t, y). If its sliding branch does not continue, take another root and log a fold. */
 static void tr_jump_beyond_fold(tr_sim *s, int i, double t, const double *y) {
   tr_contact before[TR_EVENT_CONTACTS], after[TR_EVENT_CONTACTS];
   const int n = tr_pair_contacts(s, i, y, before);
@@ -77,8 +79,8 @@ static void tr_jump_beyond_fold(tr_sim *s, int i, double t, const double *y) {
   tr_log_event(s, t, TR_EV_FOLD, i, before, after, tr_pair_contacts(s, i, y, after) ? n : 0);
 }
 
-/* Tilt of ball i at the current solution; 0: it spins. Evaluates the laws again, because Newton's method leaves those of its
- * last iterate but one. */
+/* Tilt of ball i at the current solution; 0 if the ball spins. Evaluates the laws again, because Newton's method leaves those
+ * of its second-last iterate. */
 static double tr_current_tilt(tr_sim *s, int i) {
   tr_evaluate_laws(s, TR_A(s, z) + s->k->active);
   return sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
@@ -110,7 +112,6 @@ static void tr_log_fold(tr_sim *s, int i, double t, const double *y, const tr_br
   }
 }
 
-/* Release the stop behind a hook that leaves its tooth. */
 static void tr_release_behind(tr_sim *s, int hook, double t) {
   const int behind = tr_stop_behind_hook(s, hook);
   if (!tr_is_pressed(s, behind)) return;
@@ -142,7 +143,7 @@ static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y) {
 
 static void tr_switch_mode(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
-  if (which < k->nsliders && tr_has_kink_at_rest(s, which)) { /* friction continues unchanged: no event */
+  if (which < k->nsliders && tr_has_kink_at_rest(s, which)) { /* friction is continuous: no event */
     tr_freeze_direction(s, which);
     return;
   }

@@ -1,14 +1,17 @@
-/* Margin of an event: how much its deciding quantity would have to differ for another outcome (theory, "Marginal events"). For
- * a crossing, this is the overshoot beyond the threshold, and the crossing speed. For a decision, it is the distance of stuck
- * pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
+/* Margin of an event: the change of its deciding quantity that would change its outcome (theory, "Marginal events"). For a
+ * crossing, it is the overshoot beyond the threshold; the crossing speed also counts. For a decision, it is the distance of
+ * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
 #include "events/events.h"
 
-#define SLOW 0.01        /* × its unit per run: a slower crossing moves by more than the error of times if shifted by one tolerance */
-#define STRAYS_LEAST 1e-3 /* × the run's error: no speed is known better, whatever the step errors */
-#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs with the same share as the released one go with it by symmetry */
-#define ENOUGH 0.01      /* × the friction ratio: a larger estimated margin needs no exact value */
-#define LEAST_STRETCH 1e-3 /* × the step: no slope is measured over less */
-#define SHIFT_CONE 2e-9 /* × s²/|ω|²: shift in model exchange; at a ball's cone the value is known to 5e-10, because the law loses half of its digits */
+/* × its unit per run: a slower crossing would shift by more than the error of event times if its threshold shifted by one
+ * tolerance. */
+#define SLOW 0.01
+#define STRAYS_LEAST 1e-3 /* × the run's error: assumed least error of a speed */
+#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs this close to the released pair's share are released with it, by symmetry */
+#define ENOUGH 0.01      /* × the friction ratio: an estimated margin above this is not computed exactly */
+#define LEAST_STRETCH 1e-3 /* × the step: shortest interval over which a slope is measured */
+/* × s²/|ω|²: shift in model exchange; the law of a ball loses half of the digits at its cone, so the error is 5e-10. */
+#define SHIFT_CONE 2e-9
 
 /* Possible error of the run's states, relative to their units. */
 static double tr_run_error(const tr_sim *s) { return RUN_ERROR * tr_audit_tolerance(s); }
@@ -25,8 +28,8 @@ static void tr_copy_violations(tr_sim *s, int from, int when) {
   if (when == TR_AT_START) s->step.far_known = 1;
 }
 
-/* Fraction of the run's error that applies to the event of `which`. For the end of sliding it follows from the accumulated
- * errors of that speed. */
+/* Fraction of the run's error that applies to the event of `which`. For the end of sliding, it is computed from the accumulated
+ * error of that pair's speed. */
 static double tr_error_part(const tr_sim *s, int which) {
   if (which >= s->k->nsliders || !tr_is_set_valued(s, which) || tr_is_stuck(s, which) || tr_is_moving_ball(s, which)) return 1.0;
   if (tr_pair_of(s, which)->v0 < 0) return 1.0;
@@ -34,7 +37,7 @@ static double tr_error_part(const tr_sim *s, int which) {
   return fmin(1.0, fmax(off / tr_run_error(s), STRAYS_LEAST));
 }
 
-/* One tolerance of the event of `which` in the unit of its margin: friction ratio, speed unit, length, or sine². */
+/* One tolerance of the event of `which`, in the unit of its margin: friction ratio, relative speed, relative length, or sine². */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
   if (!tr_is_set_valued(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_pair_speed_unit(s, which);
@@ -55,8 +58,8 @@ static void tr_set_crossing_margin(tr_sim *s, int which) {
   s->events.unsure = s->events.margin < part * tr_run_error(s) || gone < SLOW * part;
 }
 
-/* Estimated margin of pair i, which slips instead of resting: friction needed for rest over its capacity, less 1. Requires the
- * frictionless response and capacities of the current solution. */
+/* Estimated margin of pair i, which slips instead of resting: friction needed for rest divided by its capacity, minus 1.
+ * Requires the frictionless response and the capacities of the current solution. */
 static double tr_slip_margin(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_hold *hold = tr_hold_of(s, i);
@@ -70,8 +73,8 @@ static double tr_slip_margin(tr_sim *s, int i) {
   return (hold->size + sqrt(size) / most) / fmax(hold->capacity, NO_FORCE) - 1.0;
 }
 
-/* Margin of pair i by a solution with the pair stuck: distance of its friction from its capacity, relative. Modes and
- * multipliers are restored. */
+/* Margin of slipping pair i from a solution in which it is stuck: relative distance of its friction from its capacity. Modes
+ * and multipliers are restored. */
 static double tr_margin_if_stuck(tr_sim *s, int i) {
   const int nz = tr_z_length(s);
   tr_mode modes[s->k->nsliders + 1];
@@ -85,7 +88,7 @@ static double tr_margin_if_stuck(tr_sim *s, int i) {
   return margin;
 }
 
-/* Friction over capacity of each stuck pair, 0 for others, at the current solution. */
+/* Ratio of friction to capacity of each stuck pair at the current solution; 0 for every other pair. */
 static void tr_save_held_shares(tr_sim *s, double *was) {
   memset(was, 0, sizeof(double) * s->k->nsliders);
   if (!s->friction.held) return;
@@ -94,7 +97,8 @@ static void tr_save_held_shares(tr_sim *s, double *was) {
     if (tr_is_stuck(s, i)) was[i] = tr_friction_ratio(s, i);
 }
 
-/* Margin of a decision about the pairs `rest` (n), just made and evaluated. was: tr_save_held_shares before the decision. */
+/* Margin of the decision about the n pairs `rest`, just made and evaluated. was: result of tr_save_held_shares before the
+ * decision. */
 static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released, const double *was) {
   double least = CLEAR_MARGIN;
   tr_form_maps_without_loops(s, 1);
@@ -103,14 +107,14 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
     const int i = rest[q];
     if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_friction_ratio(s, i));
     else if (i != released && was[i] < 1.0 - LET_GO_WITH) {
-      const double estimate = tr_slip_margin(s, i); /* exact if no other pair rests, otherwise too small */
+      const double estimate = tr_slip_margin(s, i); /* exact if no other pair rests, otherwise an underestimate */
       least = fmin(least, estimate < ENOUGH ? tr_margin_if_stuck(s, i) : estimate);
     }
   }
   return fmax(least, 0.0);
 }
 
-/* Include `margin` in that of the next event, which is the least of all margins at its time. */
+/* Lower the margin of the next event to `margin` if that is smaller. */
 static void tr_record_margin(tr_sim *s, double margin) {
   s->events.margin = fmin(s->events.margin, margin), s->events.unsure |= margin < tr_run_error(s);
 }

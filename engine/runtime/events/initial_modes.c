@@ -1,9 +1,10 @@
-/* Modes of stops and pairs at the start of a run, after a change of parameters, or after a refused answer. */
+/* Modes of stops and pairs at the start of a run, after a change of parameters, or after a rejected solution. */
 #include "events/events.h"
 
-#define ANSWERS_AT_START 4 /* pairs at rest at the start whose combinations (3 each) are searched for a second answer */
+#define ANSWERS_AT_START 4 /* pairs at rest at the start whose mode combinations (3 per pair) are searched for a second solution */
 
-/* Set the modes of set-valued pairs at the start: sliding, or at rest by decision. Requires maps of y. Returns a status. */
+/* Set the modes of set-valued pairs at the start: sliding pairs slip, the modes of pairs at rest are decided. Requires maps of
+ * y. Returns a status. */
 static int tr_set_initial_set_valued(tr_sim *s, double *y) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1];
@@ -27,13 +28,13 @@ static int tr_set_initial_modes(tr_sim *s) {
   double depth[k->nstops + 1], *y = TR_A(s, y), none[k->nn + 1];
   memset(none, 0, sizeof none);
   tr_set_time(s, s->clock.t);
-  for (int i = 0; i < k->nstops; ++i) { /* a latch stays down if parameters change during a run */
+  for (int i = 0; i < k->nstops; ++i) { /* a hook stays engaged when parameters change during a run */
     if (!tr_is_hook(s, i)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!s->stats.steps) *tr_stop_flag(s, i) = k->down[i - (k->nstops - k->nlatches)];
   }
   tr_stop_depths(s, y, depth);
   int again = 0;
-  for (int i = k->nstops - k->nlatches; i < k->nstops; ++i) /* unless it moved to another tooth */
+  for (int i = k->nstops - k->nlatches; i < k->nstops; ++i) /* a hook on no tooth is open */
     if (tr_is_pressed(s, i) && !(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN, again = 1;
   if (again) tr_stop_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) {

@@ -1,9 +1,9 @@
 /* Stops and latches: event kinds, and whether a step may contain an event of one. */
 #include "events/events.h"
 
-#define SHORTLY 1e-3      /* × the step: difference that gives the rate of a depth */
-#define TOP_POINTS 16     /* points of a cubic over the step, among which its maximum is sought */
-#define TOP_DIP 0.1       /* × variation of a depth over the step: possible excess over the cubic */
+#define SHORTLY 1e-3      /* × the step: difference for the time derivative of a depth */
+#define TOP_POINTS 16     /* points at which a cubic over the step is evaluated to find its maximum */
+#define TOP_DIP 0.1       /* × variation of a depth over the step: how far the depth may exceed the cubic */
 
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {
   if (tr_is_hook(s, stop)) return pressed ? TR_EV_LATCH : TR_EV_UNLATCH;
@@ -14,8 +14,8 @@ static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }
 
-/* The cubic through depths and rates at both ends must have a maximum near the threshold. The rates are those of K and K[end], or
- * of the dense output of impulses. */
+/* The cubic through the depths and rates at both ends must have a maximum near the threshold. Rates are those of K and K[end],
+ * or of the dense output for impulse steps. */
 static int tr_has_stop_event_inside(tr_sim *s) {
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;
   const double h = s->step.size, *ends[2] = {TR_A(s, y), TR_A(s, ynew)}, *rates[2] = {TR_A(s, K), TR_A(s, K) + tr_method_of(s)->end * n};

@@ -31,7 +31,8 @@ void tr_gap(tr_sim *s, double *h) {
   if (k->rows) k->closure(TR_A(s, x), TR_A(s, y), TR_A(s, c) + k->c_closure, h);
 }
 
-/* Units of the tolerance: 1 for angles and quaternions, the length scale for lengths; rates times the rate scale. */
+/* Set the units of the tolerance. Angles and quaternions: 1. Lengths: the length scale. Rates: these units times the rate
+ * scale. */
 static void tr_set_tolerance_units(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *u = TR_A(s, scale);
@@ -40,7 +41,6 @@ static void tr_set_tolerance_units(tr_sim *s) {
   for (int i = 0; i < k->nv; ++i) u[k->nq + i] = tr_rate_unit(s, i) * s->set.rate;
 }
 
-/* Reset everything that an earlier run left; the new run begins at t. */
 static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   const int width = s->clock.width, nbreaks = s->clock.nbreaks, capacity = s->events.capacity;
   const int method = tr_is_auto(s) ? tr_auto_explicit_method(s) : s->set.method;
@@ -60,7 +60,7 @@ static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   memset(TR_A(s, impulse_work), 0, sizeof(double) * s->k->npowers);
 }
 
-/* Write the first row; energy residuals count from its value. Returns a status. */
+/* Write the first row. Its energy becomes the reference of the energy residuals. Returns a status. */
 static int tr_write_first_row(tr_sim *s, double *row) {
   double *y = TR_A(s, yout);
   memcpy(y, TR_A(s, y), sizeof(double) * tr_state_width(s));
@@ -97,7 +97,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   if (k->neta && k->loop_friction && k->nkappa == 0 && open) return TR_NEED_REDUNDANT;
   int modes = tr_set_initial_modes(s);
   if (s->ask.cancelled) return s->clock.status = TR_CANCELLED;
-  if (modes != TR_OK && k->neta) { /* second attempt with all starts of Newton's method */
+  if (modes != TR_OK && k->neta) { /* second attempt, with all starts of Newton's method */
     s->friction.from_anywhere = 1;
     modes = tr_set_initial_modes(s);
     s->friction.from_anywhere = 0;

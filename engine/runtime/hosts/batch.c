@@ -1,12 +1,12 @@
 /* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
- * A case runs like a single run: in a fresh block, by the same calls in the same order. Its numbers therefore agree to the last
- * bit. The host owns all memory; a call returns when its step budget is used up. */
+ * Each case makes the same calls as a single run, in a fresh block, so its results are bitwise identical. The host owns all
+ * memory; a call returns when its step budget is used up. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #define START_STEPS 20 /* steps that cost as much as assembly and start */
 
-/* Doubles of a case's output. */
+/* Number of doubles in a case's output. */
 static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
 
 static tr_case *tr_case_out(const tr_batch *b) { return (tr_case *)(b->out + (size_t)b->at * tr_case_doubles(b)); }
@@ -15,7 +15,6 @@ static tr_reduced *tr_case_columns(const tr_batch *b) { return (tr_reduced *)(tr
 
 static const tr_case_settings *tr_case_set(const tr_batch *b) { return b->set + b->at; }
 
-/* Reset the output of the case. */
 static void tr_case_clear(tr_batch *b) {
   tr_case *o = tr_case_out(b);
   tr_reduced *r = tr_case_columns(b);
@@ -25,7 +24,7 @@ static void tr_case_clear(tr_batch *b) {
   for (int i = 0; i < b->width; ++i) r[i].max = r[i].min = r[i].final = NAN;
 }
 
-/* Add a row to the reductions: maximum, minimum and sum over finite values, and the last value. */
+/* Add a row to the reductions: maximum, minimum and sum of finite values, and the last value. */
 static void tr_case_row(tr_batch *b, const double *row) {
   tr_reduced *r = tr_case_columns(b);
   tr_case_out(b)->rows += 1.0, b->last = row[0];
@@ -44,21 +43,20 @@ static void tr_case_row(tr_batch *b, const double *row) {
   }
 }
 
-/* Count the events waiting in the block by kind, with first times and margins. */
+/* Count the events stored in the block by kind, with first times and margins. Empties the buffer. */
 static void tr_case_events(tr_batch *b, tr_sim *s) {
   tr_case *o = tr_case_out(b);
   for (int i = 0; i < s->events.count; ++i) {
     const tr_event *e = (const tr_event *)TR_A(s, ev) + i;
     int kind = (int)e->kind & (TR_EVENT_KINDS - 1);
     if (o->count[kind]++ == 0.0) o->first[kind] = e->time;
-    if (kind == TR_EV_SEPARATION || kind == TR_EV_CONTACT_JUMP) continue; /* no decision depends on them */
+    if (kind == TR_EV_SEPARATION || kind == TR_EV_CONTACT_JUMP) continue; /* no decision depends on these events */
     if (e->margin < o->margin) o->margin = e->margin;
     o->marginal += e->marginal;
   }
   s->events.count = 0;
 }
 
-/* A fresh block of variant `which` with the case's parameters, inputs and settings. */
 static tr_sim *tr_case_block(tr_batch *b, int which) {
   tr_variant *v = b->variant + which;
   tr_sim *s = v->plain;
@@ -73,12 +71,12 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
   s->lane = which ? 0 : b->lane;
-  if (b->lane) s->ask.host = 0; /* a case's own stack must not call a host */
+  if (b->lane) s->ask.host = 0; /* a host must not be called from the separate stack of a case */
   b->which = which, b->now = s;
   return s;
 }
 
-/* Assemble and start the case. Returns TR_OK when it runs, else a status. */
+/* Assemble and start the case. Returns TR_OK when the case is running, else a status. */
 static int tr_case_start(tr_batch *b) {
   tr_sim *s = tr_case_block(b, 0);
   const tr_kernel *k = s->k;
@@ -107,7 +105,7 @@ static int tr_case_start(tr_batch *b) {
   return TR_OK;
 }
 
-/* End the case: last row, means, audit, outcome. */
+/* End the case: last row, means, audit and status. */
 static void tr_case_end(tr_batch *b, int status) {
   tr_sim *s = b->now;
   tr_case *o = tr_case_out(b);
@@ -127,7 +125,7 @@ static void tr_case_end(tr_batch *b, int status) {
   b->running = 0;
 }
 
-/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not provided it yet. */
+/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not yet provided this unit. */
 static int tr_case_attach(tr_batch *b) {
   tr_variant *v = b->variant + b->which;
   if (!v->full) return 0;
@@ -146,7 +144,8 @@ int tr_batch_run(tr_batch *b, long budget) {
       continue;
     }
     if (budget <= 0) return TR_MORE;
-    if (b->kept && b->kept_rows + b->capacity + 2 > b->kept_capacity) return TR_MORE; /* room for a first row, a buffer and a last row */
+    /* Rows needed: a first row, a full buffer, a last row. */
+    if (b->kept && b->kept_rows + b->capacity + 2 > b->kept_capacity) return TR_MORE;
     if (!b->running) {
       budget -= START_STEPS;
       status = tr_case_start(b);

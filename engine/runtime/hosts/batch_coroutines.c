@@ -1,34 +1,34 @@
 /* Cases of a batch that step together (theory, "Ensembles"). Each case has its own stack, step size, method and modes, and runs
- * the code of a single run. Where it requests a step (``evaluate/lane_requests.c``), it waits until enough cases wait for the
- * same request to fill the vectors' lanes. Lanes are independent, so results do not depend on neighbours. A case that cannot
- * continue is left to the host. Switching stacks takes a few instructions, available for x86-64 outside Windows; other
- * processors have no ensembles. */
+ * the code of a single run. When a case requests a step (``evaluate/lane_requests.c``), it waits until enough equal requests
+ * fill the SIMD lanes. Lanes are independent, so results do not depend on the other cases. A case that cannot continue is left
+ * to the host. Ensembles require x86-64 outside Windows, because the stacks are switched in assembly. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #if defined __x86_64__ && !defined _WIN32 && defined __clang__
-#define TR_STACK_MARK 0x7472756e6e696f6eL /* at the end of each stack; overwritten by an overflow */
-#define TR_ALL_STEPS 1000000000L          /* steps of a case per call: it runs until it requests */
+#define TR_STACK_MARK 0x7472756e6e696f6eL /* at the end of each stack; a stack overflow overwrites it */
+/* Step budget of a case per call: unlimited in effect; a case runs until its next request. */
+#define TR_ALL_STEPS 1000000000L
 enum { TR_QUEUES = TR_ASKS * TR_METHODS };
 
-/* Switch from the present stack to `to`. Registers that functions preserve (System V ABI, 3.2.1) are stored on the stack left. */
+/* Switch from the present stack to `to`. Callee-saved registers (System V ABI, 3.2.1) are stored on the stack that is left. */
 __attribute__((naked, noinline)) static void tr_change_stacks(void **from __attribute__((unused)), void *to __attribute__((unused))) {
   __asm__ volatile("pushq %rbp\n pushq %rbx\n pushq %r12\n pushq %r13\n pushq %r14\n pushq %r15\n movq %rsp, (%rdi)\n"
                    "movq %rsi, %rsp\n popq %r15\n popq %r14\n popq %r13\n popq %r12\n popq %rbx\n popq %rbp\n ret");
 }
 
-/* Entry of a new stack: function and argument wait in r13 and r12. */
+/* Entry of a new stack: r13 holds the function, r12 its argument. */
 __attribute__((naked, noinline)) static void tr_begin_stack(void) {
   __asm__ volatile("movq %r12, %rdi\n callq *%r13\n ud2");
 }
 
-/* Leave the case's stack with this state. */
+/* Leave the case's stack and set its state. */
 static void tr_leave_stack(tr_strand *c, int state) {
   c->state = state;
   tr_change_stacks(&c->here, c->back);
 }
 
-/* `ask` of a case's lane: wait until the request has been served. Returns its result. */
+/* Function `ask` of a case's lane: wait until the request has been served. Returns the result of the request. */
 static int tr_wait_for_lane(tr_lane *lane, tr_request *request) {
   tr_strand *c = (tr_strand *)lane;
   c->request = request, request->ok = 0;
@@ -45,7 +45,6 @@ static int tr_run_case(tr_strand *c) {
   }
 }
 
-/* Body of a strand: run one case after another. */
 static void tr_run_strand(tr_strand *c) {
   tr_ensemble *e = c->all;
   while (e->next < e->ncases) {
@@ -56,11 +55,10 @@ static void tr_run_strand(tr_strand *c) {
   for (;;) tr_leave_stack(c, TR_STRAND_OVER);
 }
 
-/* Reset a strand to an empty stack. */
 static void tr_reset_strand(tr_strand *c, tr_ensemble *e) {
   void **top = (void **)(((size_t)c->stack + (size_t)e->stack_bytes) & ~(size_t)63);
   *(long *)c->stack = TR_STACK_MARK;
-  *--top = 0, *--top = 0; /* the entry function is reached by a return, with an aligned stack */
+  *--top = 0, *--top = 0; /* a `ret` reaches the entry function, with an aligned stack */
   *--top = (void *)tr_begin_stack;
   *--top = 0, *--top = 0;             /* rbp, rbx */
   *--top = c, *--top = (void *)tr_run_strand; /* r12, r13 */
@@ -87,7 +85,7 @@ static inline int tr_queue_of(const tr_request *request) {
   return request->kind * TR_METHODS + (request->kind <= TR_ASK_DENSE ? request->method : 0);
 }
 
-/* Serve waiting requests, `width` at a time; all: also an incomplete rest. Returns the number of calls. */
+/* Serve waiting requests in groups of `width`. all: also serve an incomplete last group. Returns the number of calls. */
 static long tr_serve_queue(tr_ensemble *e, tr_strand **asks, int count, int all) {
   tr_request *request[TR_STRANDS];
   const int width = e->lanes->width;

@@ -1,37 +1,36 @@
-/* Stage `hosts`: the functions that Python and the shells of FMUs call by name. */
+/* Stage `hosts`: the functions that Python and FMU binaries call by name. */
 #ifndef TR_HOSTS_H
 #define TR_HOSTS_H
 #include "base/simulation.h"
 
-/* Bytes of a block. ntable: numbers in the tables; ev_capacity: events stored until they are read. */
+/* Bytes of a block. ntable: doubles in the tables of signals. ev_capacity: events stored until they are read. */
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity);
 
 /* Initialise a zeroed block of tr_size bytes. Returns 0 if versions of the interface differ. */
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity);
 
-/* Renew addresses and offsets of a block that was copied or read, for equal sizes. Returns whether its contents can belong to a
- * run. */
+/* Restore the addresses and offsets of a block that was copied or read from a file. Sizes must be equal. Returns 1 if the
+ * contents can belong to a run. */
 int tr_refit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity);
 
-/* An array of the block by TR_ARRAY_…; 0 for other numbers. */
+/* Array `which` (TR_ARRAY_…) of the block; 0 for an unknown value. */
 double *tr_array(tr_sim *s, int which);
 
 /* Move a running simulation into a larger block with room for the Jacobian unit j. Returns 0 if versions of the interface
  * differ. */
 int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int ntable);
 
-/* Write time t and `count` signals to x. tables: begins with the offset of each record. */
+/* Write time t and `count` signals to x. tables: starts with the offset of each signal's record. */
 void tr_signals(const double *tables, int count, double t, double *x);
 
-/* The next break of the signals, s; INFINITY: none. */
+/* Time of the next break of the signals, s; INFINITY if there is none. */
 double tr_next_break(const tr_sim *s);
 
 double tr_break_after(const tr_sim *s, double t);
 
-/* The certificate of the run so far. */
 void tr_certify_run(tr_sim *s, tr_certificate *out);
 
-/* Number of roots of the complement equations at the state `y` in the modes in force, found from many starts; -1: the state
+/* Number of roots of the complement equations at the state `y` in the modes in force, found from many starts. -1: the state
  * cannot be evaluated. */
 int tr_roots(tr_sim *s);
 
@@ -40,24 +39,23 @@ void tr_audit_end(tr_sim *s);
 
 void tr_judge(const tr_sim *s, tr_judgement *out);
 
-/* Integrate values over time up to each row; values and out: columns × rows. The polynomials use rows near by, within spans
- * given by the `count` ends, which are extended to the ends. ends: the first is the first row's time, the last the last row's.
- * A span without rows uses the row before it. total: columns zeros. */
+/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The `count` ends, from the
+ * first row's time to the last row's, divide time into spans. Polynomials through nearby rows of a span are integrated up to
+ * its ends. A span without rows uses the row before it. */
 void tr_integrate_rows(int rows, const double *time, int columns, const double *values, int count, const double *ends, double *total, double *out);
 
-/* Distribute the wear `volume` up to each row into bins around a circle, from −π on. The contact is at angle + sense × turned,
- * rad, and moves the shorter way between rows. stride: doubles between rows of angle and turned. */
+/* Distribute the wear `volume` up to each row into bins around a circle, starting at −π. The contact is at angle + sense ×
+ * turned, rad; between rows it moves along the shorter arc. stride: doubles between rows of angle and turned. */
 void tr_bin_around(int rows, long stride, const double *angle, const double *turned, double sense, const double *volume, int bins, double *on);
 
-/* Reason TR_WHY_… and pair of a failure of friction. Requires a set-valued law, else TR_WHY_UNKNOWN. */
+/* Reason TR_WHY_… of a friction failure, and its pair. TR_WHY_UNKNOWN without a set-valued law. */
 int tr_diagnose_friction(tr_sim *s, int *pair);
 
-/* Constraint row of a failure of loops (-1: unknown); *number: how independent the rows still are (1 fully, 0 dependent, -1 not
- * the reason). */
+/* Constraint row of a loop failure; -1: unknown. *number: independence of the rows, from 1 (independent) to 0 (dependent); -1:
+ * not the reason. */
 int tr_fail_row(const tr_sim *s, double *number);
 
-/* Run to time t by bounded steps of equal length, at most the fixed step, and write the row there. Returns TR_DONE or a
- * failure. */
+/* Run to time t by bounded steps of equal size, at most the fixed step, and write the row at t. Returns TR_DONE or a failure. */
 int tr_reach_bounded(tr_sim *s, double t, double *row);
 
 /* Advance to `target` with at most max_steps steps. Appends rows to rows[capacity][width] and counts them in *count. Returns
@@ -65,8 +63,8 @@ int tr_reach_bounded(tr_sim *s, double t, double *row);
  * over failures. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count);
 
-/* Check the state, modes and multipliers of the block against the laws. deciding: as a decision about pairs at rest, else as
- * the end of a step. Returns the law violated, 0: none. */
+/* Check the state, modes and multipliers of the block against the laws. deciding: check as a decision about pairs at rest;
+ * otherwise as the end of a step. Returns the violated law; 0 if all hold. */
 int tr_verify(tr_sim *s, int deciding);
 
 /* Compute all constants from the parameters in the block. */
@@ -75,68 +73,69 @@ void tr_set_parameters(tr_sim *s);
 /* Close the loops at time t from the state in the block; see tr_assemble_state. */
 int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven);
 
-/* Residuals of the loops at the state `y`, by row (m, or the sine of an angle), then of their rates. */
+/* Residuals of the loops at the state `y`, by row (m, or the sine of an angle), followed by the residuals of their rates. */
 void tr_gap(tr_sim *s, double *h);
 
-/* Start a run at the assembled state (t, y): scales, rank of the loops, modes, first row (0: none). Returns a status. */
+/* Start a run at the assembled state (t, y): scales, rank of the loops, modes, first row. row 0: no row is written. Returns a
+ * status. */
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
 
-/* Write the row at the present state. Returns a status. */
+/* Write the row at the block's state. Returns a status. */
 int tr_row(tr_sim *s, double *row);
 
-/* Evaluate ẏ at the block's (t, y) in the modes in force, with the multipliers z. Returns 0 on failure. */
+/* Evaluate ẏ and the multipliers z at the block's (t, y) in the modes in force. Returns 0 on failure. */
 int tr_evaluate(tr_sim *s, double *dy, double *z);
 
 /* dẏ/d[y, t] at the block's (t, y): ny × (ny + 1), column-major. Requires the Jacobian unit. Returns 0 on failure. */
 int tr_derivatives(tr_sim *s, double *out);
 
-/* Number of reaction directions that the motion leaves open at the present state; -1: no solution. out (nkappa × count): their
- * scaled reactions, orthonormal. */
+/* Number of reaction directions that the motion does not determine at the block's state; -1: no solution. out (nkappa × count):
+ * their scaled reactions, orthonormal. */
 int tr_redundancy(tr_sim *s, double *out);
 
-/* Statistics of the run so far. */
 const tr_stats *tr_statistics(const tr_sim *s);
 
 double tr_time(const tr_sim *s);
 
-/* Number of events to read; the buffer is then empty. */
+/* Return the number of stored events and empty the buffer; the records stay readable until the run continues. */
 int tr_events_take(tr_sim *s);
 
-/* Set the host function that is asked every few milliseconds whether to cancel (0: none). A run or start then ends with
- * TR_CANCELLED. */
+/* Set the host function that is called every few milliseconds; it returns 1 to cancel. 0: no function. A cancelled run or start
+ * ends with TR_CANCELLED. */
 void tr_ask(tr_sim *s, int (*host)(void));
 
-/* Replace the settings from the next step on. */
+/* Replace the settings. They apply from the next step. */
 void tr_configure(tr_sim *s, const tr_settings *set);
 
-/* With all pairs held at the state `y`: the answer for each pair, in `out`. Requires tr_start. Modes stay held, so that
- * tr_evaluate then shows remaining motion. Returns 0 if the statics have no solution. */
+/* Solve with all pairs stuck at the state `y`. out: result of each pair. Requires tr_start. The pairs remain stuck, so that a
+ * following tr_evaluate returns the remaining motion. Returns 0 if the statics have no solution. */
 int tr_hold_all(tr_sim *s, tr_held *out);
 
-/* At the block's (t, y): rates (ny) = ∂ẏ·direction and columns (nout) = ∂columns·direction. inputs: one signal each; dy: ny
- * numbers. Requires the Jacobian unit's arrays. Returns 0 on failure. */
+/* Directional derivatives at the block's (t, y). rates (ny) = ∂ẏ·direction; columns (nout) = ∂columns·direction. The direction
+ * is inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
-/* Number of states that an importer integrates: y, and works that columns need. */
+/* Number of states that an importer integrates: y and the works that columns need. */
 int tr_states(const tr_sim *s);
 
-/* Set time and state from the importer. y: tr_states numbers; 0: unchanged. */
+/* Set time and state from the importer. y: tr_states values; 0: the state is unchanged. */
 void tr_set_state(tr_sim *s, double t, const double *y);
 
-/* ẏ and indicators of the last evaluation. */
+/* ẏ of the last evaluation. tr_indicators: event indicators of the last evaluation. */
 const double *tr_rates_known(const tr_sim *s);
 
 const double *tr_indicators(const tr_sim *s);
 
-/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. Without a solution, beyond an event still to be
- * located, ẏ uses the last multipliers found and the last indicator is negative. Returns 0 if that fails too. */
+/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. There may be no solution, because an event before
+ * t is not yet located. Then ẏ uses the last multipliers found, and the last indicator is negative. Returns 0 if ẏ cannot be
+ * evaluated either. */
 const double *tr_rates_in_modes(tr_sim *s);
 
-/* Follow the branch of friction from the state just evaluated, if all indicators are positive. Call it when the importer
+/* Follow the branch of friction from the state just evaluated, if all indicators are positive. To be called when the importer
  * requests indicators, as it does at accepted steps. */
 void tr_follow(tr_sim *s);
 
-/* Complete a step of the importer. Returns whether it has to handle an event. */
+/* Complete a step of the importer. Returns 1 if the importer must handle an event. */
 int tr_completed(tr_sim *s);
 
 /* Begin model exchange at the block's (t, y) with the modes and multipliers in force. Returns ẏ; 0 on failure. */
@@ -148,67 +147,66 @@ int tr_row_in_modes(tr_sim *s, double *row);
 /* Nominal size of state i for the importer (``NOMINAL`` of fmu/exchange.py). */
 double tr_nominal(const tr_sim *s, int i);
 
-/* tr_directional at the block's (t, y) in the modes in force; projects y. rates and dy: tr_states numbers. integral: 1 for each
- * column made of works; 0: no columns wanted. */
+/* tr_directional at the block's (t, y) in the modes in force; projects y. rates, dy: tr_states values. integral: 1 for each
+ * column that contains works, else 0. A null pointer `integral`: columns are not computed. */
 int tr_directional_in_modes(tr_sim *s, const tr_linear *l, const int *integral, const tr_signal *inputs, const double *dy, double *rates,
                             double *columns);
 
-/* Handle an event at the block's (t, y): breaks, open loops, ends of modes. jumped: loads have jumped. *changed: y is
- * different. Returns a status. */
+/* Handle an event at the block's (t, y): breaks, open loops, ends of modes. jumped: the loads have jumped. *changed: whether y
+ * changed. Returns a status. */
 int tr_update(tr_sim *s, int jumped, int *changed);
 
-/* Continue the batch for about `budget` steps and rows. TR_DONE: all cases done. TR_MORE: call again. TR_CASE_FAILED: a case
- * ended early; `now` is its block until the next call. TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: provide it in variant[which] and
- * call again. TR_CANCELLED: the host cancelled during a case. */
+/* Continue the batch for about `budget` steps and rows. TR_DONE: all cases are done. TR_MORE: call again. TR_CASE_FAILED: a
+ * case ended early; `now` is its block until the next call. TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: the host provides the unit in
+ * variant[which] and calls again. TR_CANCELLED: the host cancelled during a case. */
 int tr_batch_run(tr_batch *b, long budget);
 
-/* End the present case with this status, because the host cancelled it or an ensemble left it; the next call continues after
- * TR_CASE_FAILED. */
+/* End the present case with this status, because the host cancelled it or an ensemble dropped it. The next tr_batch_run
+ * continues as after TR_CASE_FAILED. */
 void tr_batch_end(tr_batch *b, int status);
 
-/* Bytes of tr_batch, by which the host checks its own declaration. */
+/* Bytes of tr_batch. The host compares them with its own declaration. */
 size_t tr_batch_size(void);
 
-/* Whether this processor supports ensembles. */
+/* Whether this build supports ensembles. */
 int tr_ensemble_there(void);
 
-/* Start an ensemble with all cases. */
 void tr_ensemble_begin(tr_ensemble *e);
 
-/* Abandon the case of strand `which`; the host then runs it alone. */
+/* Drop the case of strand `which`. The host then runs this case alone. */
 void tr_ensemble_drop(tr_ensemble *e, int which);
 
-/* Continue for about `budget` calls of the vectors. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some cases
- * wait for the Jacobian unit. TR_FAIL_STALLED: a stack overflowed. */
+/* Continue for about `budget` calls of the SIMD lanes. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some
+ * cases wait for the Jacobian unit. TR_FAIL_STALLED: a stack overflowed. */
 int tr_ensemble_run(tr_ensemble *e, long budget);
 
 /* Continue the cases that waited for the Jacobian unit. */
 void tr_ensemble_resume(tr_ensemble *e);
 
-/* Run until t and write the row there; steps may reach up to `limit` ≥ t. Returns TR_DONE, TR_MORE after max_steps steps, or a
+/* Run until t and write the row at t. Steps may extend up to `limit` ≥ t. Returns TR_DONE, TR_MORE after max_steps steps, or a
  * lasting failure. */
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 
-/* tr_reach that ends at the next logged event with TR_EVENT and the row just after it. before: the row just before it (0: not
- * wanted). */
+/* tr_reach that also ends at the next logged event, with TR_EVENT and the row just after this event. before: row just before
+ * the event; 0: not requested. */
 int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *row, double *before);
 
-/* Time at which the next internal step ends, s. That step then waits. `limit` if no step can be made; the failure shows when
- * the run continues. */
+/* Time at which the next internal step ends, s. The step is made and then waits. Returns `limit` if no step can be made; the
+ * next call that advances the run then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
-/* Whether pair i is in the proportional zone of its law. *turned: time of a reversal inside; NaN: none so far, or inside the
- * waiting step. It is logged when the zone is left. */
+/* Whether pair i is in the proportional zone of its law. *turned: time of a reversal inside the zone. NaN: no reversal yet, or
+ * it lies inside the waiting step. The reversal is logged when the pair leaves the zone. */
 int tr_within_zone(const tr_sim *s, int i, double *turned);
 
-/* Cut the waiting step at t, which lies inside it. Returns TR_OK or a failure. */
+/* Cut the waiting step at a time t inside the step. Returns TR_OK or a failure. */
 int tr_cut(tr_sim *s, double t);
 
-/* Continue at the block's (t, y) after an external change; `anew`: parameters changed, so modes are decided again. Returns
+/* Continue at the block's (t, y) after an external change. anew: parameters changed, so the modes are decided again. Returns
  * TR_OK or a failure. */
 int tr_resume(tr_sim *s, int anew);
 
-/* Record of an external input, for tr_evaluate_input; its value and derivatives at t. */
+/* Record of an external input. tr_input_value evaluates the input and its derivatives at t from this record. */
 tr_input *tr_input_record(tr_sim *s, int input);
 
 void tr_input_value(const tr_input *record, double t, tr_signal *value);

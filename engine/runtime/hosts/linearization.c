@@ -1,18 +1,19 @@
 /* Exact derivatives of ẏ and of columns along a direction of inputs and state.
  *
- * Multipliers follow from the implicit function theorem, as in the stiff method. With redundant loops, the open reactions
- * (chosen smallest, see output/rows.c) and friction that depends on them come from central differences. */
+ * Derivatives of multipliers follow from the implicit function theorem, as in the stiff method. For redundant loops,
+ * derivatives of the minimum-norm reactions (output/rows.c), and of friction that depends on them, come from central
+ * differences. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* ẏ and all multipliers (z; 0: not wanted) at (t, y + h · direction). Inputs are restored. Returns 0 on failure. */
+/* Evaluate ẏ and all multipliers z at (t, y + h · direction). z 0: not requested. Inputs are restored. Returns 0 on failure. */
 static int tr_multipliers_moved(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double h, double *z) {
   double y[s->ny + 4];
   tr_input kept[ninputs + 1];
   tr_signal now;
   memcpy(y, TR_A(s, y), sizeof(double) * s->ny);
   for (int i = 0; i < s->ny; ++i) y[i] += h * dy[i];
-  for (int i = 0; i < ninputs; ++i) { /* inputs as functions of time from here on */
+  for (int i = 0; i < ninputs; ++i) { /* replaces each input by its Taylor polynomial from time t */
     tr_input *input = (tr_input *)tr_table_of(s, i);
     kept[i] = *input;
     tr_evaluate_input(input, s->clock.t, &now);
@@ -26,7 +27,7 @@ static int tr_multipliers_moved(tr_sim *s, int ninputs, const tr_signal *inputs,
   return ok;
 }
 
-/* Step along the direction for central differences. */
+/* Step size along the direction for central differences. */
 static double tr_difference_step(const tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy) {
   double size = NO_DIRECTION;
   for (int i = 0; i < s->ny; ++i) size = fmax(size, fabs(dy[i]) / TR_A(s, scale)[i]);
@@ -34,7 +35,7 @@ static double tr_difference_step(const tr_sim *s, int ninputs, const tr_signal *
   return DIFFERENCE_STEP / size;
 }
 
-/* Derivative of all multipliers along the direction, where loops leave reactions open, by central differences. Returns 0 on
+/* Derivative of all multipliers along the direction by central differences, for loops that leave reactions open. Returns 0 on
  * failure. */
 static int tr_open_derivative(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *dz) {
   int n = s->k->rows + s->k->neta;
@@ -55,7 +56,7 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   s->step.watch = s->step.have_jac = 0;
   memset(dz, 0, sizeof dz), memset(seed, 0, sizeof seed);
   l->prepare(l->scene, TR_A(s, p), c);
-  if (k->rows) { /* first, because differences replace the current state */
+  if (k->rows) { /* first, because the differences replace the current state */
     if (!tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
     if ((a < k->rows || s->loops.rank_now < a) && !tr_open_derivative(s, l->ninputs, inputs, dy, dz)) return 0;
   }

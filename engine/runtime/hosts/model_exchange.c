@@ -1,29 +1,30 @@
-/* Model exchange: an importer makes the steps. ẏ is evaluated in fixed modes; indicators show when one ends (theory, "Model
- * exchange").
+/* Model exchange: an importer makes the steps. ẏ is evaluated in fixed modes, and indicators show when a mode ends (theory,
+ * "Model exchange").
  *
- * All results are functions of (t, y) and of what was stored at the last event, completed step, or request for indicators that
- * were all positive. Stored are modes, directions and the multipliers from which a branch of friction is followed. Each pair
- * has two indicators, positive while its mode lasts: one for its end, one for the branch or direction within it. Each end stop
- * has one. The last indicator shows whether friction has an answer. Small shifts keep indicators off zero just after their
- * event. */
+ * All results are functions of (t, y) and of stored modes, directions, and multipliers from which a branch of friction is
+ * followed. These are stored at events, at completed steps, and when all requested indicators are positive. Each pair has two
+ * indicators, positive while its mode lasts: one for its end, one for the branch or direction within it. Each end stop has one.
+ * The last indicator is negative if friction has no solution. Small shifts keep indicators off zero just after their event. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SHIFT_SPEED 1e-10  /* × the pair's speed unit: speed below zero that a pair just started may have */
+#define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed allowed for a pair that has just started */
 #define SHIFT_RATIO TOL_RELEASE /* × the friction ratio */
 #define SHIFT_KINK TOL_KINK /* × the kink speed */
 #define SHIFT_STOP 1e-11   /* × the length, or rad */
-#define BEGUN_SPEED 1e-6   /* × the speed unit: above it sliding has begun, and its direction is that of the motion */
-#define DRIFT 1.0          /* × tolerance · length (rad): opening of loops that requires projection */
-#define DRIFT_TURN 1e-6    /* error of a quaternion's squared length that requires projection */
-#define FAR_BRANCH 0.02    /* × the friction of a pair: change since the last stored state that indicates another branch */
-#define FOLLOWED_PARTS 8   /* parts of the way in which friction is then followed */
-#define NOMINAL 0.1        /* × the scene's scales: BDF methods of importers lose by this factor against our own (fmu/README.md) */
+#define BEGUN_SPEED 1e-6   /* × the speed unit: above this speed sliding has begun, and its direction is that of the motion */
+#define DRIFT 1.0          /* × tolerance · length (rad): larger residuals of the loops require projection */
+#define DRIFT_TURN 1e-6    /* larger errors of a quaternion's squared norm require projection */
+#define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state indicates another branch */
+#define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
+/* × the scenario's scales: BDF methods of importers are less accurate than the runtime's methods by this factor
+ * (fmu/README.md). */
+#define NOMINAL 0.1
 
-/* Number of mode ends of each pair and stop in the present event. */
+/* Number of times that the mode of each pair and stop has ended in the present event. */
 static inline double *tr_handled_counts(const tr_sim *s) { return TR_A(s, indicators) + 2 * s->k->nsliders + s->k->nstops + 1; }
 
-/* Evaluate signals between the last break and the next, wherever the importer's solver goes. */
+/* Evaluate signals as between the last break and the next, at whatever time the importer requests. */
 static void tr_set_moment_between_breaks(tr_sim *s) {
   const double *b = TR_A(s, breaks);
   const int next = s->clock.next_break;
@@ -40,14 +41,15 @@ void tr_set_state(tr_sim *s, double t, const double *y) {
   if (y) tr_copy(tr_states(s), y, TR_A(s, y));
 }
 
-/* Surface speed of pair i, m/s; negative if it slides against its mode. Requires a solution. */
+/* Surface speed of pair i, m/s; negative if the pair slides against its direction. Requires a solution. */
 static double tr_speed_in_mode(const tr_sim *s, int i) {
   if (tr_pair_of(s, i)->nrates == 1) return tr_sliding_of(s, i)->speed;
   if (tr_frozen_length(s, i) > TR_LINE) return tr_speed_along(s, i);
   return tr_has_reversed(s, i) ? -tr_pair_speed(s, i) : tr_pair_speed(s, i);
 }
 
-/* Indicator of a sliding pair of several components: positive until its direction must be renewed, or its line is left. */
+/* Indicator of a sliding pair of several components: positive until its direction must be renewed, or until the pair leaves its
+ * line. */
 static double tr_direction_indicator(const tr_sim *s, int i) {
   const double speed = tr_pair_speed(s, i), unit = tr_pair_speed_unit(s, i);
   if (tr_is_starting_to_slide(s, i)) return BEGUN_SPEED - speed / unit;
@@ -58,7 +60,6 @@ static double tr_direction_indicator(const tr_sim *s, int i) {
   return LINE_LEFT * LINE_LEFT - fmax(0.0, 1.0 - along * along);
 }
 
-/* Both indicators of the set-valued pair i. */
 static void tr_set_valued_indicators(tr_sim *s, int i, double *z) {
   const int flag = tr_mode_flag(tr_mode_of(s, i));
   z[1] = 1.0;
@@ -72,7 +73,8 @@ static void tr_set_valued_indicators(tr_sim *s, int i, double *z) {
   z[1] = fmin(z[1], tr_distance_to_cone(s, i));
 }
 
-/* Both indicators of pair i with a kink in its law: the kink, and the reversal inside the proportional zone. */
+/* Both indicators of pair i with a kink in its law: the first for the kink, the second for a reversal inside the proportional
+ * zone. */
 static void tr_kink_indicators(tr_sim *s, int i, double *z) {
   const double speed = tr_sliding_of(s, i)->speed, kink = tr_sliding_of(s, i)->border;
   const tr_zone *zone = tr_zone_of(s, i);
@@ -81,7 +83,6 @@ static void tr_kink_indicators(tr_sim *s, int i, double *z) {
   z[1] = zone->inside && !turned ? SHIFT_SPEED + tr_speed_along_entry(s, i) / s->set.rate : 1.0;
 }
 
-/* Evaluate all indicators at the state just evaluated. */
 static void tr_evaluate_indicators(tr_sim *s) {
   const int pairs = s->k->nsliders;
   double *z = TR_A(s, indicators), *of_stops = z + 2 * pairs;
@@ -101,8 +102,8 @@ const double *tr_rates_known(const tr_sim *s) { return TR_A(s, dy); }
 
 const double *tr_indicators(const tr_sim *s) { return TR_A(s, indicators); }
 
-/* ẏ at the block's (t, y) from the stored multipliers. A second solution from the result removes the dependence on the start.
- * Returns 0 on failure. */
+/* ẏ at the block's (t, y) from the stored multipliers. A second solution starts from the first, so that the result does not
+ * depend on the stored values. Returns 0 on failure. */
 static int tr_rhs_from_stored(tr_sim *s) {
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
   for (int twice = 0; twice <= (s->k->neta > 0); ++twice)
@@ -110,14 +111,14 @@ static int tr_rhs_from_stored(tr_sim *s) {
   return tr_is_finite(tr_states(s), TR_A(s, dy));
 }
 
-/* Whether the friction of a pair differs from the stored one by FAR_BRANCH: perhaps another branch. */
+/* Whether the friction of a pair differs from the stored friction by more than FAR_BRANCH, which may indicate another branch. */
 static int tr_has_friction_jumped(const tr_sim *s) {
   double most;
   tr_find_most_changed(s, TR_A(s, zold) + s->k->active, TR_A(s, z) + s->k->active, &most);
   return most > FAR_BRANCH;
 }
 
-/* ẏ at the block's (t, y), with friction followed from the stored state in parts. Returns 0 on failure. */
+/* ẏ at the block's (t, y), with friction followed from the stored state in FOLLOWED_PARTS parts. Returns 0 on failure. */
 static int tr_rhs_followed(tr_sim *s) {
   const int n = tr_state_width(s);
   const double *from = TR_A(s, K) + n, *y = TR_A(s, y);
@@ -154,7 +155,7 @@ const double *tr_rates_in_modes(tr_sim *s) {
   return tr_is_finite(tr_states(s), TR_A(s, dy)) ? TR_A(s, dy) : 0;
 }
 
-/* Set the speed at which sliding of pair i ends, m/s. Requires a solution. */
+/* Set the speed at which sliding of pair i counts as ended, m/s. Requires a solution. */
 static void tr_set_end_speed(tr_sim *s, int i) {
   const double unit = tr_pair_speed_unit(s, i);
   double *slow = TR_A(s, end_speed) + i;
@@ -164,7 +165,7 @@ static void tr_set_end_speed(tr_sim *s, int i) {
   else if (!(*slow > 0.0 && speed > *slow)) *slow = -SHIFT_SPEED * unit;
 }
 
-/* Store multipliers and state, from which friction is followed. */
+/* Store the multipliers and the state from which friction is followed. */
 static void tr_save_followed(tr_sim *s) {
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold)), tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zend));
   tr_copy(tr_state_width(s), TR_A(s, y), TR_A(s, K) + tr_state_width(s));
@@ -177,7 +178,8 @@ void tr_follow(tr_sim *s) {
   tr_save_followed(s);
 }
 
-/* Complete a step of the importer at the block's (t, y), just evaluated: store it, and renew directions and end speeds. */
+/* Complete a step of the importer at the block's (t, y), just evaluated. Stores this state and renews directions and end
+ * speeds. */
 static void tr_complete_followed(tr_sim *s) {
   tr_save_followed(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -189,7 +191,7 @@ static void tr_complete_followed(tr_sim *s) {
   }
 }
 
-/* Whether loops or quaternions at the state `y` are open by more than DRIFT or DRIFT_TURN. */
+/* Whether the residuals of loops or quaternions at the state `y` exceed DRIFT or DRIFT_TURN. */
 static int tr_has_drifted(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *y = TR_A(s, y);

@@ -1,12 +1,12 @@
 /* Directional derivatives for model exchange: of rates and columns along a change of states and inputs, in fixed modes.
  *
- * They are those of ``hosts/linearization.c``. Columns belong to closed loops and unit quaternions, so the direction is
- * projected first; with loops by central differences. Derivatives of works and of columns made of them also come from
- * differences. */
+ * The derivatives are computed as in ``hosts/linearization.c``. Columns are defined for closed loops and unit quaternions, so
+ * the direction is first projected; with loops, by central differences. Derivatives of works, and of columns that contain
+ * works, also come from differences. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ONTO 1e-5 /* × the scales: step of differences of projected states, exact to 1e-10 */
+#define ONTO 1e-5 /* × the scales: step of differences of projected states; accurate to 1e-10 */
 
 /* Derivatives (nworks) of the powers along the direction. Returns 0 on failure. */
 static int tr_power_slopes(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *out) {
@@ -19,14 +19,14 @@ static int tr_power_slopes(tr_sim *s, int ninputs, const tr_signal *inputs, cons
   return 1;
 }
 
-/* The state moved by h along the direction and projected. Returns 0 on failure. */
+/* Move the state by h along the direction and project it. Returns 0 on failure. */
 static int tr_move_onto_manifold(tr_sim *s, const double *dy, double h, double *y) {
   tr_copy(tr_state_width(s), TR_A(s, y), y);
   for (int i = 0; i < tr_states(s); ++i) y[i] += h * dy[i];
   return tr_project(s, s->clock.t, y);
 }
 
-/* Project the state; onto (tr_states): the direction projected. Returns 0 on failure. */
+/* Project the state and the direction dy. onto (tr_states values): the projected direction. Returns 0 on failure. */
 static int tr_project_direction(tr_sim *s, const double *dy, double *onto) {
   const tr_kernel *k = s->k;
   const int n = tr_states(s);
@@ -48,7 +48,8 @@ static int tr_project_direction(tr_sim *s, const double *dy, double *onto) {
   return 1;
 }
 
-/* Derivatives of the columns made of works (integral: 1 for each) along a direction on the manifold. Returns 0 on failure. */
+/* Derivatives of the columns that contain works, along a direction on the manifold. integral: 1 for each such column, else 0.
+ * Returns 0 on failure. */
 static int tr_integral_slopes(tr_sim *s, const int *integral, const double *dy, double *columns) {
   const int nout = s->o->nout;
   double plus[nout + 1], minus[nout + 1], y[tr_state_width(s)], size = NO_DIRECTION, any = 0.0;

@@ -2,18 +2,20 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ENDS_AGAIN 0.5     /* × the speed of the last failed attempt to rest: below it the next attempt */
+#define ENDS_AGAIN 0.5     /* × the speed at which rest last failed: the next attempt is made below this speed */
 #define TURNS_ROUND -0.9   /* cosine: a larger turn means that the pair stopped in between */
-#define LAST_MOST 60       /* evaluations to find the direction in which a pair comes to rest */
-#define LAST_PART 0.5      /* first part of the predicted turn applied, and factor after an oscillation */
-#define LAST_GROWS 1.1     /* factor otherwise */
-#define LAST_FOUND 1e-6    /* turn at which the direction is found */
-#define ROUNDS 4           /* events of each pair and stop at one time */
-#define DUE_CONE 1e-9      /* × s²/|ω|²: distance at which a ball is at its cone, since the importer may stop just before it */
-#define NEAR_CONE 1e-3     /* × s²/|ω|²: distance below which a ball is looked at ahead */
-#define LOOKED 1e-9        /* / rate: time ahead */
+#define LAST_MOST 60       /* most evaluations to find the direction in which a pair comes to rest */
+#define LAST_PART 0.5      /* first fraction of the predicted turn that is applied, and factor on it after an oscillation */
+#define LAST_GROWS 1.1     /* factor on this fraction otherwise */
+#define LAST_FOUND 1e-6    /* tangent of the remaining turn at which the direction has converged */
+#define ROUNDS 4           /* most mode ends of a pair or stop at one time */
+/* × s²/|ω|²: a ball this close to its cone is at the cone, because importers may stop just before an event. */
+#define DUE_CONE 1e-9
+#define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball this close to its cone is also evaluated slightly ahead */
+#define LOOKED 1e-9        /* / rate: how far ahead */
 
-/* The pair or stop at the end of its mode; sliding pairs first, because they change the loads of others; -1: none. */
+/* A pair or stop whose mode ends; -1 if there is none. Sliding pairs come first, because their events change the loads of other
+ * pairs. */
 static int tr_find_mode_end(const tr_sim *s) {
   const double *z = TR_A(s, indicators), *handled = tr_handled_counts(s);
   int found = -1;
@@ -26,8 +28,8 @@ static int tr_find_mode_end(const tr_sim *s) {
   return found;
 }
 
-/* A ball whose friction jumps across its cone just ahead; -1: none. Such a jump has no root, so importers stop before it.
- * Indicators are restored. */
+/* A ball whose friction jumps across its cone just ahead; -1 if there is none. Such a jump is no root of an indicator, so
+ * importers stop before it. Indicators are restored. */
 static int tr_find_cone_jump_ahead(tr_sim *s) {
   const double ahead = LOOKED / s->set.rate, t = s->clock.t;
   const int n = tr_state_width(s), numbers = 2 * s->k->nsliders + s->k->nstops + 1;
@@ -45,7 +47,7 @@ static int tr_find_cone_jump_ahead(tr_sim *s) {
   return tr_rhs_in_modes(s) && at_cone ? due : -1;
 }
 
-/* Whether pair i, of several components, slow or reversed, stops at the block's state. */
+/* Whether pair i, of several components, stops at the block's state. The pair is slow or slides against its direction. */
 static int tr_is_pair_stopping(tr_sim *s, int i) {
   const double speed = tr_pair_speed(s, i), unit = tr_pair_speed_unit(s, i);
   const int back = tr_speed_in_mode(s, i) < 0.0;
@@ -57,7 +59,8 @@ static int tr_is_pair_stopping(tr_sim *s, int i) {
   return tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)) && stops;
 }
 
-/* Decide pair i and all pairs at rest at the block's (t, y). On failure modes and state are restored. Returns a status. */
+/* Decide the modes of pair i and of all pairs at rest at the block's (t, y). Restores modes and state on failure. Returns a
+ * status. */
 static int tr_decide_exchange_event(tr_sim *s, int i) {
   const int events = s->events.count;
   double *y = TR_A(s, y);
@@ -74,7 +77,7 @@ static int tr_decide_exchange_event(tr_sim *s, int i) {
   return code;
 }
 
-/* Renew the direction of pair i, of several components: that of its motion, or of its line. */
+/* Renew the direction of pair i, of several components: it becomes the direction of its motion or of its line. */
 static void tr_renew_direction(tr_sim *s, int i) {
   const double *rates = tr_pair_rates(s, i);
   const int line = tr_frozen_length(s, i) > TR_LINE;
@@ -83,7 +86,7 @@ static void tr_renew_direction(tr_sim *s, int i) {
   TR_A(s, end_speed)[i] = tr_last_speed(tr_pair_speed_unit(s, i));
 }
 
-/* Surface acceleration of pair i with friction along the surface direction d, the direction of its rates. Returns 0 on failure. */
+/* Surface acceleration of pair i for sliding along the surface direction d. Returns 0 on failure. */
 static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, double *acc) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *lever = TR_A(s, lever) + pair->eta0;
@@ -93,8 +96,9 @@ static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, dou
   return 1;
 }
 
-/* Find the direction in which pair i, of several components, comes to rest at the block's state, and put it in force. Its
- * motion turns towards that direction as it slows down. The last speeds contain the solver's errors and do not show it. */
+/* Find the direction in which pair i, of several components, comes to rest at the block's state, and make it the pair's
+ * direction. The motion turns towards this direction as the pair slows down. The last speeds do not show it, because they
+ * contain the solver's errors. */
 static void tr_find_last_direction(tr_sim *s, int i) {
   const int n = tr_pair_of(s, i)->nrates;
   const double *lever = TR_A(s, lever) + tr_pair_of(s, i)->eta0;
@@ -115,7 +119,7 @@ static void tr_find_last_direction(tr_sim *s, int i) {
   tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy));
 }
 
-/* Set the speed of a spinning ball to zero before it is decided; its branch then does not matter. */
+/* Set the speed of a spinning ball to zero before its mode is decided. The branch of the ball is then irrelevant. */
 static void tr_stop_spinning_ball(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   if (tr_mode_flag(tr_mode_of(s, i)) != TR_CONE || pair->v0 < 0) return;
@@ -157,7 +161,7 @@ static int tr_end_mode(tr_sim *s, int i) {
   return tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Continue with another root at the block's (t, y), where the root in use folded away. Returns 1 on success. */
+/* Continue with another root at the block's (t, y), where the present root ended at a fold. Returns 1 on success. */
 static int tr_pass_exchange_fold(tr_sim *s) {
   const tr_kernel *k = s->k;
   double jump;
@@ -174,7 +178,7 @@ static int tr_pass_exchange_fold(tr_sim *s) {
   return 1;
 }
 
-/* tr_let_ball_spin, with a fold event for the ball that changed. */
+/* Call tr_let_ball_spin and log a fold for the ball whose mode changed. */
 static int tr_let_exchange_ball_spin(tr_sim *s) {
   const int events = s->events.count;
   tr_mode *modes = (tr_mode *)TR_A(s, saved_modes);
@@ -185,7 +189,7 @@ static int tr_let_exchange_ball_spin(tr_sim *s) {
   return 1;
 }
 
-/* Whether the run can go on after a failure at the block's (t, y). tried: earlier attempts at this event. */
+/* Whether the run can continue after a failure at the block's (t, y). tried: number of earlier attempts at this event. */
 static int tr_continue_exchange(tr_sim *s, int code, int tried) {
   s->step.have_k1 = 0;
   if (code == TR_FAIL_MULTIPLIERS && tried < s->k->nsliders && (tr_let_exchange_ball_spin(s) || tr_stop_slow_pair(s) || tr_pass_exchange_fold(s))) return 1;

@@ -1,4 +1,4 @@
-/* The static margin: share of capacity that each frictional pair needs to hold. */
+/* The static margin: ratio of friction to capacity that each frictional pair needs to stick. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -15,9 +15,9 @@ int tr_hold_all(tr_sim *s, tr_held *out) {
   if (e == 0) return 1;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * e);
-  s->friction.stored = TR_STORES_NONE; /* the start may have stored loads that are no longer in force */
+  s->friction.stored = TR_STORES_NONE; /* loads stored at the start may be outdated */
   if (!tr_solve_in_modes(s)) return 0;
-  tr_solve_in_modes(s); /* shares of a group follow from the loads of the first solution */
+  tr_solve_in_modes(s); /* shares of a group follow from the first solution's loads */
   if (tr_largest_share(s, rest, n) > 1.0) tr_stick_by_stored_loads(s, rest, n);
   for (int i = 0; i < k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

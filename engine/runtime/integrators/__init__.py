@@ -1,5 +1,5 @@
-"""Integration methods as data. A new method is a file and a line in ``REGISTRY``; schema, settings, help, statistics, the C
-runtime, FMUs and charts follow."""
+"""Integration methods as data. A new method requires one file and one line in ``REGISTRY``. Schema, settings, help, statistics,
+the C runtime, FMUs and charts use this registry."""
 
 from dataclasses import dataclass
 
@@ -21,8 +21,8 @@ REGISTRY: tuple[Method, ...] = (
 
 @dataclass(frozen=True)
 class Auto:
-    """Methods that ``auto`` chooses from: explicit ones above and below ``loose_above``, one for stiff motion, one for
-    accumulating events."""
+    """Methods from which ``auto`` chooses. Above the tolerance ``loose_above``, the explicit method is ``loose``, below it
+    ``tight``. ``stiff`` is for stiff motion, ``accumulating`` for events that accumulate."""
 
     loose: Tableau
     tight: Tableau
@@ -33,8 +33,8 @@ class Auto:
 
 AUTO = Auto(RK5, RK8, 2e-4, RODAS5P, MOREAU)
 METHODS = ("auto", *(m.name for m in REGISTRY))
-"""Names of all methods. A method's index is its number in C."""
+"""Names of all methods. The index of a name is the number of the method in C."""
 if len(set(METHODS)) < len(METHODS):
-    raise ValueError(f"two methods have one name: {', '.join(METHODS)}")
+    raise ValueError(f"two methods have the same name: {', '.join(METHODS)}")
 
 __all__ = ["AUTO", "METHODS", "REGISTRY", "RK5", "RK8", "RODAS5P", "Impulses", "Method", "Rosenbrock", "Tableau"]

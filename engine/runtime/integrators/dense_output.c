@@ -27,8 +27,8 @@ static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {
   tr_restore_solution(s, kept);
 }
 
-/* Add the rows of works to the dense output (tr_form_dense_rosenbrock) after the step's end was evaluated. ynew receives them
- * too. */
+/* Add the rows of works to the dense output (tr_form_dense_rosenbrock), after the step's end was evaluated. Also sets the works
+ * in ynew. */
 static void tr_form_dense_works(tr_sim *s) {
   const int n = tr_state_width(s);
   const double h = s->step.size, *K = TR_A(s, K), *start = K, *middle = K + TR_MIDDLE_ROW * n, *end = K + tr_method_of(s)->end * n;

@@ -1,18 +1,18 @@
 /* Error norm of all methods: positions and velocities, works, directions of slow sliding. */
 #include "integrators/integrators.h"
 
-/* A work is measured by its own size, at least by these shares of the largest work and of the scene's energy scale, and by its
- * round-off. */
+/* A work is measured in units of its own size. The unit is at least these fractions of the largest work and of the scenario's
+ * energy scale, plus round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
 #define NOISE_ENERGY 1e-14 /* × the energy scale */
 #define DIRECTION_ERROR 1e-3 /* rad: tolerated error of the direction of slow sliding */
-#define DIRECTION_CUTS 0.01  /* × squared (error over tolerance): a smaller part does not limit steps */
-#define SLOWEST 1e-9         /* × the speed unit: slower sliding is measured as this fast */
+#define DIRECTION_CUTS 0.01  /* × squared (error over tolerance): a smaller direction error does not limit steps */
+#define SLOWEST 1e-9         /* × the speed unit: slower sliding is treated as this fast */
 #define SECOND_WEIGHT 0.01   /* weight of the second of two error estimators (Hairer, Nørsett, Wanner I, II.10) */
 
-/* Squared error of the directions of slow sliding, which friction follows at any speed: (|e across v|/(DIRECTION_ERROR |v|))²
- * of the worst pair, *which. */
+/* Squared error of the directions of slow sliding, on which friction depends at any speed: (|e⊥|/(DIRECTION_ERROR |v|))² of the
+ * worst pair, *which. e⊥: error across the velocity v. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew, int *which) {
   double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -34,7 +34,8 @@ static double tr_smallest_work_unit(const tr_sim *s, double most) {
   return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
-/* Least unit of n works from place `first` of the state, J. The work of a step counts, so that it is positive at the start. */
+/* Smallest unit of n works from place `first` of the state, J. Includes the works of this step, so that the unit is positive at
+ * the start. */
 static double tr_work_unit(const tr_sim *s, double h, const double *y, int first, int n) {
   double most = 0.0;
   const double *power = TR_A(s, K);
@@ -61,8 +62,8 @@ static double tr_squared_work_error(const tr_sim *s, const double *e, const doub
   return sum / (s->set.rtol * s->set.rtol * (s->ny ? s->ny : n + 1));
 }
 
-/* tr_squared_motion_error plus the error of slow directions, if frozen over a step. Stores the pair whose direction limits the
- * steps. */
+/* tr_squared_motion_error plus the error of slow sliding directions, which are frozen over a step. Stores the pair whose
+ * direction limits the steps. */
 static double tr_squared_error(tr_sim *s, const double *e, const double *y, const double *ynew) {
   int which = -1;
   double sum = tr_squared_motion_error(s, e, y, ynew), turns = s->k->sets ? tr_direction_error(s, e, ynew, &which) : 0.0;
@@ -70,7 +71,7 @@ static double tr_squared_error(tr_sim *s, const double *e, const double *y, cons
   return sum + turns;
 }
 
-/* Store the errors of speeds of pairs whose rates are states, as `part` of the errors e of a trial step
+/* Store the speed errors of pairs whose rates are states, as the fraction `part` of the errors e of a trial step
  * (``events/event_margin.c``). */
 static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {
@@ -84,7 +85,7 @@ static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   }
 }
 
-/* Squared error from those of two estimators, of higher order than either. */
+/* Squared error from the squared errors of two estimators; its order is higher than that of either estimator. */
 static double tr_combine_estimators(double first, double second) {
   double den = first + SECOND_WEIGHT * second;
   return den > 0.0 ? first * first / den : (first == 0.0 ? 0.0 : NAN);

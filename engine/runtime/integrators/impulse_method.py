@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Impulses:
-    """A method with friction and loops as impulses over a step, without event location. ``fixed_order``: order of fixed steps.
-    ``order``: order under error control, where a step made whole and one made in halves are extrapolated. ``weights``: of the
-    whole and the halves. ValueError if weights and orders disagree."""
+    """A method that applies friction and loop reactions as impulses over a step, without event location. ``fixed_order``: order
+    with fixed steps. ``order``: order under error control, by extrapolation from one whole step and two half steps. ``weights``:
+    factors of the whole step and of the half steps. ValueError if weights and orders disagree."""
 
     name: str
     about: str
@@ -23,7 +23,7 @@ class Impulses:
             raise ValueError(f"{self.name}: weights {self.weights} do not add up to 1")
         cancels = whole + halves / 2**self.fixed_order == 0
         if self.order != self.fixed_order + cancels:
-            raise ValueError(f"{self.name}: its coefficients say order = {self.fixed_order + cancels}, it says {self.order}")
+            raise ValueError(f"{self.name}: its weights give order = {self.fixed_order + cancels}, declared: {self.order}")
 
 
 MOREAU = Impulses(

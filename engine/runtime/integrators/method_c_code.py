@@ -1,5 +1,5 @@
-"""C code of the methods. Explicit methods become unrolled functions, one for each sum of stages, vectorised over the state.
-Rosenbrock methods become tables. A table of all methods is the runtime's access (``base/method_tables.h``)."""
+"""C code of the methods. An explicit method becomes unrolled functions, one for each sum of stages, vectorised over the state.
+A Rosenbrock method becomes tables. The runtime accesses all methods through one table (``base/method_tables.h``)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from trunnion.runtime.integrators import AUTO, METHODS, REGISTRY, Impulses, Method, Rosenbrock, Tableau
 
 HERMITE = 3
-"""Rows of the dense output that all explicit methods share."""
+"""Number of dense-output rows that all explicit methods share: those of cubic Hermite interpolation."""
 ROWS = "const tr_vec*restrict K"
 
 
@@ -23,7 +23,7 @@ def _numbers_of(m: Method) -> str:
 
 
 def _sum(coefficients: Sequence[float]) -> str:
-    """C expression of Σ c_i K[i] over the non-zero coefficients, on vectors."""
+    """C expression, on vectors, of Σ c_i K[i] over the non-zero coefficients c_i."""
     terms = [f"({float(c)!r}*K[{i}*n+j])" for i, c in enumerate(coefficients) if c != 0]
     return "+".join(terms) or "v0"
 
@@ -33,7 +33,7 @@ def _loop(target: str) -> str:
 
 
 def explicit_text(t: Tableau) -> str:
-    """C functions of one explicit method: stage argument, solution, errors, dense rows. K: rows of n vectors."""
+    """C functions of one explicit method: argument of each stage, solution, errors, dense rows. K has rows of n vectors."""
     s, name = t.stages, t.name
     loops = {i: _sum(row) for i, row in enumerate(t.A) if i}
     loops |= {s + 1 + i: _sum(row) for i, row in enumerate(t.A_dense)}
@@ -60,7 +60,7 @@ def explicit_text(t: Tableau) -> str:
 
 
 def _rosenbrock(t: Rosenbrock) -> str:
-    """C tables of a Rosenbrock method; its matrices are square, padded with zeros."""
+    """C tables of a Rosenbrock method. Zeros fill its triangular matrices up to squares."""
     n, name = t.stages, t.name
 
     def square(rows: Sequence[Sequence[float]]) -> list[float]:
@@ -73,7 +73,7 @@ def _rosenbrock(t: Rosenbrock) -> str:
 
 
 def _impulses(t: Impulses) -> str:
-    """C weights of time stepping: for the whole step and for the two halves."""
+    """C weights of time stepping: of the whole step and of the two half steps."""
     whole, halves = t.weights
     return f"static const tr_impulses {t.name}_method={{.whole={float(whole)!r},.halves={float(halves)!r}}};\n"
 
@@ -91,13 +91,13 @@ def _kind(m: Method) -> str:
 
 
 def _table() -> str:
-    """C table of all methods, by number."""
+    """C table of all methods, indexed by method number."""
     rows = ",\n".join("{" + _kind(m) + "}" for m in REGISTRY)
     return f"static const tr_method tr_methods[TR_METHODS]={{\n{{.kind=TR_CHOSEN}},\n{rows}}};\n"
 
 
 def _choices() -> str:
-    """C definitions of the methods of ``auto``, and of the largest sizes."""
+    """C definitions of the methods of ``auto``, and of the largest array sizes."""
     of: dict[str, Method] = {"LOOSE": AUTO.loose, "TIGHT": AUTO.tight, "STIFF": AUTO.stiff, "ACCUMULATING": AUTO.accumulating}
     numbers = ", ".join(f"TR_AUTO_{k} = {METHODS.index(m.name)}" for k, m in of.items())
     with_rows = [m for m in REGISTRY if isinstance(m, Tableau | Rosenbrock)]

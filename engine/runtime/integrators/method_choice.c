@@ -1,14 +1,14 @@
-/* Method auto: choice between the stiff method and the explicit ones. */
+/* Method auto: choice between the stiff method and the explicit methods. */
 #include "integrators/integrators.h"
 
-#define KINKS_MAX 12      /* steps ending at a kink, in excess of others: then the stiff method */
-#define STIFF_STEPS 15    /* steps limited by stability: then the stiff method (Hairer, Wanner II, IV.2) */
-#define FORGIVEN_STEPS 6  /* consecutive steps not limited so: the count restarts */
-#define CALM 2.0          /* h |λ| up to which steps of the stiff method would be stable explicitly */
-#define CALM_STEPS 8      /* consecutive such steps: back to the explicit method */
+#define KINKS_MAX 12      /* steps that end at a kink, minus other steps: switch to the stiff method */
+#define STIFF_STEPS 15    /* steps limited by stability: switch to the stiff method (Hairer, Wanner II, IV.2) */
+#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability: the count of limited steps restarts */
+#define CALM 2.0          /* h |λ| up to which an explicit step of size h counts as stable */
+#define CALM_STEPS 8      /* consecutive such steps: switch back to the explicit method */
 #define POWER_STEPS 8     /* iterations for |λ|; a factor of two suffices */
 
-/* |λ|max h of the Jacobian by power iteration in the tolerance metric. */
+/* h |λ|max of the Jacobian by power iteration in the tolerance metric. */
 static double tr_estimate_spectral_radius(tr_sim *s, double h) {
   TR_NEED(s, TR_HAS_JACOBIAN);
   int ny = s->ny, ld = tr_jacobian_rows(s);

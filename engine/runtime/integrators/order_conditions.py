@@ -1,10 +1,10 @@
-"""Order conditions from rooted trees: the order of a set of weights (Hairer, Nørsett, Wanner, "Solving Ordinary Differential
+"""Order of a set of weights, from the order conditions of rooted trees (Hairer, Nørsett, Wanner, "Solving Ordinary Differential
 Equations I", II.2). For Rosenbrock methods see Hairer, Wanner II, IV.7.
 
-A tree is the tuple of its subtrees. Weights w over stages with elementary weights Φ have order p if w·Φ(t) = θ^|t|/γ(t) for every
-tree t of at most p nodes. θ is the part of the step they integrate over.
+A tree is represented by the tuple of its subtrees. Let Φ be the elementary weights of the stages, and θ the part of the step over
+which the weights w integrate. The weights have order p if w·Φ(t) = θ^|t|/γ(t) for every tree t of at most p nodes.
 
-Plain Python, because these modules are imported wherever names of methods are needed, also without NumPy.
+The module does not use NumPy, because names of methods are also needed where NumPy is not installed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from itertools import combinations_with_replacement
 Tree = tuple["Tree", ...]
 Matrix = Sequence[Sequence[float]]
 MOST = 9
-"""Highest order tested."""
+"""Largest order tested."""
 ROUND_OFF = 1e-12
 """Largest relative defect of a condition that counts as zero; coefficients have 16 digits."""
 
@@ -29,7 +29,7 @@ def trees(nodes: int) -> tuple[Tree, ...]:
 
 
 def _forests(nodes: int, largest: int) -> list[Tree]:
-    """All multisets of trees with ``nodes`` nodes together, at most ``largest`` each."""
+    """All multisets of trees with ``nodes`` nodes in total and at most ``largest`` nodes per tree."""
     if nodes == 0:
         return [()]
     out: list[Tree] = []
@@ -48,7 +48,7 @@ def size(tree: Tree) -> int:
 
 @cache
 def density(tree: Tree) -> int:
-    """γ: the product of the sizes of all subtrees, the tree included."""
+    """γ(t): the product of the sizes of all subtrees of t, including t."""
     out = size(tree)
     for t in tree:
         out *= density(t)
@@ -56,13 +56,13 @@ def density(tree: Tree) -> int:
 
 
 def carried(matrix: Matrix, values: Sequence[float]) -> list[float]:
-    """A matrix times a vector; rows of the matrix may be shorter than the vector."""
+    """Product of a matrix and a vector. A row shorter than the vector is padded with zeros."""
     return [sum([a * v for a, v in zip(row, values, strict=False) if a]) for row in matrix]
 
 
 class Elementary:
-    """Elementary weights Φ(t) of a method, one number per stage. single, several: matrices that carry a subtree to a node with one
-    branch or several. Both are A for a Runge–Kutta method, β and α for a Rosenbrock method."""
+    """Elementary weights Φ(t) of a method, one number per stage. The weights of a subtree are multiplied by the matrix ``single``
+    if its parent has one branch, and by ``several`` if the parent has several. Runge–Kutta: both are A. Rosenbrock: β and α."""
 
     def __init__(self, single: Matrix, several: Matrix):
         self.single, self.several = single, several
@@ -77,14 +77,14 @@ class Elementary:
         return self.known[tree]
 
     def defect(self, weights: Sequence[float], tree: Tree, part: float = 1.0, exact: bool = True) -> float:
-        """Defect of the condition of a tree, relative to the size of its terms. ``exact`` False: the sum itself must vanish, as
-        for error estimators."""
+        """Relative defect of the order condition of a tree. With ``exact`` False, the sum itself must vanish, as for error
+        estimators."""
         terms = [w * p for w, p in zip(weights, self(tree), strict=True)]
         wanted = part ** size(tree) / density(tree) if exact else 0.0
         return abs(math.fsum(terms) - wanted) / (sum(map(abs, terms)) + wanted + 1e-300)
 
     def order(self, weights: Callable[[float], Sequence[float]], parts: tuple[float, ...] = (1.0,), exact: bool = True) -> int:
-        """The order of the weights ``weights(θ)``, checked at the given θ (``parts``)."""
+        """The order of the weights ``weights(θ)``, checked at each θ in ``parts``."""
         at = [(x, weights(x)) for x in parts]
         for p in range(1, MOST + 1):
             if any(self.defect(w, t, x, exact) > ROUND_OFF for t in trees(p) for x, w in at):
@@ -93,4 +93,4 @@ class Elementary:
 
 
 PARTS = (0.23, 0.5, 0.81, 1.0)
-"""Parts of a step at which a dense output is tested."""
+"""Parts θ of a step at which the order of a dense output is checked."""

@@ -1,20 +1,23 @@
-/* Quadrature of works beside the motion. Works never influence steps, so the motion is independent of the columns requested.
+/* Quadrature of works, separate from the motion. Works never influence steps, so the motion does not depend on the requested
+ * columns.
  *
- * Audit sums along stiff steps: powers are known at both ends and evaluated in the middle, on the dense output; Simpson's rule
- * integrates them. If its error matters to the audit, they are integrated like works of columns.
+ * Audit sums along stiff steps: powers at both ends, and in the middle on the dense output, are integrated by Simpson's rule.
+ * If its error matters to the audit, the sums are integrated like works of columns.
  *
- * Works of columns: along stiff steps, and where an explicit method exceeds the tolerance. Clenshaw–Curtis rules with three,
- * five or nine powers are used, in parts where these fail (a contact load passing near zero has a corner). */
+ * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
+ * rules use three, five or nine powers. Where they fail, the step is divided into parts (a contact load passing near zero has a
+ * corner). */
 #include "integrators/integrators.h"
 
 #define WORK_RULES 3
 #define WORK_PART (1.0 / 1024.0) /* × a step: shortest part */
-#define PARTS 1024                /* parts at most, so that noise beyond the tolerance is not followed without end */
-#define SHARPER 0.4               /* a rule with relative difference r to the coarser one errs by r^(1 + SHARPER) (orders 5 and 7; 7 and 11) */
-#define DOUBTED 10.0              /* factor on that estimate, at most r */
+#define PARTS 1024                /* most parts of a step, so that noise above the tolerance is not refined without limit */
+/* If a rule differs by r from the next coarser rule, relatively, its error is about r^(1 + SHARPER) (orders 5 and 7; 7 and 11). */
+#define SHARPER 0.4
+#define DOUBTED 10.0              /* factor on that estimate; the result is at most r */
 #define AUDIT_LOOSER 100.0        /* × the tolerance: allowed error of audit sums per step */
 
-/* Works to integrate: place of the first in the state, number, least unit (J), factor on the tolerance. */
+/* Works to integrate: place of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */
 typedef struct tr_work_selection {
   int first, count;
   double unit, looser;
@@ -31,7 +34,7 @@ static const double work_weight[1 + WORK_RULES][TR_WORK_NODES] = {
     {1.0 / 126.0, 0.07310932460800909, 44.0 / 315.0, 0.1808589293602449, 62.0 / 315.0, 0.1808589293602449, 44.0 / 315.0, 0.07310932460800909,
      1.0 / 126.0}};
 
-/* Powers (count) at θ of the last step. Returns 0 without a solution. */
+/* Powers of the selected works at θ of the last step (w->count values). Returns 0 without a solution. */
 static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selection *w, double theta, double *power) {
   const int n = tr_state_width(s);
   double *y = TR_A(s, ytmp), *dy = TR_A(s, dy);
@@ -46,11 +49,11 @@ static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selec
   return 1;
 }
 
-/* Distance of the nodes that a rule uses. */
+/* Index distance of the nodes that a rule uses. */
 static inline int tr_node_step(int rule) { return (TR_WORK_NODES - 1) >> rule; }
 
-/* Works (count) of a part of the step by a rule (1 to WORK_RULES). Returns the squared error, 1 at the tolerance, from the
- * coarser rule. */
+/* Works (w->count values) of a part of the step by a rule (1 to WORK_RULES). Returns the squared error, 1 at the tolerance,
+ * estimated from the next coarser rule. */
 static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_selection *w, const double *power, double *work) {
   const int q = w->count;
   double e[tr_state_width(s)];
@@ -67,8 +70,8 @@ static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_se
   return tr_squared_work_error(s, e, TR_A(s, yold), TR_A(s, ynew), w->first, q, w->unit) / (w->looser * w->looser);
 }
 
-/* Works (count) from θ = a to a + part. Leaves powers at the nodes (TR_WORK_NODES × count); the first is given. *rule: last
- * rule used. Returns the squared error; NaN: no solution. */
+/* Works (w->count values) from θ = a to a + part. power: powers at the nodes (TR_WORK_NODES × count); the caller provides those
+ * of the first node. *rule: last rule used. Returns the squared error; NaN: no solution. */
 static double tr_work_of_part(tr_sim *s, const tr_method *m, const tr_work_selection *w, double a, double part, double *power, double *work, int *rule) {
   double err = INFINITY;
   for (*rule = 1; *rule <= WORK_RULES; ++*rule) {
@@ -81,7 +84,7 @@ static double tr_work_of_part(tr_sim *s, const tr_method *m, const tr_work_selec
   return err;
 }
 
-/* Add works (count) from θ = a to end, in parts. Returns 0 without a solution. */
+/* Add the works (w->count values) from θ = a to `end`, integrated in parts. Returns 0 without a solution. */
 static int tr_work_in_parts(tr_sim *s, const tr_method *m, const tr_work_selection *w, double a, double end, double *work) {
   const int q = w->count;
   double some[q], power[TR_WORK_NODES * q];
@@ -101,8 +104,8 @@ static int tr_work_in_parts(tr_sim *s, const tr_method *m, const tr_work_selecti
   return 1;
 }
 
-/* Fit rows of the dense output, W = R₀ θ + R₁ θ (1−θ) + R₂ θ² (1−θ) + …, to powers at the nodes of a rule up to θ = end and to
- * `work` there. */
+/* Fit rows of the dense output, W = R₀ θ + R₁ θ (1−θ) + R₂ θ² (1−θ) + …, to the powers at the nodes of a rule up to θ = end,
+ * and to `work` at θ = end. */
 static void tr_fit_work_rows(tr_sim *s, int rule, double end, const double *power, const double *work) {
   const int n = tr_state_width(s), q = s->nworks, every = tr_node_step(rule), count = 1 + (TR_WORK_NODES - 1) / every;
   double A[TR_WORK_NODES * TR_WORK_NODES], at_end[TR_WORK_NODES], b[TR_WORK_NODES], *R = TR_A(s, kstep);
@@ -134,7 +137,7 @@ static tr_work_selection tr_column_works(const tr_sim *s) {
   return (tr_work_selection){s->ny, s->nworks, tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, s->nworks), 1.0};
 }
 
-/* Integrate the audit sums over the pending stiff step up to its end: by Simpson's rule, and more accurately if needed. */
+/* Integrate the audit sums over the pending stiff step up to its end: by Simpson's rule, or more accurately if necessary. */
 static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   const int n = tr_state_width(s), first = s->ny + s->nworks, q = s->naudit, trouble = s->step.failure;
   const double end = s->pending.theta, *K = TR_A(s, K), *yold = TR_A(s, yold);
@@ -147,7 +150,7 @@ static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   }
   if (tr_work_by_rule(s, 1, 1.0, &sums, power, work) <= 1.0) return;
   tr_save_solution(s, kept);
-  s->step.watch = 0; /* restored value between steps */
+  s->step.watch = 0; /* the value of watch between steps */
   memset(work, 0, sizeof work);
   if (tr_ensure_dense(s) && tr_work_in_parts(s, m, &sums, 0.0, end, work)) {
     tr_evaluate_dense(s, end, at_end);
@@ -170,7 +173,7 @@ static void tr_integrate_works(tr_sim *s, const tr_method *m) {
   double power[TR_WORK_NODES * q + 1], work[q + 1], kept[tr_solution_size(s)];
   int rule;
   tr_save_solution(s, kept);
-  s->step.watch = 0; /* restored value between steps */
+  s->step.watch = 0; /* the value of watch between steps */
   if (tr_ensure_dense(s) && tr_evaluate_powers(s, m, &sums, 0.0, power)) {
     const double err = tr_work_of_part(s, m, &sums, 0.0, end, power, work, &rule);
     s->step.parts = err > 1.0, s->step.worked = 0.0;

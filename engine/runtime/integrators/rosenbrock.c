@@ -1,5 +1,5 @@
-/* Steps of an L-stable Rosenbrock method with the exact Jacobian. Works have no rows in it; ``quadrature.c`` integrates them
- * along the dense output. */
+/* Steps of an L-stable Rosenbrock method with the exact Jacobian. The method does not integrate works; ``quadrature.c``
+ * integrates them along the dense output. */
 #include "integrators/integrators.h"
 
 /* W ← E/(γh) − ∂F/∂y at (t, y), factorised. Returns 0 on failure. */
@@ -26,7 +26,7 @@ TR_INLINE void tr_add_stages(int nv, int count, const double *a, const tr_vec *y
   }
 }
 
-/* Solve stage `st` into its row of K. Returns 0 if f cannot be evaluated. */
+/* Solve stage `st` and store it in its row of K. Returns 0 if f cannot be evaluated. */
 TR_INLINE int tr_solve_stiff_stage(tr_sim *s, const tr_rosenbrock *m, int st, double h) {
   const int n = tr_state_width(s), nv = n / TR_LANES, ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *ft = J + (size_t)ny * ld;
@@ -62,7 +62,8 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   return sqrt(tr_squared_error(s, K + m->stages * n, y, ynew));
 }
 
-/* Form dense rows for tr_evaluate_dense: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))). */
+/* Form dense rows for tr_evaluate_dense: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))), Δ =
+ * y₁ − y. */
 static int tr_form_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
   const int nv = tr_state_width(s) / TR_LANES;
   const tr_vec *K = (tr_vec *)TR_A(s, K), *y0 = (tr_vec *)TR_A(s, yold), *y1 = (tr_vec *)TR_A(s, ynew);

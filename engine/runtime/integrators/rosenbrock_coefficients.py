@@ -2,7 +2,7 @@
 
 Stages: W k_i = f(t + c_i h, y + Σ a_ij k_j) + h d_i ∂f/∂t + Σ C_ij k_j / h.
 
-Solution: y₁ = y + Σ b_j k_j, where b is the last row of A and 1; error = k_s.
+Solution: y₁ = y + Σ b_j k_j, where b is the last row of A followed by 1. The error is the last stage, k_s.
 
 Dense output: y(θ) = (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))), K_r = Σ H_ri k_i.
 """
@@ -15,17 +15,17 @@ from dataclasses import dataclass
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, Matrix, carried
 
 ROUND_OFF = 1e-11
-"""Largest violation by nodes, d and stability at infinity that counts as round-off; an inverse amplifies it."""
+"""Largest violation of the conditions on nodes, d and stability that counts as round-off, which a matrix inverse amplifies."""
 HERMITE = 3
 """Number of rows of H."""
 
 
 @dataclass(frozen=True)
 class Rosenbrock:
-    """A stiffly accurate method with the coefficients of the form above.
+    """A stiffly accurate method with coefficients as in the module's docstring.
 
-    Declared: order, error_order (of the estimator) and dense_order. ValueError if the coefficients disagree, if nodes c and d do
-    not follow from A, C and γ, or if the stability function does not vanish at infinity.
+    ValueError if the coefficients do not give the declared order, error_order (of the estimator) and dense_order. ValueError if the
+    nodes c and the factors d do not follow from A, C and γ, or if the stability function does not vanish at infinity.
     """
 
     name: str
@@ -43,10 +43,10 @@ class Rosenbrock:
     def __post_init__(self) -> None:
         problem = self.defect()
         if problem > ROUND_OFF:
-            raise ValueError(f"method {self.name}: conditions violated by {problem:.1e}")
+            raise ValueError(f"method {self.name}: the conditions on nodes and stability are violated by {problem:.1e}")
         for what, value in self._derived().items():
             if getattr(self, what) != value:
-                raise ValueError(f"method {self.name}: its coefficients say {what} = {value}, not {getattr(self, what)}")
+                raise ValueError(f"method {self.name}: its coefficients give {what} = {value}, declared: {getattr(self, what)}")
 
     @property
     def stages(self) -> int:
@@ -55,7 +55,7 @@ class Rosenbrock:
 
     @property
     def end(self) -> int:
-        """Row of K that holds the derivative at the end of the step: after f(t, y) and the stages."""
+        """Row of K that holds the derivative at the end of the step. Earlier rows hold f(t, y) and the stages."""
         return self.stages + 1
 
     @property
@@ -68,14 +68,14 @@ class Rosenbrock:
         return [*self.A[-1], 1.0]
 
     def classical(self) -> tuple[Matrix, Matrix, list[float], Matrix]:
-        """(α, β = α + Γ, b, Γ) of the classical form, Γ = (E/γ − C)⁻¹."""
+        """(α, β, b, Γ) of the classical form, with Γ = (E/γ − C)⁻¹ and β = α + Γ."""
         gamma = inverse(self.gamma, self.C)
         alpha = [by(row, gamma) for row in self.A]
         beta = [[a + g for a, g in zip(x, y, strict=True)] for x, y in zip(alpha, gamma, strict=True)]
         return alpha, beta, by(self.weights(), gamma), gamma
 
     def defect(self) -> float:
-        """Largest violation by nodes, d, and stability at infinity (b β⁻¹ 1 = 1)."""
+        """Largest violation of the conditions on the nodes c, on d, and on stability at infinity (b β⁻¹ 1 = 1)."""
         alpha, beta, b, gamma = self.classical()
         ones = [1.0] * self.stages
         worst = max(abs(x - c) for x, c in zip(carried(alpha, ones), self.c, strict=True))
@@ -86,7 +86,7 @@ class Rosenbrock:
         return max(worst, abs(1.0 - sum(w * x for w, x in zip(b, u, strict=True))))
 
     def _derived(self) -> dict[str, int]:
-        """Orders that the coefficients give: solution, error estimator, dense output."""
+        """Orders of solution, error estimator and dense output, computed from the coefficients."""
         alpha, beta, b, gamma = self.classical()
         phi = Elementary(beta, alpha)
 
@@ -102,7 +102,7 @@ class Rosenbrock:
 
 
 def by(row: Sequence[float], matrix: Matrix) -> list[float]:
-    """A row times a matrix; the row may be shorter than the matrix is high."""
+    """Product of a row and a square matrix. A row shorter than the matrix is padded with zeros."""
     return [sum(a * m[k] for a, m in zip(row, matrix, strict=False)) for k in range(len(matrix))]
 
 

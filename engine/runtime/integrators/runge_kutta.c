@@ -1,18 +1,18 @@
-/* Steps of explicit Runge–Kutta methods, given by their tables. */
+/* Steps of explicit Runge–Kutta methods, defined by their tables. */
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3       /* rows of the cubic through values and slopes at both ends */
-#define NEAR_LIMIT 0.4       /* × the h |λ| of the limit of stability: steps at it vary by as much */
+#define NEAR_LIMIT 0.4       /* × the h |λ| of the stability limit: estimates of h |λ| at the limit vary by this factor */
 
-/* Squared error of n works from place `first` of the state in the last explicit step. second: second estimator, 0 without. */
+/* Squared error of n works from place `first` of the state in the last explicit step. second: errors of the second estimator; 0
+ * if there is none. */
 static double tr_step_work_error(const tr_sim *s, double h, const double *e, const double *second, int first, int n) {
   const double *y = TR_A(s, y), *ynew = TR_A(s, ynew), unit = tr_work_unit(s, h, y, first, n);
   const double error = tr_squared_work_error(s, e, y, ynew, first, n, unit);
   return second ? tr_combine_estimators(error, tr_squared_work_error(s, second, y, ynew, first, n, unit)) : error;
 }
 
-/* Extrapolate x (e numbers), from which Newton's method starts at stage i, through earlier stages. old: x at earlier stages, e
- * each. */
+/* Extrapolate x, the start of Newton's method at stage i, from its values `old` at earlier stages. e: size of x. */
 TR_INLINE void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, const double *old) {
   const double *weight = m->lead + i * m->stages;
   for (int j = 0; j < e; ++j) x[j] = 0.0;
@@ -87,7 +87,7 @@ static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   return made;
 }
 
-/* Form the rows of the dense output in kstep from both ends of the step and K; evaluates the extra stages. Returns 0 if one
+/* Form the rows of the dense output in kstep from both ends of the step and K. Evaluates the extra stages. Returns 0 if a stage
  * fails. */
 static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {
   int n = tr_state_width(s), nv = n / TR_LANES;

@@ -1,4 +1,4 @@
-"""Explicit Runge–Kutta methods as data. Declared properties are tested against the coefficients at construction."""
+"""Explicit Runge–Kutta methods as data. The constructor checks the declared properties against the coefficients."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, car
 
 Rows = Sequence[Sequence[float]]
 LONGEST = 40.0
-"""Largest real stability interval searched."""
+"""Upper limit of the search for the real stability interval."""
 MARGIN = 0.7
-"""Fraction of the real stability interval above which stability limits steps, not accuracy."""
+"""Fraction of the real stability interval above which stability, not accuracy, limits the steps."""
 
 
 def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float) -> float:
-    """The Lagrange polynomial through the listed nodes, 1 at node j and 0 at the others, at a place."""
+    """Value at ``at`` of the Lagrange polynomial that is 1 at node j and 0 at the other nodes of ``through``."""
     return math.prod((at - nodes[k]) / (nodes[j] - nodes[k]) for k in through if k != j)
 
 
@@ -24,15 +24,15 @@ def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float)
 class Tableau:
     """An explicit pair with dense output.
 
-    A: rows of the stages (row i has i entries); B: weights; C: nodes. E: one or two error estimators over the stages, perhaps with
-    an entry for the derivative at the end of the step. A_dense, C_dense: extra stages of the dense output, over the stages, the
-    derivative at the end and earlier extra stages. D: rows of the dense output beyond cubic Hermite, over all of these. The last
-    stage is not the derivative at the end, which every step computes.
+    A: rows of the stages (row i has i entries). B: weights. C: nodes. E: one or two error estimators, with an entry for each stage
+    and optionally one for the end derivative (the derivative at the end of the step). A_dense, C_dense: extra stages of the dense
+    output, from the stages, the end derivative and earlier extra stages. D: rows of the dense output beyond cubic Hermite
+    interpolation, with entries for all of these. The end derivative is not listed as a stage, because every step computes it.
 
     Dense output: y(θ) = y₀ + θ(R₀ + (1−θ)(R₁ + θ(R₂ + (1−θ)(D₀ + θ(D₁ + …))))).
 
-    Declared: order, error_orders (one for each estimator), dense_order, first_same_as_last (an estimator uses the derivative at
-    the end, which is the next step's first). ValueError if the coefficients disagree.
+    Declared are order, error_orders (one for each estimator), dense_order and first_same_as_last. The last means that an estimator
+    uses the end derivative, which is the first stage of the next step. ValueError if the coefficients disagree.
     """
 
     name: str
@@ -49,8 +49,8 @@ class Tableau:
     C_dense: Sequence[float] = ()
     D: Rows = ()
     led: Sequence[Sequence[int]] = ()
-    """Earlier stages, at different nodes, whose polynomial extrapolates friction to a stage, as the start of its solution. Empty:
-    the start and the last two."""
+    """For each stage: earlier stages at different nodes, from which a polynomial extrapolates friction. The result is the initial
+    value of the iteration at that stage. Empty: the first stage and the last two stages."""
     stiff_at: float = field(init=False)
     """Estimate of h|λ| above which stability limits steps: a fraction of the real stability interval, to the nearest half."""
 
@@ -59,7 +59,7 @@ class Tableau:
         found = self._derived()
         for what, value in found.items():
             if getattr(self, what) != value:
-                raise ValueError(f"tableau {self.name}: its coefficients say {what} = {value}, not {getattr(self, what)}")
+                raise ValueError(f"tableau {self.name}: its coefficients give {what} = {value}, declared: {getattr(self, what)}")
         object.__setattr__(self, "stiff_at", round(2 * MARGIN * self.real_interval()) / 2)
 
     @property
@@ -78,42 +78,42 @@ class Tableau:
         return self.stages + 1 + len(self.A_dense)
 
     def lead(self) -> list[list[float]]:
-        """Weights of earlier stages that extrapolate to each stage (``led``)."""
+        """For each stage: weights of earlier stages in its extrapolation (``led``)."""
         rows = []
         for i in range(self.stages):
-            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # one stage a node
+            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # one stage per node
             through = self.led[i] if self.led else list(near.values())
             rows.append([_lagrange(self.C, through, j, self.C[i]) if j in through else 0.0 for j in range(self.stages)])
         return rows
 
     def _shapes(self) -> None:
-        """ValueError for coefficients with sizes that do not fit each other."""
+        """ValueError for coefficients of inconsistent sizes."""
 
         def refuse(what: str) -> None:
             raise ValueError(f"tableau {self.name}: {what}")
 
         s = self.stages
         if [len(r) for r in self.A] != list(range(s)) or len(self.C) != s:
-            refuse(f"row i of A has i entries, and B and C have one a stage ({s})")
+            refuse(f"row i of A must have i entries; B and C must have {s}, one for each stage")
         extra = len(self.C_dense)
         if [len(r) for r in self.A_dense] != [s + 1 + i for i in range(extra)]:
-            refuse("an extra stage is over all stages before it and the derivative at the end, and has a node")
+            refuse("an extra stage needs a node and an entry for each earlier stage and for the derivative at the end")
         if len(self.E) not in (1, 2) or any(len(e) not in (s, s + 1) for e in self.E):
-            refuse("one or two error estimators, over the stages and perhaps the derivative at the end")
+            refuse("E needs one or two rows, with an entry for each stage and optionally one for the derivative at the end")
         if any(len(d) > self.rows for d in self.D):
-            refuse(f"a row of the dense output has at most {self.rows} entries")
+            refuse(f"a row of the dense output must have at most {self.rows} entries")
         if s > 1 and tuple(self.A[-1]) == tuple(self.B[:-1]) and self.B[-1] == 0:
-            refuse("its last stage is the derivative at the end of the step: leave it out")
+            refuse("its last stage is the derivative at the end of the step: remove this stage")
         if self.led and [len({self.C[j] for j in row}) for row in self.led] != [len(row) for row in self.led]:
-            refuse("friction is led on through stages of different nodes")
+            refuse("a row of led must list stages at different nodes")
         if self.led and [all(j < i for j in row) for i, row in enumerate(self.led)] != [True] * s:
-            refuse("friction is led on to each stage through earlier ones")
+            refuse("led needs a row for each stage, and a row must list earlier stages only")
         nodes = max(abs(sum(row) - c) for row, c in zip((*self.A, *self.A_dense), (*self.C, *self.C_dense), strict=True))
         if nodes > 1e-13:
-            refuse(f"a node is not the sum of its row, by {nodes:.1e}")
+            refuse(f"a node differs from the sum of its row by {nodes:.1e}")
 
     def _derived(self) -> dict[str, object]:
-        """Properties that the coefficients give."""
+        """Values of the declared properties, computed from the coefficients."""
         n, s = self.rows, self.stages
         full = (*self.A, self.B, *self.A_dense)
         phi = Elementary(full, full)
@@ -139,7 +139,8 @@ class Tableau:
         }
 
     def real_interval(self) -> float:
-        """Stability along the negative real axis: the largest x with |R(−x')| ≤ 1 for all x' ≤ x, R the stability polynomial."""
+        """Stability interval along the negative real axis: the largest x with |R(−x')| ≤ 1 for all 0 ≤ x' ≤ x, where R is the
+        stability polynomial."""
         power, coefficients = [1.0] * self.stages, [1.0]
         for _ in range(self.stages):
             coefficients.append(sum(b * p for b, p in zip(self.B, power, strict=True)))

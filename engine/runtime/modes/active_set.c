@@ -1,16 +1,18 @@
-/* Modes of all pairs at rest (theory, "Deciding modes"). The search starts with all pairs stuck and changes the mode of the
- * worst misfit until none is left. If that fails, it starts from other modes, then tries all combinations of few pairs. A pair
- * sticks while the friction it needs stays within its capacity. It slips if friction then opposes its acceleration. */
+/* Modes of all pairs at rest (theory, "Deciding modes"). A pair sticks while the friction that it needs is within its capacity.
+ * It slips if friction then opposes its acceleration. The search starts with all pairs stuck and repeatedly changes the mode
+ * with the largest misfit. If that fails, it starts from other modes. Finally it tries all combinations of a few pairs. */
 #include "modes/modes.h"
 
-#define ENUMERATE_MAX 8    /* pairs: up to here all combinations of modes are tried (3 for each pair, 2 for pairs of several components) */
-#define MANY_WORK 6e8      /* multiplications (half a second): bound of the one-by-one search among more pairs */
+/* Pairs: up to this number all mode combinations are tried (3 per pair, 2 per pair of several components). */
+#define ENUMERATE_MAX 8
+#define MANY_WORK 6e8      /* multiplications (half a second): bound of the one-by-one search for more than ENUMERATE_MAX pairs */
 #define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): bound of the search through combinations */
-#define ONSET_SWEEPS 20    /* iterations over the directions of several pairs that start to slide together */
-#define DIFFERENT 1e-6     /* × length · rate²: least difference of accelerations of two answers; far above round-off, far below typical motion */
+#define ONSET_SWEEPS 20    /* iterations on the directions of several pairs that start to slide together */
+/* × length · rate²: least difference of accelerations of two solutions; far above round-off, far below typical motion. */
+#define DIFFERENT 1e-6
 
-/* Solve for the multipliers in the modes in force, with the onset directions of pairs of several components. near: accept only
- * directions near the present ones. Returns 0 on failure; *idle is then the pair without a direction (-1: none). */
+/* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. near: accept only
+ * directions near the present ones. Returns 0 on failure; *idle is then the pair without a direction, or -1. */
 static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int *idle) {
   int several = 0;
   *idle = -1;
@@ -57,11 +59,11 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
   return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
-/* Number of modes to try for pair i: stuck and both ways along its line, else stuck and the direction found from a guess. */
+/* Number of modes of pair i to try: stuck, and both directions of its line or the direction found from a guess. */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
-/* Put combination `code` in force. Each pair in `apart` (count) takes its class along. `guess`: 3 numbers for each pair in
- * `apart`. */
+/* Apply the mode combination `code`. Each of the `count` pairs in `apart` represents its class. guess: 3 components for each
+ * pair in `apart`. */
 static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apart, int count, int code, const double *guess) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
   for (int u = 0; u < count; ++u) {
@@ -79,8 +81,8 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
   }
 }
 
-/* Try all combinations of modes. Returns how many satisfy all laws with different accelerations, at most `most`; the first
- * stays in force. Returns 0 if there are too many combinations. */
+/* Try all combinations of modes. Returns the number of combinations that satisfy all laws with different accelerations, at most
+ * `most`. The first such combination stays in force. Returns 0 if there are too many combinations. */
 static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) {
   const tr_kernel *k = s->k;
   int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
@@ -113,8 +115,8 @@ static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) 
   return found;
 }
 
-/* Search from the modes in force, then with all pairs stuck, then with all slipping. released: pair just let go, whose mode
- * holds its direction (-1: none). old: η from which Newton's iteration starts. */
+/* Search from the modes in force, then with all pairs stuck, then with all slipping. released: pair just released, whose mode
+ * holds its direction; -1: no pair. old: initial η of Newton's method. */
 static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released, const double *old) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = released >= 0 && tr_are_coupled(s, rest[q], released) ? TR_SLIPS : TR_STUCK;
@@ -129,7 +131,7 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* tr_decide_one_by_one for many pairs: first all at once, then one by one within MANY_WORK. */
+/* tr_decide_one_by_one for many pairs: first all pairs at once, then one by one, bounded by MANY_WORK. */
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
   double *eta = TR_A(s, z) + s->k->active;

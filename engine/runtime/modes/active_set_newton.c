@@ -1,13 +1,14 @@
-
+/* Decisions by the cone equations (``modes/cone_equations.c``). */
 #include "modes/modes.h"
 
-#define CONES_MASSES 3       /* masses ρ, tried one after the other */
+#define CONES_MASSES 3       /* masses ρ, tried in this order */
 #define CONES_WORK 4e9       /* multiplications (half a second): bound of all attempts */
 #define CONES_MATRICES 300   /* factorisations: bound of all attempts */
 
-static const double tr_cones_masses[CONES_MASSES] = {10.0, 3.0, 1.0}; /* × the mass that a pair's own friction moves; larger ones meet fewer kinks */
+/* × the mass that a pair's own friction moves; a larger mass meets fewer kinks. */
+static const double tr_cones_masses[CONES_MASSES] = {10.0, 3.0, 1.0};
 
-/* Put the solution in force: a pair that accelerates slips in that direction, any other sticks. */
+/* Apply the solution: a pair that accelerates slips in the direction of its acceleration; every other pair sticks. */
 static void tr_cones_set_modes(tr_sim *s, const tr_cone_problem *c) {
   for (int q = 0; q < c->n; ++q) {
     const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
@@ -25,7 +26,7 @@ static void tr_cones_set_modes(tr_sim *s, const tr_cone_problem *c) {
   }
 }
 
-/* The pair forced to stick (`holds`) whose friction exceeds its capacity most; -1: none. */
+/* The pair forced to stick (`holds`) that exceeds its capacity most; -1 if there is none. */
 static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
   double most = 1.0 + TOL_RESOLVE;
   int worst = -1;
@@ -41,8 +42,8 @@ static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
   return worst;
 }
 
-/* Repeat the solution with sliding friction for pairs that slide, where static friction is larger. Pairs that stuck are held,
- * and released one by one if overloaded. Returns the sign of the determinant, 0: no solution. */
+/* Solve again with sliding friction for pairs that slide, where static friction is larger. Stuck pairs are forced to stick;
+ * overloaded ones are released one by one. Returns the sign of the determinant; 0: no solution. */
 static int tr_cones_use_sliding_friction(tr_sim *s, tr_cone_problem *c) {
   int sense = 0, worst = 0;
   for (int q = 0; q < c->n; ++q) c->holds[q] = c->rho[q] > 0.0 && c->mode[q] == TR_STUCK;

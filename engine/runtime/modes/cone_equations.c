@@ -1,42 +1,41 @@
 /* Friction at rest of any number of pairs as one equation (theory, "Many pairs").
  *
- * For a pair about to start, friction y (N) and surface acceleration x (m/s²) follow from p = y + ρ x, ρ a mass. y = R(load, p)
- * is unique and continuous; its only kink is at the edge of the friction cone. y, x and the loads depend affinely on each
- * other. y − R = 0 is thus a piecewise smooth equation for sticking, sliding and spinning. Newton's method with a line search
- * solves it from zero friction, or along a path on which friction grows from zero (``modes/cone_homotopy.c``). The caller
- * verifies the result with the exact equations. */
+ * For a pair about to slide, friction y (N) and surface acceleration x (m/s²) follow from p = y + ρ x, with a mass ρ. y =
+ * R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. y, x and the loads are affine
+ * functions of each other. y − R = 0 is therefore a piecewise smooth equation for sticking, sliding and spinning. Newton's
+ * method with a line search solves it, starting from zero friction or along a path on which friction grows from zero
+ * (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
 #include "modes/modes.h"
 
-#define CONES_TRIED 1e-7     /* × a ball's friction: step of the derivative by `part` */
-#define CONES_GRIP 1e-6      /* × friction: smaller excess of static over sliding friction counts as none */
+#define CONES_TRIED 1e-7     /* step of the derivative with respect to `part` */
+#define CONES_GRIP 1e-6      /* relative: a smaller excess of static over sliding friction is neglected */
 
-/* Unknowns and data of the equation. Sizes in front of the colon: n pairs, e multipliers. */
+/* Unknowns and data of the equation. The comments give array sizes before the colon; n: pairs, e: multipliers. */
 typedef struct tr_cone_problem {
   int n, e;
   const int *pairs; /* n: pairs at rest */
   double part;      /* fraction of the friction of balls; grows from 0 to 1 along a path */
-  int all;          /* `part` applies to all pairs, not to balls alone */
+  int all;          /* `part` applies to all pairs, not only to balls */
   int most;         /* factorisations left */
-  double *rho;      /* n: ρ, kg; 0: prescribed motion, or motion that does not depend on this friction */
-  int grips;        /* static friction exceeds sliding friction for some pairs, and static friction is in use */
-  double *grip;     /* e: static over sliding friction, pairs other than balls */
-  double *mu;       /* n: friction ratio of a ball in use; < 0: no ball */
+  double *rho;      /* n: mass ρ, kg; 0 if the motion is prescribed or does not depend on this friction */
+  int grips;        /* static friction is used, and some pair has static friction above its sliding friction */
+  double *grip;     /* e: ratio of static to sliding friction, for pairs other than balls */
+  double *mu;       /* n: present friction ratio of a ball; negative for other pairs */
   double *slides;   /* n: sliding friction ratio of a ball */
-  int *holds;       /* n: the pair sticks whatever its load */
+  int *holds;       /* n: the pair sticks at any load */
   double *turn;     /* n: ±1, orientation of a ball's frame (t, i) */
   double *x, *y, *g;/* e: surface accelerations, m/s²; frictions, N; residual, N */
   int *mode;        /* n: TR_STUCK, TR_SLIPS or TR_CONE */
 } tr_cone_problem;
 
-/* Set the mode's direction of pair i to the unit surface direction d. */
 static void tr_set_direction(tr_sim *s, int i, const double *d) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double length = pair->nrates > 1 ? tr_onset_length(s) : 1.0;
   for (int j = 0; j < pair->nrates; ++j) tr_mode_of(s, i)->direction[j] = length * d[j] / (pair->nrates > 1 ? TR_A(s, lever)[pair->eta0 + j] : 1.0);
 }
 
-/* Evaluate the laws with unit loads on balls while all pairs slide. spins: balls turn about their contact, oblique to the load;
- * else they slide across the load. u (e): unit friction along these directions. */
+/* Evaluate the laws with unit loads on balls while all pairs slide. spins: balls spin about their contact, oblique to the load;
+ * otherwise they slide across the load. u (e): unit friction along these directions. */
 static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spins, double *u) {
   const double load[3] = {0.0, 0.0, 1.0}, along[3] = {1.0, 0.0, 0.0}, oblique[3] = {sqrt(0.5), 0.0, sqrt(0.5)};
   memset(u, 0, sizeof(double) * c->e);
@@ -50,8 +49,8 @@ static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spin
   s->k->laws(TR_A(s, NN), map_rates(s->k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + s->k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
-/* Read ratios and frames of balls, and static over sliding friction, from the laws. A ball with another form of friction
- * (Adams') gets the ratio NAN. */
+/* Determine from the laws: friction ratios and frames of balls, and ratios of static to sliding friction. A ball with another
+ * form of friction law (Adams') gets the ratio NAN. */
 static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   const tr_kernel *k = s->k;
   double u[c->e + 1], none[c->e + 1];
@@ -72,8 +71,8 @@ static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   for (int q = 0; q < c->n; ++q) c->turn[q] = TR_A(s, law)[tr_pair_of(s, c->pairs[q])->eta0 + (c->mu[q] >= 0.0)] < 0.0 ? -1.0 : 1.0;
 }
 
-/* Set up the problem with zero friction; mass: factor of ρ. Requires maps of the current state. Returns 0 if a pair has another
- * form. */
+/* Set up the problem with zero friction. mass: factor of ρ. Requires maps of the current state. Returns 0 if a pair has a
+ * friction law of another form. */
 static int tr_cones_set_up(tr_sim *s, tr_cone_problem *c, double mass) {
   const int e = s->k->neta;
   const double *Qe = TR_A(s, Q) + e, *lever = TR_A(s, lever);
@@ -93,7 +92,7 @@ static int tr_cones_set_up(tr_sim *s, tr_cone_problem *c, double mass) {
   return 1;
 }
 
-/* Factor on the law of multiplier i, of a pair other than a ball. */
+/* Factor on the law of multiplier i, which belongs to a pair other than a ball. */
 static inline double tr_cones_friction_part(const tr_cone_problem *c, int i) { return (c->all ? c->part : 1.0) * (c->grips ? c->grip[i] : 1.0); }
 
 /* p = y + ρ x of pair q, up to 3 components. */
@@ -102,8 +101,7 @@ static inline void tr_cones_combination(const tr_sim *s, const tr_cone_problem *
   for (int j = 0; j < pair->neta; ++j) p[j] = c->y[pair->eta0 + j] + c->rho[q] * c->x[pair->eta0 + j];
 }
 
-/* Mode and residual of pair q, other than a ball, after its law was evaluated: it sticks while |p| is within its sliding
- * friction. */
+/* Mode and residual of pair q, not a ball, whose law was evaluated. The pair sticks while |p| is within its sliding friction. */
 static void tr_cones_pair_residual(tr_sim *s, tr_cone_problem *c, int q) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   double p[3], most = 0.0;
@@ -172,7 +170,7 @@ static void tr_cones_ball_rows(const tr_sim *s, const tr_cone_problem *c, int q,
   }
 }
 
-/* Rows of J of a stuck pair q: −ρ ∂x/∂y. Where loads are redundant, a small multiple of the unit matrix makes J regular. */
+/* Rows of J of a stuck pair q: −ρ ∂x/∂y. If loads are redundant, a small multiple of the unit matrix makes J regular. */
 static void tr_cones_stuck_rows(const tr_sim *s, const tr_cone_problem *c, int q, double *J) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   const double *Qe = TR_A(s, Q) + c->e, *lever = TR_A(s, lever), slack = s->k->active ? RANK_PIVOT : 0.0;
@@ -181,7 +179,7 @@ static void tr_cones_stuck_rows(const tr_sim *s, const tr_cone_problem *c, int q
       J[i + j * c->e] = (i == j) * slack - c->rho[q] * lever[i] * Qe[i + j * c->e] * lever[j];
 }
 
-/* Add to J the effect of turning directions of two-component pairs that slide, by differences. */
+/* Add to J, by differences, the effect of the turning directions of sliding two-component pairs. */
 static void tr_cones_turn_rows(tr_sim *s, tr_cone_problem *c, double *J) {
   const tr_kernel *k = s->k;
   const int e = c->e;
@@ -216,7 +214,8 @@ static void tr_cones_turn_rows(tr_sim *s, tr_cone_problem *c, double *J) {
   }
 }
 
-/* Factorise J = ∂g/∂y into `lu` at the state of the last tr_cones_residual. Returns the sign of the determinant, 0: singular. */
+/* Factorise J = ∂g/∂y into `lu` at the state of the last tr_cones_residual. Returns the sign of the determinant; 0 if J is
+ * singular. */
 static int tr_cones_factor(tr_sim *s, tr_cone_problem *c) {
   const int e = c->e;
   const double *lever = TR_A(s, lever);

@@ -1,12 +1,14 @@
-/* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). Their rates have fixed ratios, so all of a
- * class slide or none. One multiplier of one pair names the class; `class_rates` holds the rates of all its pairs at unit rate
- * of that freedom. A class requires A_ij² = A_ii A_jj for the response A of freedoms to frictions with closed loops. It also
- * requires frictionless accelerations in these ratios, which excludes driven pairs and dead centres. */
+/* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). Their rates have fixed ratios, so all pairs
+ * of such a class slide, or none. One multiplier of one pair identifies the class; `class_rates` holds the rates of all its
+ * pairs at unit rate of this multiplier. A class requires A_ij² = A_ii A_jj, where A is the response of freedoms to frictions
+ * with closed loops. It also requires frictionless accelerations in these ratios, which excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
-#define SAME_START 1e-3 /* × the accelerations: largest deviation from the ratio of a class, for loops open by a step's error */
+/* × the accelerations: largest deviation from the ratio of a class; allows for loops open by a step's error. */
+#define SAME_START 1e-3
 #define NO_START 1e-9   /* × length · rate²: largest deviation where the accelerations vanish */
-#define DRIVES_MOVE 1e-12 /* × their unit: rates above round-off that loops impose on a mechanism at rest */
+/* × their unit: rates that loops impose on a mechanism at rest count above this; smaller ones are round-off. */
+#define DRIVES_MOVE 1e-12
 
 static int tr_line_multiplier(const tr_sim *s, int m) {
   const tr_pair *pair = tr_pair_of(s, m);
@@ -18,8 +20,8 @@ static int tr_line_multiplier(const tr_sim *s, int m) {
   return most;
 }
 
-/* Whether pair i, with the line multiplier `lead`, accelerates without friction in proportion to that freedom. Writes its rates
- * into class_rates. */
+/* Whether the frictionless acceleration of pair i is proportional to that of multiplier `lead`. Writes the rates of pair i at
+ * unit rate of `lead` into class_rates. */
 static int tr_is_proportional_start(tr_sim *s, int i, int lead) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *Q0 = TR_A(s, Q), *lever = TR_A(s, lever);
@@ -47,7 +49,6 @@ static void tr_find_coupled_pairs(tr_sim *s) {
   }
 }
 
-/* Whether pairs i and j belong to one class. */
 static inline int tr_are_coupled(const tr_sim *s, int i, int j) { return i == j || (tr_pair_classes(s)[i] && tr_pair_classes(s)[i] == tr_pair_classes(s)[j]); }
 
 /* Surface speed of pair i at unit rate of its class. */
@@ -92,7 +93,7 @@ static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y) {
   return tr_pair_classes(s)[i] && !tr_is_driven_across(s, i, t, y);
 }
 
-/* Let pair i and the stuck pairs of its class slip; way > 0: forward along the class's freedom. */
+/* Let pair i and the stuck pairs of its class slip. way > 0: forward along the class's freedom; otherwise backward. */
 static void tr_let_class_slip(tr_sim *s, int i, double way) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);

@@ -1,10 +1,10 @@
-/* Groups of stuck pairs share their load again before one is released: first by the rule, then by stored loads. */
+/* Groups of stuck pairs share their load again before a pair is released: first by the sharing rule, then by stored loads. */
 #include "modes/modes.h"
 
-#define SHARE_GAIN 1e-10   /* × the capacity: least reserve gained by sharing again */
-#define KEPT_GAIN 1e-7     /* × the capacity: least reserve gained by stored loads; a smaller gain would repeat near the end of a group without limit */
+#define SHARE_GAIN 1e-10   /* × the capacity: least increase of the reserve by resharing */
+/* × the capacity: least reserve with stored loads; a smaller one would repeat without limit near the end of a group. */
+#define KEPT_GAIN 1e-7
 
-/* Whether the modes in force store any load. */
 static int tr_has_stored_load(const tr_sim *s) {
   for (int i = 0; i < s->k->neta; ++i)
     if (tr_row_kinds(s)[i] == TR_ROW_STORED) return 1;
@@ -14,7 +14,8 @@ static int tr_has_stored_load(const tr_sim *s) {
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
   s->friction.reserve = 1;
-  const int solved = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* shares follow from the loads of the first solution */
+  /* The second solution computes shares from the loads of the first. */
+  const int solved = tr_solve_in_modes(s) && tr_solve_in_modes(s);
   s->friction.reserve = 0;
   if (!solved) return 0;
   if (s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
@@ -28,7 +29,7 @@ static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {
   if (!s->friction.shared || s->friction.stored) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_CREEP; s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* stored loads follow from those of the first solution */
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second solution computes stored loads from those of the first */
     if (ok && s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) ? -KEPT_GAIN : 0.0);
     if (ok && tr_is_valid_decision(s, rest, n)) return 1;

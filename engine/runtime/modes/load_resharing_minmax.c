@@ -1,26 +1,27 @@
-/* Stored loads at which the largest share of capacity among the pairs at rest is smallest (theory, "Shared loads"). The minimum
- * depends on the state alone, so the release time does too. A search stopped early would make release depend on history. */
+/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). The minimum
+ * depends only on the state, and so does the release time. A search that stops early would make the release depend on history. */
 #include "modes/modes.h"
 
-#define SHARE_ENOUGH 0.9   /* × the capacity: the search ends here, because larger preloads raise the capacity without limit */
-#define PRESSED_MOST 10.0  /* × the largest friction: no load may exceed this */
-#define SPARE_TRIED 1e-6   /* × the capacity: step of the derivative by a load */
-#define SPARE_FIRST 0.1    /* × the capacity: first trust region */
-#define SPARE_REFUSED 0.25 /* factor on the trust region, if the gain is below this fraction of the expected one */
-#define SPARE_TAKEN 3.0    /* factor on the trust region after an accepted step */
-#define SPARE_GAIN 1e-10   /* × the capacity: least gain that counts */
-#define SPARE_SOLVED 400   /* solutions of the equations */
-#define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the search one by one */
-#define MOVED_LEAST 1e-3   /* × the capacity: last change */
-#define MOVES_MOST 200     /* loads tried one by one */
+/* × the capacity: the search ends at this share, because larger preloads increase the capacity without limit. */
+#define SHARE_ENOUGH 0.9
+#define PRESSED_MOST 10.0  /* × the largest friction: upper limit of a stored load */
+#define SPARE_TRIED 1e-6   /* × the capacity: difference for the derivative with respect to a load */
+#define SPARE_FIRST 0.1    /* × the capacity: first trust-region radius */
+#define SPARE_REFUSED 0.25 /* factor on the trust-region radius if the gain is below this fraction of the expected gain */
+#define SPARE_TAKEN 3.0    /* factor on the trust-region radius after an accepted step */
+#define SPARE_GAIN 1e-10   /* × the capacity: least gain that continues the search */
+#define SPARE_SOLVED 400   /* most solutions of the equations */
+#define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the one-by-one search */
+#define MOVED_LEAST 1e-3   /* × the capacity: smallest change of a load in that search */
+#define MOVES_MOST 200     /* most trials of that search */
 #define SPARE_WEIGHTS 300  /* exchanges of weight between two pairs, each at the cost of an inner product */
 
-/* Pairs that stick and loads that are stored. Sizes in front of the colon. */
+/* Pairs that stick and loads that are stored. The comments give array sizes before the colon. */
 typedef struct tr_minmax_problem {
   int n, m;
   const int *pairs, *kept; /* n: pairs; m: multipliers of the stored loads */
   double most, *unit;      /* largest friction allowed, N; m: units of the loads */
-  double *share, *slope;   /* n: shares of capacity; m×n: their derivatives by the loads in their units */
+  double *share, *slope;   /* n: shares of capacity; m×n: their derivatives with respect to the loads in these units */
 } tr_minmax_problem;
 
 static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
@@ -29,15 +30,14 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-/* Largest friction of the solution, N. */
 static double tr_largest_friction(const tr_sim *s) {
   double most = 0.0;
   for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
   return most;
 }
 
-/* Shares of the pairs at the present stored loads, into `share`. Returns the largest; INFINITY: no root, or too large a
- * friction. */
+/* Shares of the pairs at the present stored loads, into `share`. Returns the largest share. INFINITY: no root, or the largest
+ * friction exceeds its limit. */
 static double tr_minmax_shares(tr_sim *s, const tr_minmax_problem *c, double *share) {
   double *eta = TR_A(s, z) + s->k->active, worst = 0.0;
   if (!tr_newton(s, eta) || !(tr_largest_friction(s) <= c->most)) return INFINITY;
@@ -47,7 +47,7 @@ static double tr_minmax_shares(tr_sim *s, const tr_minmax_problem *c, double *sh
   return worst;
 }
 
-/* Derivatives of the shares by the loads, by differences. Returns 0 on failure. */
+/* Derivatives of the shares with respect to the loads, by differences. Returns 0 on failure. */
 static int tr_minmax_slopes(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], moved[c->n];
@@ -64,8 +64,9 @@ static int tr_minmax_slopes(tr_sim *s, tr_minmax_problem *c) {
   return 1;
 }
 
-/* Minimise the largest linearised share plus |d|²/(2 reach) over the change d (m) of the loads. The dual is d = −reach Σ w
- * slope with weights w ≥ 0 of sum 1; it exchanges weight between two pairs at a time. Returns the expected decrease. */
+/* Minimise the largest linearised share plus |d|²/(2 reach) over the change d (m components) of the loads. In the dual, d =
+ * −reach Σ w slope, with weights w ≥ 0 that add up to 1. Each iteration moves weight from one pair to another. Returns the
+ * expected decrease. */
 static double tr_minmax_step(const tr_minmax_problem *c, double reach, double *d) {
   double w[c->n], now = 0.0, then = -INFINITY;
   for (int q = 0; q < c->n; ++q) w[q] = 1.0 / c->n, now = fmax(now, c->share[q]);
@@ -91,7 +92,7 @@ static double tr_minmax_step(const tr_minmax_problem *c, double reach, double *d
   return now - then;
 }
 
-/* Minimise the largest share by steps of tr_minmax_step until SHARE_ENOUGH. Returns the largest share. */
+/* Minimise the largest share by steps of tr_minmax_step, down to SHARE_ENOUGH. Returns the largest share. */
 static double tr_minmax_descend(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), d[c->m], old[e], was[e], moved[c->n], reach = SPARE_FIRST;
@@ -116,8 +117,8 @@ static double tr_minmax_descend(tr_sim *s, tr_minmax_problem *c) {
   return best;
 }
 
-/* Change one load after the other by shrinking amounts while the largest share falls. Shares have several local minima where
- * loads press pairs together; this search passes some that tr_minmax_descend ends at. */
+/* Change one load after another by decreasing amounts while the largest share falls. Shares have several local minima where
+ * loads press pairs together. This search passes some minima at which tr_minmax_descend ends. */
 static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], best = tr_minmax_shares(s, c, c->share);
@@ -136,8 +137,8 @@ static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
     }
 }
 
-/* Move the stored loads to where the largest share of the stuck pairs in `rest` is least, or SHARE_ENOUGH. Capacities depend on
- * all loads, so every trial solves the equations. Requires tr_solve_in_modes. */
+/* Change the stored loads until the largest share of the stuck pairs in `rest` is minimal, or below SHARE_ENOUGH. Capacities
+ * depend on all loads, so each trial solves the equations. Requires tr_solve_in_modes. */
 static void tr_minimise_stored_shares(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   int pairs[n], kept[e], at;

@@ -1,8 +1,9 @@
-/* Whether pairs at rest satisfy the laws of their modes, and the change of mode that resolves a misfit. */
+/* Whether pairs at rest satisfy the laws of their modes, and the mode changes that remove a misfit. */
 #include "modes/modes.h"
 
-#define FAINT 1e-7     /* × length · rate²: smaller accelerations have no direction */
-#define NO_SPEED 1e-15     /* × the speed unit: round-off of rates set to zero; over a short step it looks like an acceleration */
+#define FAINT 1e-7     /* × length · rate²: the direction of a smaller acceleration is round-off */
+/* × the speed unit: round-off of rates set to zero; divided by a short step, it resembles an acceleration. */
+#define NO_SPEED 1e-15
 
 static void tr_let_slip(tr_sim *s, int i) {
   TR_NEED(s, TR_HAS_ROWS);
@@ -26,24 +27,25 @@ static void tr_let_slip(tr_sim *s, int i) {
     for (int j = 0; j < pair->nrates; ++j) m->direction[j] = prescribed ? tr_freedom_acceleration(s, pair->eta0 + j) : eta[j] / (lever[j] * lever[j]);
 }
 
-/* Let pair i stick, with all of the pairs `rest` in its class. */
+/* Let pair i stick, and with it all pairs in `rest` of its class. */
 static void tr_let_stick(tr_sim *s, const int *rest, int n, int i) {
   for (int q = 0; q < n; ++q)
     if (tr_are_coupled(s, rest[q], i)) tr_mode_of(s, rest[q])->flag = TR_STUCK;
 }
 
-/* Accelerations up to this count as zero, of length · rate². In an impulse step round-off of speeds adds to it. */
+/* Accelerations up to this value count as zero, in units of length · rate². In an impulse step, round-off of speeds is
+ * included. */
 static double tr_acceleration_tolerance(const tr_sim *s) {
   return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
 }
 
-/* Surface acceleration of pair i (nrates), at the present solution. */
+/* Surface acceleration of pair i at the present solution, m/s² (nrates components). */
 static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
   const tr_pair *pair = tr_pair_of(s, i);
   for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, lever)[pair->eta0 + j];
 }
 
-/* Surface acceleration, m/s², below which pair i has no direction, at the present solution. */
+/* Surface acceleration, m/s², below which the direction of pair i is round-off, at the present solution. */
 static double tr_faint_acceleration(tr_sim *s, int i) {
   tr_form_all_maps(s);
   const tr_pair *pair = tr_pair_of(s, i);
@@ -71,7 +73,7 @@ static double tr_mode_misfit(tr_sim *s, int i) {
   return fmax(worst, tr_friction_ratio(s, i) - 1.0 - TOL_RESOLVE);
 }
 
-/* The pair in `rest` with the largest misfit in the modes in force; -1: all fit. Requires tr_solve_in_modes. */
+/* The pair in `rest` with the largest misfit in the modes in force; -1 if all fit. Requires tr_solve_in_modes. */
 static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
   double most = 0.0;
   int worst = -1;
@@ -82,7 +84,6 @@ static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-/* Whether pair i slips without acceleration, at the present solution. */
 static int tr_is_slipping_in_place(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   double acc[3], worst = 0.0;
@@ -92,8 +93,8 @@ static int tr_is_slipping_in_place(tr_sim *s, int i) {
   return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Let pairs that slip without acceleration stick, if that is also an answer. Requires an answer in force for the pairs `rest`.
- * Returns 0 if the equations have no solution any more. */
+/* Let pairs that slip without acceleration stick, if these modes are also a solution. Requires a solution for the n pairs
+ * `rest`. Returns 0 if the equations no longer have a solution. */
 static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double eta[e + 1], *now = TR_A(s, z) + s->k->active;

@@ -1,9 +1,11 @@
-/* Which pairs are at rest; setting them to rest with those that stop as a consequence. */
+/* Which pairs are at rest. Sets pairs to rest, together with those that stop as a consequence. */
 #include "modes/modes.h"
 
-#define HELD_PART 0.25 /* × a period or a rotation: with eight points each, location finds every maximum of a margin (``events/event_location.c``) */
+/* × a period or a rotation: at eight points per step, location finds every maximum of a violation
+ * (``events/event_location.c``). */
+#define HELD_PART 0.25
 
-/* Whether pair i is as slow as its class is when pair j of the class is at rest. */
+/* Whether pair i is as slow as the ratios of its class require when pair j of this class is at rest. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);
@@ -34,7 +36,7 @@ static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n
   for (int more = n; n; n = more) {
     tr_bring_to_rest(s, y, rest, n, 0);
     tr_evaluate_maps(s, y);
-    if (!k->active) break; /* in a tree no pair stops because of another */
+    if (!k->active) break; /* without loops, no pair stops because another stops */
     more = tr_collect_pairs_at_rest(s, also, rest);
     if (more <= n) break;
   }

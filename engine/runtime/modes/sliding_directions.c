@@ -1,11 +1,10 @@
-/* Sliding directions, frozen over a step. The length of the stored direction marks a first step (TR_FROZEN) and motion along a
- * line (ON_LINE). */
+/* Sliding directions, frozen over a step. The norm of the stored direction encodes its kind: TR_FROZEN marks a first step from
+ * rest, ON_LINE motion along a line. */
 #include "modes/modes.h"
 
-#define ONSET_SPEED 0.1 /* × rtol · speed unit: the direction stays frozen below */
-#define ONSET_LEAST 1e-9 /* × the speed unit, at least: slower directions are round-off of the loops */
+#define ONSET_SPEED 0.1 /* × rtol · speed unit: below this speed the direction stays frozen */
+#define ONSET_LEAST 1e-9 /* × the speed unit: lower limit of that speed, because slower directions are round-off of the loops */
 
-/* Freeze the sliding direction of pair i at the rates r. */
 static void tr_set_sliding_direction(tr_sim *s, int i, const double *r) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);

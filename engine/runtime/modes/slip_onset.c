@@ -1,17 +1,18 @@
-/* Onset direction of a pair of two or three components (theory, "Onset of sliding"). The pair accelerates along it, and sliding
- * returns to it after a small turn. With v = α t d the direction follows dd/d ln t = â(d) − d; a repelling one is left at once.
+/* Onset direction of a pair of two or three components (theory, "Onset of sliding"). The pair accelerates along this direction,
+ * and returns to it after a small turn. With the velocity α t d and the acceleration's direction â(d), dd/d ln t = â(d) − d.
+ * The motion leaves a repelling direction at once.
  *
- * This relaxation is infinitely fast at first. The first step is therefore short and has the direction frozen, by a length that
- * outweighs the velocity (TR_FROZEN). The direction stays frozen below the tolerance of velocities, which bounds the error.
+ * This relaxation is infinitely fast at first. The first step is therefore short, with a frozen direction whose norm outweighs
+ * the velocity (TR_FROZEN). The direction stays frozen below the tolerance of velocities, which bounds the error.
  *
  * Newton's method on the sphere of directions runs from several starts. Fixed-point iteration stalls near wedging. */
 #include "modes/modes.h"
 
-#define SAME_DIRECTION 1e-9 /* × a unit vector: two directions along one line, equal but for round-off */
+#define SAME_DIRECTION 1e-9 /* largest difference of two unit vectors that counts as round-off: the directions are on one line */
 #define TURN_FOUND 1e-12    /* rad between direction and acceleration: converged */
-#define TURN_NEARLY 1e-8    /* rad: converged if no step reduces it, limited by round-off of the multipliers */
-#define LONGEST_TURN 0.5 /* rad: longest Newton step, which may start far from a solution */
-#define ONSET_STEP 0.3 /* × √rtol / rate: the drift of the direction over such a step is below the tolerance */
+#define TURN_NEARLY 1e-8    /* rad: converged if no step reduces the angle further, because of round-off of the multipliers */
+#define LONGEST_TURN 0.5 /* rad: longest Newton step; the start may be far from a solution */
+#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step; over such a step the direction drifts by less than the tolerance */
 
 enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
@@ -46,11 +47,11 @@ static int tr_is_onset_too_fast(const tr_sim *s, const double *y, double h) {
   return 0;
 }
 
-/* Length of a trial direction. Impulse steps use ON_LINE: friction must not reverse with the rate at their start. */
+/* Norm of a trial direction. Impulse steps use ON_LINE, because friction must not reverse with the rate at their start. */
 static inline double tr_onset_length(const tr_sim *s) { return s->moreau.h > 0.0 ? ON_LINE : TR_FROZEN; }
 
-/* Unit direction `dir` of the acceleration when pair i starts to slide along d; d itself if it is faint. Returns 0: no
- * multipliers. */
+/* Unit direction `dir` of the acceleration when pair i starts to slide along d; d itself if the acceleration is faint. Returns
+ * 0 if there are no multipliers. */
 static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *dir) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);
@@ -85,7 +86,7 @@ static void tr_tangent_basis(int n, const double *d, double t[2][3]) {
   for (int j = 0; j < 3; ++j) t[1][j] = d[(j + 1) % 3] * t[0][(j + 2) % 3] - d[(j + 2) % 3] * t[0][(j + 1) % 3];
 }
 
-/* Difference of the acceleration's direction and d in the tangents, into f. Returns its size. */
+/* Difference between the acceleration's direction `dir` and d, as components f along the tangents t. Returns its norm. */
 static double tr_direction_difference(int n, const double *d, const double *dir, double t[2][3], double *f) {
   double size = 0.0;
   for (int p = 0; p < n - 1; ++p) {
@@ -96,7 +97,7 @@ static double tr_direction_difference(int n, const double *d, const double *dir,
   return sqrt(size);
 }
 
-/* Derivative J of tr_direction_difference by the tangents, by differences. Returns 0 on failure. */
+/* Derivative J of tr_direction_difference with respect to the tangent components of d, by differences. Returns 0 on failure. */
 static int tr_direction_difference_slope(tr_sim *s, int i, const double *d, double t[2][3], const double *f, double J[2][2]) {
   int n = tr_pair_of(s, i)->nrates;
   for (int p = 0; p < n - 1; ++p) {
@@ -110,7 +111,7 @@ static int tr_direction_difference_slope(tr_sim *s, int i, const double *d, doub
   return 1;
 }
 
-/* Stability of the direction d, a solution: TR_ONSET_…. */
+/* Stability TR_ONSET_… of the direction d, which is a solution. */
 static int tr_classify_onset(tr_sim *s, int i, const double *d, const double *dir, double t[2][3], const double *f) {
   int n = tr_pair_of(s, i)->nrates;
   double J[2][2], here[3];
@@ -121,7 +122,7 @@ static int tr_classify_onset(tr_sim *s, int i, const double *d, const double *di
   return attracts ? TR_ONSET_ATTRACTS : TR_ONSET_REPELS;
 }
 
-/* Newton's method from d to a stationary direction, into d. Returns its stability, TR_ONSET_NONE: no convergence. */
+/* Newton's method from d to a stationary direction, which replaces d. Returns its stability; TR_ONSET_NONE: no convergence. */
 static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   int n = tr_pair_of(s, i)->nrates;
   double dir[3], t[2][3], f[2], g[2], J[2][2];
@@ -153,9 +154,9 @@ static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   return TR_ONSET_NONE;
 }
 
-/* Find the direction in which pair i starts to slide; its mode holds a guess. Prefers an attracting direction. Takes a
- * repelling one only without another, or if it equals the guess: symmetric motion (a ball swinging in a plane) stays symmetric.
- * near: only the direction found from the guess, within a right angle, counts. Returns 0: none. */
+/* Find the direction in which pair i starts to slide; its mode holds a guess. Prefers an attracting direction. A repelling one
+ * is accepted if there is no other, or if it equals the guess: symmetric motion (a ball swinging in a plane) stays symmetric.
+ * near: accept only the direction found from the guess, within a right angle. Returns 0 if there is no direction. */
 static int tr_find_onset(tr_sim *s, int i, int near) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;

@@ -1,7 +1,7 @@
-/* Output rows: state → multipliers → columns, with values that only the runtime knows. */
+/* Output rows: state → multipliers → columns, and values that only the runtime can compute. */
 #include "output/output.h"
 
-#define OPEN_FORCE 1e-140 /* N: remainder of a vanishing normal force (contact forms keep their roots off zero) */
+#define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero (the contact equations regularise roots at zero) */
 
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
@@ -27,8 +27,9 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
   return count;
 }
 
-/* Redundant loops: among all λ with this motion, take the smallest reactions in the metric of the bodies. ``kappa``: reactions
- * of all joints on loops, scaled by the inertia they act on. The choice is independent of units, order, and cuts. */
+/* Redundant loops: among all λ with the same motion, choose the reactions with minimum norm in the metric of the bodies.
+ * ``kappa``: reactions of all joints on loops, scaled by the inertia on which they act. The choice does not depend on units,
+ * order, or cuts. */
 static void tr_minimise_reactions(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
@@ -69,7 +70,7 @@ static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out) 
   return n;
 }
 
-/* Accuracy of the solution, and the verdict so far. */
+/* Residuals of the solution, and the verdict so far. */
 static void tr_fill_audit(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   double worst = 0.0, *h = TR_A(s, loop_error);
@@ -114,7 +115,7 @@ static void tr_finish_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Whether the row needs no by-products of an evaluation of its state. */
+/* Whether the row can do without the by-products of a state evaluation in this block. */
 static inline int tr_is_row_separate(const tr_sim *s) {
   return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
 }

@@ -1,11 +1,12 @@
-/* Wear of a run's rows (theory, "Rest, swings and efforts"): integrals over smooth spans between events, and their distribution
- * around a pin. */
+/* Wear over the rows of a run (theory, "Rest, swings and efforts"): integrals over smooth spans between events, and the
+ * distribution of the wear around a pin. */
 #include "output/output.h"
 
-#define WORN_POINTS 6    /* rows of a polynomial: integrals of sixth order in the spacing */
-#define WORN_EVEN 1e-9   /* × a spacing: difference of equal spacings, by round-off of times */
+#define WORN_POINTS 6    /* rows per polynomial: integrals are of sixth order in the spacing */
+#define WORN_EVEN 1e-9   /* × a spacing: spacings that differ by less are equal, because times have round-off */
 
-/* ∫ from lo to hi of the polynomial that is 1 at one of k nodes and 0 at others, for each node. Three Gauss points are exact. */
+/* For each of k nodes: ∫ from lo to hi of the polynomial that is 1 at this node and 0 at the other nodes. Three Gauss points
+ * are exact. */
 static void tr_node_weights(int k, const double *node, double lo, double hi, double *w) {
   const double half = 0.5 * (hi - lo), middle = 0.5 * (hi + lo), away = sqrt(3.0 / 5.0);
   for (int j = 0; j < k; ++j) {
@@ -19,7 +20,7 @@ static void tr_node_weights(int k, const double *node, double lo, double hi, dou
   }
 }
 
-/* Whether k nodes, with lo and hi in the middle, are equally spaced by hi − lo. */
+/* Whether k nodes have the equal spacing hi − lo, and lo and hi are the two nodes in the middle. */
 static int tr_are_nodes_even(int k, const double *node, double lo, double hi) {
   if (k < WORN_POINTS || node[k / 2] != hi || node[k / 2 - 1] != lo) return 0;
   for (int i = 1; i < k; ++i)
@@ -32,7 +33,7 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
   for (int j = 0; j < WORN_POINTS; ++j) grid[j] = j;
   tr_node_weights(WORN_POINTS, grid, WORN_POINTS / 2 - 1, WORN_POINTS / 2, even);
   for (int e = 0, first = 0, last; e + 1 < count; ++e) {
-    for (; first < rows && e > 0 && time[first] <= ends[e]; ++first) /* rows at the event itself */
+    for (; first < rows && e > 0 && time[first] <= ends[e]; ++first) /* rows at the time of the event */
       for (int c = 0; c < columns; ++c) out[(size_t)c * rows + first] = total[c];
     for (last = first; last < rows && (e + 2 == count || time[last] < ends[e + 1]);) ++last;
     const int some = last - first, k = some < 1 ? 1 : some < WORN_POINTS ? some : WORN_POINTS;
@@ -59,11 +60,11 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
   }
 }
 
-/* Distribute `worn` evenly over `step` widths of a bin, from `place` on. */
+/* Distribute the volume `worn` evenly over an arc of `step` bin widths, starting at `place` (in bin widths). */
 static void tr_spread_over_bins(int bins, double *on, double place, double step, double worn) {
   const double way = fabs(step), turns = way < bins ? 0.0 : floor(way / bins);
   place -= bins * floor(place / bins);
-  if (floor(place) == floor(place + step) && place < bins) { /* the usual case */
+  if (floor(place) == floor(place + step) && place < bins) { /* usual case: the arc lies in one bin */
     on[(int)place] += worn;
     return;
   }

@@ -1,26 +1,29 @@
 /* Completion of the pending step: rows inside it, then state and modes at its end. */
 #include "stepping/stepping.h"
 
-#define TR_FOURS 8 /* largest number of lanes */
-#define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row this far beyond the end of a step belongs to its end */
-#define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: events closer than this chatter */
-#define HALVES_MOST 60        /* bisections on θ, enough for its round-off */
+#define TR_FOURS 8 /* upper bound of the number of lanes */
+#define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row this little after the end of a step belongs to the end */
+#define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: consecutive events closer than this count as chatter */
+#define HALVES_MOST 60        /* bisections on θ, down to its round-off */
 #define THETA_ROUND_OFF 1e-15
-#define RATE_PART 1e-3 /* × the step: interval before its end in which slowing is measured */
-#define ZONE_PART 2.2  /* × the time to the kink: first step inside the proportional zone, slightly beyond its other border */
+#define RATE_PART 1e-3 /* × the step: interval before the event in which the deceleration is measured */
+/* × the time to cross half of the proportional zone: first step inside it; ends slightly beyond its other border. */
+#define ZONE_PART 2.2
 
-/* Whether lanes can make the rows inside the pending step: from the dense output, multipliers and accelerations alone. */
+/* Whether SIMD lanes can compute the rows inside the pending step: the columns must need only the dense output, multipliers and
+ * accelerations. */
 static int tr_has_row_lanes(tr_sim *s) {
   const tr_outputs *o = s->o;
   if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES || o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION) || tr_is_limited_by_stability(s)) return 0;
-  return !(o->wants & TR_WANTS_SOLUTION && o->nkappa && s->k->active < s->k->rows); /* open reactions are chosen row by row */
+  /* Undetermined reactions are chosen row by row. */
+  return !(o->wants & TR_WANTS_SOLUTION && o->nkappa && s->k->active < s->k->rows);
 }
 
 /* Largest distance in time between a row and the end of a step that counts as zero, s. */
 static double tr_row_time_tolerance(double t) { return ROW_SLACK * fmax(1.0, fabs(t)); }
 
-/* Times of the rows before t_end, at most `room` and the number of lanes. Returns how many. */
+/* Times of the next rows before t_end, at most `room` rows and one per lane. Returns their number. */
 static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *times) {
   const int width = s->lane->lanes->width;
   for (int i = 0; i < width; ++i) {
@@ -30,8 +33,8 @@ static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *
   return width;
 }
 
-/* Write the next rows before t_end in lanes; a single one too, as waiting costs the same. Returns how many were written; 0:
- * lanes cannot. */
+/* Write the next rows before t_end in lanes, even a single row. Returns the number of rows written; 0 if lanes cannot compute
+ * them. */
 static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long room) {
   double times[TR_FOURS], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   if (!tr_has_row_lanes(s)) return 0;
@@ -43,7 +46,7 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   of[0].dense_rows = s->step.dense_rows, of[0].co = TR_A(s, co), of[0].extra = extra;
   of[0].solved = (s->o->wants & TR_WANTS_SOLUTION) != 0, of[0].columns = s->lane->columns;
   for (int i = 0; i < width; ++i) each[i] = of + (i < count ? i : 0);
-  for (int i = 0; i < count; ++i) /* lanes read the other fields from the first request */
+  for (int i = 0; i < count; ++i) /* lanes read all other fields from the first request */
     of[i].t = times[i], of[i].theta = (times[i] - s->step.t0) / s->step.size, of[i].row = rows + i * wide + 1,
     of[i].projections = of[i].iterations = 0;
   s->lane->lanes->serve(TR_ASK_ROWS, each);
@@ -59,13 +62,13 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   return made;
 }
 
-/* Count consecutive events at nearly the same time. */
+/* Count consecutive events at nearly equal times. */
 static void tr_count_chatter(tr_sim *s, double t) {
   s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
   s->events.chatter_t = t;
 }
 
-/* Copy the state at the end of the last step; multipliers there become the start of Newton's iteration. */
+/* Copy the state at the end of the last step. Its multipliers become the start of Newton's method. */
 static void tr_copy_end_state(tr_sim *s, double *out) {
   tr_copy(tr_state_width(s), TR_A(s, ynew), out);
   tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
@@ -85,8 +88,8 @@ static int tr_write_event_row(tr_sim *s, double t, double *row) {
   return code;
 }
 
-/* Write rows up to t_end from the dense output. With `every` 0, write the step's end instead: of the whole step (final), or
- * just before the event that cuts it short. An event at the start of a step gets no row, because its modes lasted no time.
+/* Write rows up to t_end from the dense output. With `every` 0, write one row at the end of the step instead (final), or just
+ * before the event that cuts it short. An event at the start of a step gets no row, because its old modes had no duration.
  * Returns TR_OK, TR_ROWS_FULL or a failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
@@ -158,7 +161,6 @@ static void tr_move_run_to(tr_sim *s, double t, const double *y) {
   tr_clear_extremes(s);
 }
 
-/* Complete a whole step: its end becomes the start of the next. */
 static void tr_complete_whole_step(tr_sim *s) {
   const int n = tr_state_width(s), end = tr_method_of(s)->end;
   s->events.chatter = 0;
@@ -174,7 +176,7 @@ static void tr_complete_whole_step(tr_sim *s) {
   tr_set_next_step(s);
 }
 
-/* Complete an impulse step; the next starts from its multipliers, independent of rows. */
+/* Complete an impulse step. The next step starts from its multipliers, so that rows do not influence the motion. */
 static void tr_complete_impulse_step(tr_sim *s) {
   if (s->set.hfixed <= 0.0) tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
@@ -183,8 +185,8 @@ static void tr_complete_impulse_step(tr_sim *s) {
   s->step.have_k1 = 0;
 }
 
-/* Log separations between the step's start and its event at (t, y), evaluated; y is evaluated again if that took other states.
- * now: contacts there. */
+/* Log separations between the step's start and its event at the evaluated state (t, y). now: contacts at the event. Evaluates y
+ * again if the search evaluated other states. */
 static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -214,7 +216,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* the run ends here or continues by an impact: with the state before the event */
+  if (code != TR_OK) { /* the run ends here or continues by an impact, from the state before the event */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;
@@ -222,7 +224,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
-  s->moreau.burst_events += ball; /* branch changes of a ball do not accumulate; impulse steps have the same two branches */
+  s->moreau.burst_events += ball; /* branch changes of a ball do not accumulate; impulse steps have both branches too */
   tr_count_chatter(s, te);
   tr_move_run_to(s, te, ye);
   if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
@@ -232,7 +234,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   return TR_OK;
 }
 
-/* Complete a step that ends at an event: state, new mode, length of the next step. Returns a status. */
+/* Complete a step that ends at an event: state, new mode, size of the next step. Returns a status. */
 static int tr_complete_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
   int i = s->pending.which, pair = i < s->k->nsliders;
@@ -241,7 +243,7 @@ static int tr_complete_event(tr_sim *s) {
   const tr_branch was = tr_evaluate_branch_before(s, i);
   tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));
   double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
-  if (pair && tr_is_sliding(s, i) && dt > 0.0) { /* how fast the proportional zone will be crossed */
+  if (pair && tr_is_sliding(s, i) && dt > 0.0) { /* measures how fast the pair will cross the proportional zone */
     tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);
     if (!tr_rhs(s, te - dt, yo, dy)) return TR_FAIL_MULTIPLIERS;
     rate = tr_sliding_of(s, i)->speed;

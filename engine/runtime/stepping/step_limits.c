@@ -1,11 +1,11 @@
 /* Limits on steps at singular positions of loops. */
 #include "stepping/stepping.h"
 
-#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: rows closer to dependence are dropped */
-#define APPROACH 4.0              /* planned factor of the change of independence in a step, from that in the last one */
-#define LEAP 8.0                  /* largest accepted factor within a step, which is shortened otherwise */
-#define SHORTER 2.0               /* factor by which it is shortened */
-#define SHORTEST 1e-9             /* / rate: but not below, because another pivot order may also change the last pivot */
+#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row closer to dependence is dropped */
+#define APPROACH 4.0              /* planned factor on the independence in a step, extrapolated from the last step */
+#define LEAP 8.0                  /* largest accepted factor within a step; a step with a larger factor is shortened */
+#define SHORTER 2.0               /* factor by which such a step is shortened */
+#define SHORTEST 1e-9             /* / rate: shortest such step; a change of pivot order may also change the last pivot */
 
 /* Whether joints with friction lie on loops, so that singular positions matter. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
@@ -23,8 +23,8 @@ static double tr_longest_singular_step(tr_sim *s) {
   return l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0);
 }
 
-/* Error of the last step, evaluated at its end, 1 at the tolerance, if it passes a singular position or forces jump in it; else
- * 0. */
+/* Error of the last step, 1 at the tolerance, if the step passes a singular position or forces jump in it; else 0. Requires an
+ * evaluated end. */
 static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) return 0.0;
@@ -40,7 +40,7 @@ static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   return pow(tr_squared_motion_error(s, jump, TR_A(s, y), TR_A(s, ynew)), 0.5 * m->order);
 }
 
-/* Record the change of independence in the whole step; the next begins where it ended. */
+/* Store the change of independence over the whole step. The next step begins with the independence at its end. */
 static void tr_store_independence(tr_sim *s) {
   tr_loops *l = &s->loops;
   l->trend = (l->end - l->begin) / s->step.size;

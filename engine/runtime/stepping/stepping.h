@@ -6,26 +6,25 @@
 /* Write the row just before the event that cuts the step short. Returns a status. */
 static int tr_write_event_row(tr_sim *s, double t, double *row);
 
-/* Record when the velocity of a pair inside its proportional zone reverses, up to theta_end. */
+/* Record the time at which the velocity of a pair inside its proportional zone reverses, up to theta_end. */
 static void tr_record_reversals(tr_sim *s, double theta_end);
 
-/* Move the run to the state (t, y). */
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
-/* Write the rows of the pending step, then complete it. After TR_ROWS_FULL, call again with more room. Returns a status. */
+/* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, call again with more space. Returns a status. */
 static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count);
 
 /* Largest time of the next step: the target, or an earlier break of the signals. */
 static double tr_step_limit(const tr_sim *s, double target);
 
-/* Whether a sliding pair is at rest at a break where its drive has come to rest; that is no located event. Requires maps of the
- * current state. */
+/* Whether a sliding pair is at rest at a break because its drive has come to rest. This is not a located event. Requires maps
+ * of the current state. */
 static int tr_has_stopped_with_drive(const tr_sim *s);
 
-/* Make one acceptable step towards `limit`, which waits as pending. Returns a status, or TR_NEED_JACOBIAN. */
+/* Make one acceptable step towards `limit`; the step is then pending. Returns a status, or TR_NEED_JACOBIAN. */
 static int tr_make_step(tr_sim *s, double limit);
 
-/* Whether the run can go on after a failure of friction `code` at the state `y`. Ways are other modes, a spinning ball, another
- * root, or a stopped pair. Each pair may serve once at one time, because repeating it leads nowhere. */
+/* Whether the run can continue after the friction failure `code` at the state `y`. It continues with other modes, a spinning
+ * ball, another root, or a stopped pair. The number of attempts at one time is limited by the number of pairs. */
 static int tr_continue_after_failure(tr_sim *s, int code);
 #endif

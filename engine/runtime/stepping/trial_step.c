@@ -1,27 +1,28 @@
-/* Trial steps: make, project, evaluate and search for events; then accept, refuse, or remake up to an event. */
+/* Trial steps: make, project, evaluate, and search for events; then accept, refuse, or remake up to an event. */
 #include "stepping/stepping.h"
 
-#define CHATTER_MAX 12          /* consecutive events at one time; the next step then ignores events */
-#define GROW_FIXED 2.0       /* growth of the parts of a fixed step */
-#define LEAST_PART 1e-4      /* × a fixed step: smallest part where friction cannot be followed, such as sliding of several components that ends inside */
-#define LEFT_OVER 1e-10         /* × the distance to the limit: no step leaves less */
-#define CUT_ERROR 1e-2          /* error of a step above which its inside is known less well than its end; it is remade up to its event */
-#define CUT_EARLY 0.9           /* × the step: events behind this need no remaking */
-#define CUT_BEYOND 1.02         /* × the time to the event: length of the remade step */
-#define CUTS_MOST 2             /* remade steps at one event */
-#define CORNER_CUTS 3     /* remade steps at one corner; each is closer by the error of the dense output */
-#define ANOTHER_ROOT 0.1     /* × the friction: change over a first step that indicates another root */
+#define CHATTER_MAX 12          /* consecutive events at one time, after which a step ignores events */
+#define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
+/* × a fixed step: smallest part where friction cannot be followed, for example where sliding of several components ends. */
+#define LEAST_PART 1e-4
+#define LEFT_OVER 1e-10         /* × the distance to the limit: no step leaves a smaller rest */
+/* Above this step error, states inside the step are less accurate than its end; the step is remade up to its event. */
+#define CUT_ERROR 1e-2
+#define CUT_EARLY 0.9           /* × the step: a step with a later event is not remade */
+#define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
+#define CUTS_MOST 2             /* most remakes for one event */
+#define CORNER_CUTS 3     /* most remakes for one corner; each ends closer to it, limited by the error of the dense output */
+#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step indicates another root */
 
-/* One trial step and its result. */
 typedef struct tr_trial {
-  double h, end;   /* length and time of its end, s */
-  int last;        /* it ends at the limit */
+  double h, end;   /* size and end time of the step, s */
+  int last;        /* the step ends at the limit */
   double err;      /* error, 1 at the tolerance; NaN: the step is unusable */
-  int found, which; /* result of the search for events; pair or stop, and place */
+  int found, which; /* result of the event search; pair or stop of the event */
   double theta;
-  int cuts;        /* times it was remade up to its event */
-  double whole;    /* its length before, s; 0: never remade */
-  int corners;     /* times it was remade up to a corner */
+  int cuts;        /* times that the step was remade up to its event */
+  double whole;    /* its size before the first remake, s; 0: never remade */
+  int corners;     /* times that the step was remade up to a corner */
 } tr_trial;
 
 static double tr_step_limit(const tr_sim *s, double target) {
@@ -32,7 +33,7 @@ static double tr_step_limit(const tr_sim *s, double target) {
   return target;
 }
 
-/* Whether the frictions `is` (n) belong to another root than `was`, which the estimate of the first step found. */
+/* Whether the n frictions `is`, from the estimate of the first step, belong to another root than the frictions `was`. */
 static int tr_is_other_root(int n, const double *was, const double *is) {
   double changed = 0.0, size = 0.0;
   for (int i = 0; i < n; ++i) changed += fabs(is[i] - was[i]), size += fabs(was[i]);
@@ -46,7 +47,7 @@ static int tr_has_stopped_with_drive(const tr_sim *s) {
   return 0;
 }
 
-/* Prepare a step: ẏ at its start, its first length, frozen sliding directions. Returns a status. */
+/* Prepare a step: ẏ at its start, first step size, frozen sliding directions. Returns a status. */
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
   if (!s->step.have_k1) {
@@ -82,9 +83,9 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   return TR_OK;
 }
 
-/* Use explicit steps while the Jacobian of a stiff method is invalid: the friction of several components starts from rest, or
- * groups share their load. Prescribed mechanisms use them too. Nothing is stiff there, and only the works of explicit steps
- * keep a step from passing a start and a stop inside it. */
+/* Use explicit steps while the Jacobian of the stiff method is invalid: friction of several components starts from rest, or
+ * groups share their load. Explicit steps also serve mechanisms whose motion is prescribed. Such mechanisms are not stiff, and
+ * only the work errors of explicit steps detect a start and a stop inside one step. */
 static void tr_use_explicit_for_now(tr_sim *s) {
   const tr_kernel *k = s->k;
   if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.explicit_for_now)) return;
@@ -96,7 +97,7 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* Length of the next trial step: two equal steps rather than a long one and a sliver before the limit. */
+/* The next trial step. Before the limit, two equal steps replace a long step followed by a very short one. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
@@ -108,13 +109,13 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   return trial;
 }
 
-/* Project y at time t and evaluate ẏ there. Returns 0 if either fails. */
+/* Project y at time t and evaluate ẏ there. Returns 0 if the projection or the evaluation fails. */
 static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double *dy) {
   return tr_request_end(s, TR_ASK_ALL, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
 }
 
-/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. Sets err to NaN
- * to refuse it. */
+/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. A NaN in err
+ * refuses the step. */
 TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_state_width(s), live = s->ny;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
@@ -154,7 +155,7 @@ TR_INLINE int tr_make_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
   return TR_OK;
 }
 
-/* Whether an acceptable step is to be remade up to a corner inside it; `trial` is then that step. */
+/* Whether an acceptable step must be remade up to a corner inside it. If so, `trial` becomes the step to the corner. */
 TR_INLINE int tr_remake_to_corner(tr_sim *s, tr_trial *trial) {
   if (!s->k->nstops || trial->corners >= CORNER_CUTS) return 0;
   const double theta = tr_find_first_corner(s, trial->found == TR_FOUND ? trial->theta : 1.0);
@@ -168,14 +169,14 @@ TR_INLINE int tr_remake_to_corner(tr_sim *s, tr_trial *trial) {
   return 1;
 }
 
-/* Whether a trial step is to be remade up to its event. */
+/* Whether a trial step must be remade up to its event. */
 TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
   if (trial->which < 0 || trial->which >= s->k->nsliders || !tr_is_set_valued(s, trial->which)) return 0;
   if (tr_is_stuck(s, trial->which) && s->friction.shared) return 0; /* Newton's method might find other shares */
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }
 
-/* Accept a trial step, which waits as pending. most: largest growth of the next step. */
+/* Accept a trial step, which is then pending. most: largest growth factor of the next step. */
 TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *trial, double most) {
   const tr_kernel *k = s->k;
   const int event = trial->found == TR_FOUND;
@@ -186,7 +187,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
   wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
-  const int missed = trial->cuts && !event; /* the event comes later than estimated; if repeated, steps grow towards it */
+  const int missed = trial->cuts && !event; /* the event is later than estimated; if this repeats, steps grow towards it */
   if (missed && s->step.missed) wait->h = trial->h;
   s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
@@ -203,8 +204,8 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 
-/* Remake the step to slightly beyond its event. The dense output has a lower order than the end of the step; its error would
- * move event times by hundreds of tolerances. */
+/* Remake the step to end slightly after its event. The order of the dense output is lower than that of the step's end. Its
+ * error would shift event times by hundreds of tolerances. */
 TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
@@ -219,7 +220,8 @@ static int tr_trial_fault(const tr_sim *s, double err) {
   return s->k->neta && tr_is_finite(s->ny, TR_A(s, ynew)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
 }
 
-/* Return to the start of the step after a refused trial, with a shorter length. Returns TR_OK, or why there is no shorter step. */
+/* Return to the start of the step after a refused trial, with a smaller step size. Returns TR_OK, or the reason why a smaller
+ * step is not possible. */
 TR_INLINE int tr_refuse_trial(tr_sim *s, const tr_method *m, const tr_trial *trial) {
   const double err = trial->err;
   s->stats.rejected++;

@@ -1,19 +1,19 @@
 /* Moreau steps under error control, and their use by method auto (theory, "Error control").
  *
- * A step is made whole and in two halves; the difference is its error. Without a change of mode both are extrapolated to second
- * order. With one, the difference does not show when it happened, so the speed left uncertain is held below the tolerance as
- * well. */
+ * Each step is made as a whole and in two halves; the difference is the error estimate. If no mode changes, the results are
+ * extrapolated to second order. If a mode changes, the difference does not show the time of the change. The speed left
+ * uncertain must then also be below the tolerance. */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_EVENTS 40   /* events within as many first steps (tr_moreau_step_size): events accumulate */
-#define MOREAU_PAIRS 8     /* pairs to which MOREAU_EVENTS refers; more pairs have proportionally more events */
+#define MOREAU_EVENTS 40   /* so many events within the time of as many first steps (tr_moreau_step_size): events accumulate */
+#define MOREAU_PAIRS 8     /* number of pairs to which MOREAU_EVENTS refers; for more pairs the limit is proportionally larger */
 #define MOREAU_STAY 400    /* impulse steps before event location is tried again */
-#define LEAST_IMPULSE 1e-3 /* × rtol / rate: in so short a time only an impact changes a speed by more than the tolerance */
-#define HALF_OF_IT 0.5     /* × the change over a step: largest difference of its halves for speeds that change smoothly */
+#define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
+#define HALF_OF_IT 0.5     /* × the change of a speed over a step: a larger difference between its halves means a jump */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: a remainder smaller than this is included */
+#define SLIVER 1e-9        /* × a step: a smaller remainder before the limit is included in the step */
 
-/* Whether all pairs have the modes `then`; a reversed direction counts as another mode. */
+/* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_set_valued(s, i) && (tr_mode_flag(tr_mode_of(s, i)) != tr_mode_flag(then + i) || tr_mode_change(s, i, then + i))) return 0;
@@ -27,7 +27,7 @@ static void tr_evaluate_speeds(tr_sim *s, double t, const double *y, double *spe
 }
 
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance: before a stop, after a start,
- * both at a reversal. Includes the speed of a pair stuck at the end that slips in the next step. */
+ * and both at a reversal. Includes a pair that is stuck at the end but slips in the next step. */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -48,8 +48,8 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two halves, with `whole`, that of one step. half: state between the halves. Forms the dense
- * output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. half: state between the half steps.
+ * Forms the dense output. Returns a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
@@ -58,18 +58,17 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
   for (int i = 0; i < n; ++i) off[i] = ynew[i] - whole[i], ynew[i] = m->halves * ynew[i] + m->whole * whole[i];
   tr_zero_held_rates(s, ynew);
   if (!tr_project(s, t, ynew)) return s->step.failure;
-  for (int i = 0; i < n; ++i) /* parabola through the middle, with half the error of two halves */
+  for (int i = 0; i < n; ++i) /* parabola through the middle, corrected by half the error of two halves */
     R[i] = ynew[i] - yold[i], R[n + i] = 4.0 * (half[i] + 0.5 * off[i]) - 2.0 * (yold[i] + ynew[i]);
   s->step.dense_rows = 2;
   TR_MADE(s, TR_HAS_DENSE);
   return TR_OK;
 }
 
-/* Step in which only an impact changes a speed by more than the tolerance, s. */
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
-/* Whether a pair's speed jumps in the step h via `half` to ynew without change of mode. It then changes in one half only,
- * however short the step. Whole and halves agree on such a jump. */
+/* Whether a pair's speed jumps in the step h via `half` to ynew without a change of mode. The speed then changes in only one
+ * half, however short the step. The whole step and the half steps agree on such a jump. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
   const int n = s->k->nsliders;
   double v[3][n + 1];
@@ -81,14 +80,15 @@ static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const doub
   return jumps;
 }
 
-/* Store the powers of the part just made: 0 for the whole step, 1 and 2 for the halves. */
+/* Store the powers of the part just made: 0 whole step, 1 and 2 halves. */
 static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   const int n = s->k->npowers;
   tr_copy(n, TR_A(s, part_power), powers + part * n);
 }
 
-/* Squared error of the works over a step h with these powers, 1 at the tolerance. Every work counts, even if no column needs
- * it: otherwise errors of the motion scale as rtol^(2/3). Sums with this step wait in impulse_work until it is accepted. */
+/* Squared error of the works over a step h with these powers, 1 at the tolerance. Each work is included, even if no column
+ * needs it; otherwise errors of the motion scale as rtol^(2/3). Sums including this step are kept in impulse_work until the
+ * step is accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -100,8 +100,8 @@ static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *p
   return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most));
 }
 
-/* Make a step h whole and in halves: ynew, extrapolated if no mode changed. Returns its error, 1 at the tolerance; NaN: failed,
- * see step.failure. */
+/* Make a step h as a whole and in halves. Result: ynew, extrapolated if no mode changed. Returns its error, 1 at the tolerance.
+ * NaN: failure; step.failure contains the reason. */
 static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s);
   const double t = s->clock.t, *y = TR_A(s, y);
@@ -127,8 +127,8 @@ static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *
   return err;
 }
 
-/* Make a trial step h: ynew. Fast sliding directions are frozen unless they turn too far. Returns its error (0 for fixed
- * steps), NaN: failed, see step.failure. */
+/* Make a trial step h to ynew. Fast sliding directions are frozen unless they turn too far. Returns its error (0 for fixed
+ * steps). NaN: failure; step.failure contains the reason. */
 static double tr_moreau_trial(tr_sim *s, double h, tr_moreau_course *course) {
   const int fixed = s->set.hfixed > 0.0;
   double err = 0.0;
@@ -155,7 +155,7 @@ static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jol
   return changed;
 }
 
-/* Accept the step h to time `end`, which waits as pending. err: its error; most: largest growth of the next step. */
+/* Accept the step h to time `end`; it is then pending. err: its error. most: largest growth factor of the next step. */
 static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double most, const tr_moreau_course *course) {
   const int fixed = s->set.hfixed > 0.0;
   int changed = 0;
@@ -176,7 +176,7 @@ static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double
   s->stats.steps++, s->stats.of_method[s->step.method]++;
 }
 
-/* Length of the next trial step towards `limit`. Sets pending.cut if it ends there. */
+/* Size of the next trial step towards `limit`. Sets pending.cut if the step ends at the limit. */
 static double tr_moreau_length(tr_sim *s, double limit) {
   const double left = limit - s->clock.t, fixed = s->set.hfixed;
   if (s->step.h <= 0.0) s->step.h = tr_moreau_step_size(s);
@@ -187,13 +187,14 @@ static double tr_moreau_length(tr_sim *s, double limit) {
   return h;
 }
 
-/* Length of the next trial after a refused one of length h. whole: where it should end, as a fraction of h (1: at h). */
+/* Size of the next trial after a refused trial of size h. whole: fraction of h at which it should end; 1: no such place. */
 static double tr_moreau_shorter(const tr_sim *s, double h, double err, double whole) {
   if (whole < 1.0) return whole > STEP_START ? whole * h : SHRINK_MOST * h;
   return err == err ? h * tr_retry_factor(err, tr_method_of(s)->order) : SHRINK_MOST * h;
 }
 
-/* Status of a run whose last trial was refused. Where speeds jump, an answer exists, so no other start is tried. */
+/* Status of a run whose last trial was refused. Where speeds jump, a solution exists, so no other starts of Newton's method are
+ * tried. */
 static int tr_moreau_fault(tr_sim *s) {
   if (s->step.failure == TR_FAIL_MULTIPLIERS) s->friction.searched = s->clock.t;
   return s->step.failure != TR_OK ? s->step.failure : TR_FAIL_MODES;
@@ -215,7 +216,8 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
     double whole = err <= 1.0 && !fixed ? tr_find_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_corner(s, 1.0);
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
-    const int jumps = !course.steady || err != err; /* in so short a time; without change of mode, light bodies are merely fast */
+    /* Relevant for so short a step; without change of mode, light bodies are merely fast. */
+    const int jumps = !course.steady || err != err;
     const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams)); /* an impact */
     if ((err <= 1.0 && whole > STEP_END) || small) {
       tr_moreau_accept(s, h, s->pending.cut ? limit : s->clock.t + h, err, most, &course);
@@ -230,7 +232,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
 
 static void tr_choose_moreau(tr_sim *s) {
   if (!tr_is_auto(s) || !s->k->sets) return;
-  for (int i = 0; i < s->k->nsliders; ++i) /* laws that are stiff near rest exclude impulses */
+  for (int i = 0; i < s->k->nsliders; ++i) /* laws that are stiff near rest exclude impulse steps */
     if (!tr_is_set_valued(s, i) && tr_pair_of(s, i)->kind != TR_KIND_SMOOTH) return;
   if (tr_method_of(s)->kind == TR_IMPULSES) {
     if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_AUTO_TIGHT, s->step.have_k1 = s->step.have_jac = 0;

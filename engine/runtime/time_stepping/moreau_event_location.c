@@ -1,15 +1,16 @@
-/* Ends of Moreau steps under error control: where an end stop engages or releases, and where a stuck pair first exceeds its
- * capacity. Speeds show neither; the error control detects everything else. */
+/* Ends of Moreau steps under error control: places where an end stop engages or releases, and where a stuck pair first exceeds
+ * its capacity. Speeds do not show these events; the error control detects all others. */
 #include "time_stepping/time_stepping.h"
 
-#define EARLY 0.25         /* × the step: length of the next trial if a pair is released too early; the impulses use the rates at the start */
+/* × the step: size of the next trial if a pair is released too early, because impulses use the rates at the start. */
+#define EARLY 0.25
 
 /* Modes during a step made in two halves. */
 typedef struct tr_moreau_course {
   tr_mode *start, *middle;
   int steady; /* the modes of start, middle and end are equal */
-  int smooth; /* and so are those of the whole step */
-  double let_go; /* place in the step of releases in its first half: 0 start, 1 end, ½ unknown */
+  int smooth; /* the whole step also has these modes */
+  double let_go; /* place of releases in the first half of the step: 0 start, 1 end, ½ unknown */
 } tr_moreau_course;
 
 /* Linear dense output of the last step. */
@@ -20,13 +21,13 @@ static void tr_form_dense_straight(tr_sim *s) {
   s->step.dense_rows = 1;
 }
 
-/* Restore modes and multipliers of the start of the step, for another trial. */
+/* Restore modes and multipliers at the start of the step, for another trial. */
 static void tr_moreau_rewind(tr_sim *s, const tr_moreau_course *course) {
   tr_restore_modes(s, course->start);
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
 }
 
-/* Place in the last step (0…1) where an end stop engages or releases, or a pair stuck throughout exceeds its capacity; 1: none. */
+/* Place (0…1) in the last step where an end stop engages or releases, or a pair stuck throughout exceeds its capacity. 1: none. */
 static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *course) {
   const int n = s->k->nsliders;
   double depth[s->k->nstops + 1], theta = 1.0;
@@ -56,9 +57,9 @@ static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   return 0;
 }
 
-/* Place in the last step where a pair stuck at its start exceeds its capacity, with the modes of the start kept. EARLY:
- * nowhere, the pair was released too soon. 1: at the start or end of the step (course->let_go), or another event comes first.
- * Speeds grow from zero and do not show the time. */
+/* Place in the last step where a pair stuck at its start exceeds its capacity in the modes of the start. EARLY: nowhere; the
+ * pair was released too early. 1: at the start or end of the step (course->let_go), or another event is earlier. Speeds grow
+ * from zero and do not show the time. */
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];

@@ -3,26 +3,25 @@
 #define TR_TIME_STEPPING_H
 #include "diagnosis/diagnosis.h"
 
-/* Move the positions of y along the rates v for a time h. */
 static void tr_advance_positions(const tr_sim *s, double *y, const double *v, double h);
 
-/* Set the end stops engaged during a step from the state y: its middle, or under error control its start, because steps end at
- * stop events. Logs changes at time t. */
+/* Set the end stops that are engaged during a step, from the state y. y is the middle state, or under error control the start,
+ * because such steps end at stop events. Logs changes at time t. */
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
-/* Correct the pairs that came to rest in an impulse step to (t, y); `then`: modes before. A pair whose sliding reversed inside
- * the step may be held by an impulse no force at rest provides: it slips. On loops, a pair may rest because others stick: it
+/* Correct the pairs that came to rest in an impulse step to (t, y); `then`: modes before the step. A pair slips if its sliding
+ * reversed inside the step and only an impulse, no force, holds it. On loops, a pair that rests because others stick also
  * sticks. ẏ of the step is restored. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
-/* One impulse step h from (t, y): ynew, and modes at its end. Returns TR_OK, TR_MORE if a frozen direction turned too far, or a
- * status of failure. */
+/* One impulse step h from (t, y). Results: ynew and the modes at its end. Returns TR_OK, TR_MORE if a frozen direction turned
+ * too far, or a failure status. */
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew);
 
-/* Log at time t the mode changes of pairs since `then`. jolt: stops are impacts. Returns whether there are any. */
+/* Log at time t the changes of pair modes since `then`. jolt: stops are logged as impacts. Returns 1 if any mode changed. */
 static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jolt);
 
-/* Make one acceptable step to at most `limit`, which waits as pending. Returns a status. */
+/* Make one acceptable step to at most `limit`; the step is then pending. Returns a status. */
 static int tr_make_moreau_step(tr_sim *s, double limit);
 
 /* Under method auto, switch to impulse steps when events accumulate, and back after a calm period. */

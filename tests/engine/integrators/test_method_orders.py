@@ -107,7 +107,7 @@ def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(meth
         said = getattr(method, what)
         wrongs = {bool: lambda x: [not x], tuple: lambda x: [(*x[:-1], x[-1] + 1), x[1:]], int: lambda x: [x + 1, x - 1]}
         for wrong in wrongs[type(said)](said):
-            with pytest.raises(ValueError, match=f"{method.name}: its coefficients say {what} = "):
+            with pytest.raises(ValueError, match=f"{method.name}: its coefficients give {what} = "):
                 replace(method, **{what: wrong})
 
 
