@@ -7,7 +7,7 @@ from trunnion.columns.subjects import BUSHING
 
 
 def bushing(ends: tuple[Motion, Motion], numbers: SX) -> dict[str, SX]:
-    """Its state (theory, "Bushings")."""
+    """Offset, rotation vector, force, torque and power of the bushing (theory, "Bushings")."""
     from trunnion.recursion.bushing_forces import bushing_state
 
     state = bushing_state(ends, numbers)
