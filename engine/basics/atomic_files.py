@@ -23,7 +23,7 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
     text = os.fspath(path)
     if target.suffix.lower() not in suffixes:
         what = f"{text!r} ends in {target.suffix!r}" if target.suffix else f"{text!r} has no suffix"
-        return [Problem(where, f"{what}, which does not say what to write", f"end it in {' or '.join(suffixes)}")]
+        return [Problem(where, f"{what}, so the type of the file is unknown", f"end it in {' or '.join(suffixes)}")]
     package, extra = WRITERS.get(target.suffix.lower(), ("", ""))
     if package and not there(package):
         others = [x for x in suffixes if x not in WRITERS]

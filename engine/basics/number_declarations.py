@@ -117,11 +117,11 @@ class Number:
         if not _NAME.fullmatch(self.name):
             raise ValueError(f"{self.name!r} cannot be the name of a number: small letters, digits and _")
         if not self.text:
-            raise ValueError(f"number {self.name} does not say what it is")
+            raise ValueError(f"number {self.name} has no description")
         if self.default is not None and not self.bound.holds(self.default):
             raise ValueError(f"number {self.name}: its default {self.default:g} {self.bound.rule}")
         if self.count < 1:
-            raise ValueError(f"number {self.name}: there cannot be {self.count} of it")
+            raise ValueError(f"number {self.name}: its count {self.count} must be at least 1")
 
     @property
     def order(self) -> Order | None:
@@ -149,9 +149,9 @@ def checked_numbers(owner: str, numbers: Any) -> None:
             raise ValueError(f"{owner}: two numbers are called {n.name}")
         for other in (n.needed_with, n.not_below):
             if other and other not in names:
-                raise ValueError(f"{owner}: {n.name} refers to {other}, which is none of its numbers")
+                raise ValueError(f"{owner}: {n.name} refers to {other}, which is not one of its numbers")
         if n.needed and n.needed_with:
-            raise ValueError(f"{owner}: {n.name} is needed always, or with {n.needed_with}: not both")
+            raise ValueError(f"{owner}: {n.name} is either always needed, or needed with {n.needed_with}, but not both")
 
 
 def merged(owners: dict[str, tuple[Number, ...]]) -> dict[str, tuple[Number, tuple[str, ...]]]:

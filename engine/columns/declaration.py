@@ -20,12 +20,12 @@ COMPONENT, ITEM = "component", "item"
 
 
 def always(_: Subject) -> bool:
-    """Every subject has the quantity."""
+    """Default of ``Quantity.given``: every subject has the quantity."""
     return True
 
 
 def no_post(_: Subject) -> str:
-    """The runtime does not process the column."""
+    """Default of ``Quantity.post``: the runtime does not process the column."""
     return ""
 
 
@@ -155,7 +155,7 @@ def _quantity_faults(kind: ColumnKind, q: Quantity, known: set[str], needed: set
             yield f"no {field}"
         unknown = _words(getattr(q, field)) - known
         if unknown:
-            yield f"{field} names what {kind.of.name} does not have: {', '.join(sorted(unknown))}"
+            yield f"{field} uses words that {kind.of.name} does not have: {', '.join(sorted(unknown))}"
     if needed - _words(q.column):
         yield f"column lacks {{{'}, {'.join(sorted(needed - _words(q.column)))}}}"
     if not kind.selects and not q.output:

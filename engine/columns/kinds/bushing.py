@@ -1,4 +1,4 @@
-"""Displacement, force and power of a bushing, in its axes on the first body."""
+"""Displacement, force and power of a bushing, in the bushing's axes on the first body."""
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.columns.declaration import ColumnKind, Quantity

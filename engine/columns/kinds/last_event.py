@@ -26,6 +26,6 @@ KIND = ColumnKind(
         of_last("angle_before", "before", "rad", "angle of this contact before the event"),
         of_last("angle_after", "after", "rad", "angle of this contact after the event"),
         of_last("turn", "turn", "rad", "angle by which the normal of this contact turned"),
-        of_last("marginal", "marginal", "1", "1: the last event is marginal, decided by less than the run's own error"),
+        of_last("marginal", "marginal", "1", "1: the last event is marginal: its margin is below the run's own error"),
     ),
 )

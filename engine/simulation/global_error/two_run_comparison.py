@@ -87,7 +87,7 @@ class Tighter:
 
 @dataclass(frozen=True)
 class _TighterRun:
-    """Executes the tighter run. model: model of the tighter run; first, run: the first run and its result."""
+    """Executes the tighter run. model: model of the tighter run. first, run: the first run and its result."""
 
     model: Model
     until: float

@@ -183,7 +183,7 @@ class Block:
         sizes = self.kernel.sizes
         dy, z = np.zeros(self.ny + sizes["works"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
-            raise RuntimeError("no multipliers")
+            raise RuntimeError("the equations of the multipliers have no solution at this state")
         return dy[: self.ny], z[:-1]
 
     def derivatives(self) -> np.ndarray:
@@ -222,7 +222,7 @@ class Block:
 
     def open_row(self) -> tuple[int, float]:
         """The cause of a failure of the loops: (responsible constraint row or −1, independence of the rows). The independence is 1
-        for orthogonal rows and 0 for singular rows; −1 if dependent rows are not the cause."""
+        for fully independent rows and 0 for dependent rows; −1 if dependence is not the cause."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 
