@@ -74,8 +74,8 @@ _in_force: Held | None = None
 
 
 def heed() -> None:
-    """Raise KeyboardInterrupt if Ctrl-C has been pressed inside ``Held.open``, and call the watch of this thread. The exception of
-    the signal handler may be lost in a library that catches all exceptions, such as CasADi's wrappers."""
+    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. The
+    exception of the signal handler may be lost in a library that catches all exceptions, such as CasADi's wrappers."""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
     if (look := getattr(_watch, "look", None)) is not None:

@@ -16,8 +16,8 @@ USUAL = 1.45
 TIGHTEST = 1e-14
 """Tightest tolerance of any run. At a tighter tolerance, round-off dominates."""
 WHOLE, FINER, SMOOTH = 1600.0, 6.5, 1e-12
-"""A run of order 8 at the tolerance WHOLE · rtol_5^(8/5) takes less than half the evaluations of a run by a stiff method of order 5
-at rtol_5. The run of order 8 is used if its tolerance is tighter by the factor FINER or more. SMOOTH is its tightest tolerance,
+"""A run of order 8 at the tolerance WHOLE · rtol_5^(8/5) takes less than half the evaluations of a stiff run of order 5 at rtol_5.
+The run of order 8 is used if its tolerance is tighter by the factor FINER or more. SMOOTH is its tightest tolerance,
 because steps of high order suffer from round-off."""
 HIGHER, BEGUN = 1e-6, 50.0
 """Loosest tolerance at which a run of order 5 is compared with a run of order 8, and the initial ratio of their tolerances."""

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from trunnion.simulation.results.result_data import ResultData
 
 NEGLIGIBLE = 1e-9
-"""A column is not a main column if its largest value is below this share of the largest value among the joint's columns of the same
-kind."""
+"""A main column's largest value is above this share of the largest value among the joint's columns of the same kind."""
 MAIN = ("friction.torque[*]", "friction.force", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 
