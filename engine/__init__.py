@@ -1,61 +1,62 @@
-"""Trunnion: motion and joint contact forces of mechanisms whose joints rub.
+"""Trunnion: motion and joint contact forces of mechanisms with joint friction.
 
-Names load on first use, so that ``import trunnion`` costs nothing. Arguments may carry units ("20 ms"); results are in SI units.
+Each name is imported at its first use, so that ``import trunnion`` is fast. Arguments may carry units ("20 ms"); results are in
+SI units.
 
 Load and run a scene:
     load_scene: read a scene from a file, or a bundled model by its name.
-    scene_from_dict: read a scene from plain data.
+    scene_from_dict: read a scene from nested dicts and lists.
     models_dir: the folder of the bundled models.
-    Scene: a mechanism as data.
+    Scene: the data that describe a mechanism and its run.
     simulate: run a scene.
     kinematics: run the motion that a scene's drives prescribe, without masses or forces.
     inverse: find the efforts that a given motion needs.
 
 Look at results:
     Result: columns over time, events and outcome of a run.
-    Event: a stick, slip or end stop at one instant.
+    Event: a change of mode at one instant, such as stick, slip or end stop.
     wear: find the wear of a run's contacts.
     Wear: wear of all contacts of a run.
     knocks: find where pins with clearance would hit their bearings.
-    ClearanceImpact: one such impact.
+    ClearanceImpact: one impact of a pin on its bearing.
     InverseDynamics: efforts and contact forces over a given motion.
 
-Ask a mechanism at rest:
+Analyse a mechanism at rest:
     hold: test whether friction holds a scene, and by what margin.
     HoldReport: margins of one static state.
     HoldBounds: bounds over all admissible static states.
     equilibrium: find the pose in which a mechanism comes to rest.
-    Equilibrium: that pose, its stability and its friction bands.
+    Equilibrium: the pose at rest, its stability and its friction bands.
     modes: find frequencies, damping and shapes of small vibrations.
     VibrationModes: all modes about a pose.
 
 Derivatives and fits:
     linearize: find the state-space matrices at one instant of a run.
-    Linearization: these matrices, with their names.
-    sensitivity: differentiate outputs by parameters along a run.
+    Linearization: the state-space matrices, with the names of states, inputs and outputs.
+    sensitivity: differentiate outputs with respect to parameters along a run.
     Sensitivity: outputs and their derivatives.
     fit: estimate parameters from measured curves.
     Fit: estimates, intervals and the fitted curves.
     Interval: the confidence interval of one parameter.
     MeasuredRun: curves measured in one run.
     compare: fit several models to the same curves and rank them.
-    Candidate: one of these models.
+    Candidate: a model to compare.
     ModelComparison: the ranked models.
-    propose: rank experiments by what they would tell about a fit's parameters.
-    Experiment: an experiment that could be made.
-    RankedExperiment: its gain of information.
+    propose: rank possible experiments by the information that each would add about a fit's parameters.
+    Experiment: a possible experiment.
+    RankedExperiment: an experiment and its gain of information.
 
 Many runs and searches:
-    sweep: run a scene over a grid, a list or a sample of its numbers.
-    Sweep: the table of all these runs.
-    optimise: search the numbers that minimise, maximise or reach a result.
-    refine: search where results jump or outcomes change.
-    StudyResult: what such a search found, and all its runs.
+    sweep: run a scene over a grid, a list or a sample of parameter values.
+    Sweep: the table of all runs of a sweep.
+    optimise: search the parameter values that minimise or maximise a result, or bring it to a target.
+    refine: search the parameter values at which results jump or outcomes change.
+    StudyResult: the result of ``optimise`` or ``refine``, and all its runs.
 
 Errors:
-    SceneError: wrong input, with every problem at once.
-    Problem: one mistake: place, cause and remedy.
-    SimulationError: a run that cannot start or has no answer.
+    SceneError: wrong input; the error lists all problems.
+    Problem: place, cause and remedy of one mistake.
+    SimulationError: a run cannot start or continue.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ __all__ = [  # noqa: RUF022  # by purpose
     "load_scene", "scene_from_dict", "models_dir", "Scene", "simulate", "kinematics", "inverse",
     # look at results
     "Result", "Event", "wear", "Wear", "knocks", "ClearanceImpact", "InverseDynamics",
-    # ask a mechanism at rest
+    # analyse a mechanism at rest
     "hold", "HoldReport", "HoldBounds", "equilibrium", "Equilibrium", "modes", "VibrationModes",
     # derivatives and fits
     "linearize", "Linearization", "sensitivity", "Sensitivity", "fit", "Fit", "Interval", "MeasuredRun", "compare",
@@ -131,7 +132,7 @@ _MODULES = {
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
-if not TYPE_CHECKING:  # type checkers take the imports above, and report names that do not exist
+if not TYPE_CHECKING:  # type checkers use the imports above; with __getattr__ they would accept every name
 
     def __getattr__(name: str) -> Any:
         """Load a public name from its module."""

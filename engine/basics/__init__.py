@@ -1,1 +1,1 @@
-"""Small tools for all folders of the engine. This folder imports none of them."""
+"""Small tools for all folders of the engine. The modules here import nothing from the other folders."""

@@ -1,4 +1,4 @@
-"""Arrow columns from numbers and texts, by their memory. For an array or a list, Arrow would import pandas where it is installed,
+"""Arrow columns built from memory buffers. To convert a NumPy array or a list, Arrow would import pandas if pandas is installed,
 which takes half a second."""
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def numbers(values: np.ndarray, nulls: bool = False) -> pyarrow.Array:
-    """Column of float64 or int64 numbers (n). nulls: NaN becomes null."""
+    """Column of the n values, as int64 if their type is integer, else as float64. nulls: NaN becomes null."""
     import pyarrow as pa
 
     kind, dtype = (pa.int64(), np.int64) if np.issubdtype(values.dtype, np.integer) else (pa.float64(), np.float64)

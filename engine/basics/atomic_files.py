@@ -13,17 +13,17 @@ from trunnion.basics.problems import Problem, SceneError
 
 PARQUET = ".parquet"
 WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
-"""Suffixes that need an optional package: the package, and the extra that brings it."""
+"""For each suffix that needs an optional package: the package, and the extra that installs the package."""
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
-    """Reasons why ``path`` cannot be written: a suffix not in ``suffixes``, or a folder that is not writable. where: option or
-    argument of the name."""
+    """Reasons why ``path`` cannot be written, such as a suffix not in ``suffixes`` or a folder that is not writable. where: the
+    option or argument that holds the path."""
     target = Path(path)
     text = os.fspath(path)
     if target.suffix.lower() not in suffixes:
         what = f"{text!r} ends in {target.suffix!r}" if target.suffix else f"{text!r} has no suffix"
-        return [Problem(where, f"{what}, which does not say what to write", f"end it in {' or '.join(suffixes)}")]
+        return [Problem(where, f"{what}, so the type of the file is unknown", f"end it in {' or '.join(suffixes)}")]
     package, extra = WRITERS.get(target.suffix.lower(), ("", ""))
     if package and not there(package):
         others = [x for x in suffixes if x not in WRITERS]
@@ -41,7 +41,8 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
 
 @contextmanager
 def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = "file") -> Iterator[Path]:
-    """A temporary name in the same folder, renamed to ``path`` at the end of the block, removed after an error.
+    """Yield a temporary path in the same folder. At the end of the block the file is renamed to ``path``; after an error it is
+    removed.
 
     SceneError for an unknown suffix, a folder that is not writable, or a full disk."""
     problems = destination_problems(path, suffixes, where)
@@ -56,8 +57,8 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
-    """A temporary name in the folder of ``path`` (links followed), with the suffix of ``path`` or another one. At the end of the
-    block the file replaces ``path`` in one step; after an error it is removed. An OSError passes through."""
+    """Yield a temporary path in the folder of ``path`` (links are resolved). It has the given suffix, or the suffix of ``path``.
+    At the end of the block the file replaces ``path`` in one step; after an error it is removed. OSError is not caught."""
     target = Path(os.path.realpath(path))
     work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{suffix or target.suffix}")
     try:

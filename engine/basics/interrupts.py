@@ -1,8 +1,9 @@
 """Ctrl-C deferred until the work is in a consistent state.
 
 Python raises KeyboardInterrupt between any two instructions, also between a call that computes rows and the line that stores them.
-While interrupts are ``held``, they only set a flag, which the work checks where it can stop. ``open`` lets them through during
-long calls without side effects, such as a compiler. Threads without signals are ``watched`` instead; ``heed`` serves both."""
+In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of ``Held.open``, Ctrl-C raises
+at once: for long calls without side effects, such as a compiler. Only the main thread gets signals; work in another thread runs
+in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from types import FrameType
 
 
 class Held:
-    """Interrupts that are held back. asked: whether Ctrl-C has been pressed."""
+    """State of Ctrl-C in a block of ``held``. asked: Ctrl-C has been pressed. lets_through: Ctrl-C raises KeyboardInterrupt."""
 
     def __init__(self) -> None:
         self.asked = False
@@ -22,27 +23,27 @@ class Held:
 
     @property
     def heard(self) -> bool:
-        """Whether Ctrl-C has been pressed and is let through."""
+        """Whether Ctrl-C has been pressed and may raise KeyboardInterrupt now."""
         return self.asked and self.lets_through
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """Signal handler: record Ctrl-C. A second Ctrl-C does not disturb the clean-up after the first."""
+        """Signal handler that records Ctrl-C. Only the first Ctrl-C raises: a second must not disturb the clean-up."""
         again, self.asked = self.asked, True
         if self.lets_through and not again:
             raise KeyboardInterrupt
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Within this block Ctrl-C raises KeyboardInterrupt, also one pressed before."""
+        """Within this block Ctrl-C raises KeyboardInterrupt. If Ctrl-C was pressed before, the block starts with the exception."""
         self.lets_through = True
         try:
             if self.asked:
                 raise KeyboardInterrupt
             yield
-            if self.asked:  # a library has swallowed what was raised
+            if self.asked:  # a library has caught the KeyboardInterrupt and dropped it
                 raise KeyboardInterrupt
         except Exception:
-            if self.asked:  # or has made something else of it
+            if self.asked:  # a library has turned the KeyboardInterrupt into another exception
                 raise KeyboardInterrupt from None
             raise
         finally:
@@ -51,8 +52,8 @@ class Held:
 
 @contextmanager
 def held() -> Iterator[Held]:
-    """Hold Ctrl-C back during the block. Effective only in the main thread, which gets the signal, and only if the handler is
-    Python's default or a block around lets interrupts through. A program's own handler stays in force."""
+    """Hold Ctrl-C back during the block. This has an effect only in the main thread, which gets the signal. The signal's handler
+    must be Python's default, or that of an enclosing ``Held`` inside its ``open``. A program's own handler is not replaced."""
     global _in_force
     note, around = Held(), _in_force
     handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
@@ -73,8 +74,8 @@ _in_force: Held | None = None
 
 
 def heed() -> None:
-    """Raise KeyboardInterrupt if Ctrl-C has been pressed where it is let through; call the watch of this thread. The first
-    exception may be lost in a library that catches everything, such as wrappers of the symbolic one."""
+    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. The
+    exception of the signal handler may be lost in a library that catches all exceptions, such as CasADi's wrappers."""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
     if (look := getattr(_watch, "look", None)) is not None:
@@ -84,7 +85,7 @@ def heed() -> None:
 @contextmanager
 def watched(look: Callable[[], object]) -> Iterator[None]:
     """Within this block, on this thread, ``heed`` also calls ``look``, which may raise to end the work (job cancelled, time used
-    up). Calls come 100 times a second or more often: ``look`` must be fast."""
+    up). ``look`` must be fast: it is called 100 times a second or more often."""
     around = getattr(_watch, "look", None)
     _watch.look = look
     try:

@@ -1,7 +1,8 @@
-"""CasADi, loaded at the first expression.
+"""CasADi, imported when the first expression is built.
 
-Laws and contact elements declare data (read with every scene) and expressions (for kernels) in one file. Only expressions need
-CasADi, and its import takes longer than reading most scenes. Modules that a scene reader imports take ``ca`` from here."""
+The file of a law or contact element declares data, which every scene needs, and expressions, which only kernels need. Only
+expressions need CasADi, whose import takes longer than reading most scenes. Modules that a scene reader imports therefore import
+``ca`` from this module."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 
 class _Deferred:
-    """Stands for module ``casadi``, and loads it at the first attribute."""
+    """Stand-in for the module ``casadi``, which is imported when an attribute is first used."""
 
     def __getattr__(self, name: str) -> Any:
         import casadi
@@ -25,6 +26,6 @@ if TYPE_CHECKING:
 else:
     ca = _Deferred()
     SX = Any
-    """For annotations; expressions are made with ``ca.SX``."""
+    """Only for annotations; code that makes expressions uses ``ca.SX``."""
 
 __all__ = ["SX", "ca"]

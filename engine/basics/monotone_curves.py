@@ -1,4 +1,4 @@
-"""Smooth monotone curves through given points, as expressions."""
+"""Symbolic smooth curves through given points, monotone wherever the points are."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from trunnion.basics.lazy_casadi import SX, ca
 
 KNOTS = 12
-"""Largest number of points. Shorter curves repeat the last point, so that one code serves all."""
+"""Largest number of points of a curve. Shorter curves repeat the last point, so that all curves have the same expression."""
 
 
 def filled(points: Sequence, count: int = KNOTS) -> list:
-    """``count`` points: the last one is repeated."""
+    """The points, with the last point repeated until there are ``count``."""
     return [*points, *[points[-1]] * (count - len(points))]
 
 
 def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) -> SX:
-    """Cubic pieces through (at, value) with slopes by Fritsch and Butland, constant beyond the ends. flat: slope 0 at the first
-    point; else the slope of the first chord. Points may repeat at the end."""
+    """Cubic pieces through (at, value) with slopes by Fritsch and Butland, constant beyond the ends. The slope at the first point
+    is 0 with ``flat``, else that of the first chord. The last point may be repeated."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]
@@ -32,7 +32,7 @@ def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) ->
 
 
 def _slope(h: Sequence[SX], rise: Sequence[SX]) -> SX:
-    """Slope between two pieces: 0 at a turn, else a weighted harmonic mean."""
+    """Slope at the point between two pieces: 0 at a local extremum, else a weighted harmonic mean of both chords' slopes."""
     one, two, product = 2 * h[1] + h[0], h[1] + 2 * h[0], rise[0] * rise[1]
     below = one * rise[1] + two * rise[0]
     return ca.if_else(product > 0, (one + two) * product / ca.if_else(product > 0, below, 1), 0)

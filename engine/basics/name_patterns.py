@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from fnmatch import translate
 
 MOST_WILD = 1000
-"""Most patterns with wild cards in one list: each is compared with every name. Plain names are unlimited."""
+"""Largest number of patterns with wild cards in one list, because each is compared with every name. Plain names are unlimited."""
 
 
 def is_wild(pattern: str) -> bool:
@@ -16,7 +16,7 @@ def is_wild(pattern: str) -> bool:
 
 
 def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
-    """A predicate for names that match one of the patterns. Wild patterns are compiled once; plain ones are looked up."""
+    """A predicate for names that match at least one of the patterns. The patterns with wild cards are compiled once."""
     every = tuple(patterns)
     plain = frozenset(p for p in every if not is_wild(p))
     wild = [re.compile(translate(p.replace("[", "[[]"))).match for p in dict.fromkeys(every) if is_wild(p)]
@@ -24,7 +24,7 @@ def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
 
 
 def unmatched(patterns: Iterable[str], names: Iterable[str]) -> list[str]:
-    """The patterns without a match among the names, each once."""
+    """The patterns that match no name, without repetitions."""
     known = tuple(names)
     there = frozenset(known)
     return [p for p in dict.fromkeys(patterns) if not (any(map(matcher((p,)), known)) if is_wild(p) else p in there)]

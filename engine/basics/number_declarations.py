@@ -1,5 +1,5 @@
-"""Declarations of scene numbers: name, unit, allowed values. One declaration serves scene files, overrides, sweeps, the service
-and FMUs."""
+"""Declarations of numeric scene parameters: name, unit, allowed values. Scene files, overrides, sweeps, the service and FMUs use
+the same declarations."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import Any
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 ZERO_BELOW = 1e-100
-"""Magnitudes below this are printed and written as 0: norms of zero are sqrt(1e-300), which avoids a division by zero."""
+"""Values of smaller magnitude are printed and written as 0. The norm of a zero vector is computed as sqrt(1e-300), to avoid a
+division by zero."""
 
 
 @dataclass(frozen=True)
 class Bound:
-    """Allowed finite values, from ``least`` to ``most``. open: without ``least``. nonzero: without 0. advice: remedy for a value
-    outside."""
+    """Allowed finite values, from ``least`` to ``most``. open: ``least`` is excluded. nonzero: 0 is excluded. advice: the remedy
+    for a value that is not allowed."""
 
     least: float = -math.inf
     most: float = math.inf
@@ -65,7 +66,7 @@ NOT_NEGATIVE = Bound(0.0)
 
 @dataclass(frozen=True)
 class Order:
-    """Order of two numbers of one owner: ``high`` ≥ ``low`` (strict: >)."""
+    """Required order of two numbers of one law or contact element: ``high`` ≥ ``low``, or ``high`` > ``low`` if strict."""
 
     low: str
     high: str
@@ -85,16 +86,18 @@ class Order:
 class Number:
     """A number of a friction law or contact element.
 
-    name, unit   key in a scene, and SI unit ("1": none).
+    name, unit   key in a scene, and SI unit ("1": dimensionless).
     text         description, as a phrase: "coefficient of sliding friction".
     bound        allowed values.
     example      a value as written in a scene.
-    needed       whether the law (element) requires it; needed_with: the number with which it is required.
-    default      value where a joint gives none (the scene's ``friction`` group then has this key too).
-    not_below    another number of the same owner, its lower limit.
-    count        how many there are (a cross has two journals: one number for both, or a list).
-    symbol       letter in formulas, if not its name.
-    varies       whether it may follow time or an input; by_speed: whether it may follow the sliding speed."""
+    needed       whether the law or element always requires the number.
+    needed_with  name of another number; if the scene gives that number, it must give this number too ("": no such rule).
+    default      value for joints that do not give the number (the scene's ``friction`` group then has this key too).
+    not_below    name of another number of the same law or element, which is the lower limit of this number ("": no such limit).
+    count        number of values. A cross has two journals: a scene gives one value for both, or a list.
+    symbol       symbol in formulas, if it differs from the name.
+    varies       whether the number may be a function of time or of an input.
+    by_speed     whether the number may be a function of the sliding speed."""
 
     name: str
     unit: str
@@ -114,20 +117,20 @@ class Number:
         if not _NAME.fullmatch(self.name):
             raise ValueError(f"{self.name!r} cannot be the name of a number: small letters, digits and _")
         if not self.text:
-            raise ValueError(f"number {self.name} does not say what it is")
+            raise ValueError(f"number {self.name} has no description")
         if self.default is not None and not self.bound.holds(self.default):
             raise ValueError(f"number {self.name}: its default {self.default:g} {self.bound.rule}")
         if self.count < 1:
-            raise ValueError(f"number {self.name}: there cannot be {self.count} of it")
+            raise ValueError(f"number {self.name}: its count {self.count} must be at least 1")
 
     @property
     def order(self) -> Order | None:
-        """The comparison by ``not_below``; None without it."""
+        """The order that ``not_below`` requires; None if ``not_below`` is empty."""
         return Order(self.not_below, self.name) if self.not_below else None
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Its name, or ``radius[1]``, ``radius[2]``, … with a count."""
+        """The name, or ``radius[1]``, ``radius[2]``, … if ``count`` is above 1."""
         return (self.name,) if self.count == 1 else tuple(f"{self.name}[{k + 1}]" for k in range(self.count))
 
     @property
@@ -137,7 +140,7 @@ class Number:
 
 
 def checked_numbers(owner: str, numbers: Any) -> None:
-    """ValueError for inconsistent numbers of an owner ("law lugre")."""
+    """Check the numbers of one owner, such as "law lugre". ValueError if they are inconsistent."""
     if not isinstance(numbers, tuple) or not all(isinstance(n, Number) for n in numbers):
         raise ValueError(f"{owner}: its numbers are a tuple of Number(name, unit, text, …)")
     names = [n.name for n in numbers]
@@ -146,13 +149,13 @@ def checked_numbers(owner: str, numbers: Any) -> None:
             raise ValueError(f"{owner}: two numbers are called {n.name}")
         for other in (n.needed_with, n.not_below):
             if other and other not in names:
-                raise ValueError(f"{owner}: {n.name} refers to {other}, which is none of its numbers")
+                raise ValueError(f"{owner}: {n.name} refers to {other}, which is not one of its numbers")
         if n.needed and n.needed_with:
-            raise ValueError(f"{owner}: {n.name} is needed always, or with {n.needed_with}: not both")
+            raise ValueError(f"{owner}: {n.name} is either always needed, or needed with {n.needed_with}, but not both")
 
 
 def merged(owners: dict[str, tuple[Number, ...]]) -> dict[str, tuple[Number, tuple[str, ...]]]:
-    """Numbers of several owners by name, each with its owners. ValueError when one name has two meanings."""
+    """{name: (number, its owners)} for the numbers of several owners. ValueError if two owners declare a name differently."""
     out: dict[str, tuple[Number, tuple[str, ...]]] = {}
     for owner, numbers in owners.items():
         for n in numbers:

@@ -1,4 +1,4 @@
-"""Objects of a package by text, so that a registry names each in one line."""
+"""Objects of a package, imported by their paths, so that a registry lists each object in one line."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from typing import Any
 
 
 def objects(package: str, paths: Iterable[str]) -> list[Any]:
-    """The objects with these paths, "module.NAME" below the package, in their order."""
+    """The objects with these paths, "module.NAME" relative to the package, in the order of the paths."""
     return [getattr(import_module(f"{package}.{module}"), name) for module, name in (p.split(".") for p in paths)]

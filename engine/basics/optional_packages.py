@@ -1,4 +1,4 @@
-"""Optional packages: which extra brings each, and the message when one is missing."""
+"""Optional packages: the extra that installs each, and the message when a package is missing."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from trunnion.basics.problems import Problem
 
 PROJECT = "trunnion"
 LAST = ("test", "bench")
-"""Extras for development; named only if no other extra brings a package."""
+"""Extras for development. A message names them only if no other extra installs the package."""
 REQUIREMENT = re.compile(r"^([\w.-]+).*;.*\bextra\s*==\s*['\"]([\w-]+)['\"]")
 
 
 @lru_cache(maxsize=1)
 def _extras() -> dict[str, set[str]]:
-    """{extra: modules that it brings}, from the metadata of the installation, including extras within extras."""
+    """{extra: modules that it installs}, from the metadata of the installation, including extras within extras."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -33,44 +33,45 @@ def _extras() -> dict[str, set[str]]:
 
 
 def _module(package: str) -> str:
-    """Import name of a package. For all packages required here it differs only in case and dashes."""
+    """Import name of a package. For all packages that Trunnion requires it differs from the package's name only in case and
+    dashes."""
     return re.sub(r"[-.]", "_", package).lower()
 
 
 def extra_of(module: str) -> str:
-    """The smallest extra that brings a module (``service`` for ``sqlalchemy.orm``); "": none."""
+    """The smallest extra that installs a module (``service`` for ``sqlalchemy.orm``); "" if there is no such extra."""
     name = _module(module.partition(".")[0])
     able = [extra for extra, modules in _extras().items() if name in modules]
     return min(able, key=lambda extra: (extra in LAST, len(_extras()[extra])), default="")
 
 
 def brings(extra: str, module: str) -> bool:
-    """Whether an extra brings a module."""
+    """Whether an extra installs a module."""
     return _module(module.partition(".")[0]) in _extras().get(extra, ())
 
 
 def absent(extra: str, use: str) -> list[Problem]:
-    """Problems for the missing packages of an extra. use: what needs them."""
+    """A problem that names the missing packages of an extra; empty if all are installed. use: the feature that needs them."""
     missing = sorted(m for m in _extras().get(extra, ()) if not there(m))
     what = f"needs {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed"
     return [Problem(use, what, remedy(extra))] if missing else []
 
 
 def there(module: str) -> bool:
-    """Whether a module can probably be imported; it is not imported."""
+    """Whether a module is installed, as far as can be found without importing the module."""
     try:
         return find_spec(module) is not None
-    except ValueError:  # a module that a program made by hand has no specification to find
+    except ValueError:  # the module is in sys.modules without a specification, because a program made the module object
         return True
 
 
 def remedy(extra: str) -> str:
-    """The hint for a missing extra: the command to type."""
+    """The command that installs an extra, as a hint."""
     return f"pip install '{PROJECT}[{extra}]'"
 
 
 class Missing(ImportError):
-    """A package is missing that an extra brings."""
+    """An optional package is not installed. extra: the extra that installs it."""
 
     def __init__(self, text: str, extra: str, module: str):
         super().__init__(text, name=module)
@@ -78,7 +79,8 @@ class Missing(ImportError):
 
 
 def brought(module: str, extra: str, use: str) -> Any:
-    """A module that an extra brings; Missing, with the command to type, if it is missing. use: what needs it."""
+    """Import a module that an extra installs. Missing, with the command to install the extra, if there is no such module. use: the
+    feature that needs the module."""
     try:
         return import_module(module)
     except ImportError as e:

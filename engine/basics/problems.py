@@ -1,4 +1,4 @@
-"""Problems that a user can mend: place, cause and remedy of each, all reported at once."""
+"""Problems that a user can fix. Each has a place, a cause and a remedy; an error reports all of them together."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 LONGEST_WHERE = 300
-"""Longest place in a message, in characters."""
+"""Largest number of characters of a problem's place in a message."""
 MOST = 100
-"""Most problems that one error lists; the rest is counted."""
+"""Largest number of problems that an error lists. A last line gives the number of further problems."""
 
 
 @dataclass(frozen=True)
@@ -18,10 +18,10 @@ class Problem:
     Attributes:
         where: dotted path in the scene (``joints.ball.friction.radius``), or name of an option.
         what: the cause, in one sentence.
-        hint: the remedy, in one sentence; "": the cause implies it.
-        file: the file with the mistake; "": none.
-        line: its line, from 1; 0: unknown.
-        count: number of problems that this one stands for; more than 1 in the last line of a long list.
+        hint: the remedy, in one sentence; "" if the cause implies the remedy.
+        file: the file with the mistake; "" if the mistake is not in a file.
+        line: line of the mistake in the file, from 1; 0: unknown.
+        count: number of problems that this object stands for; above 1 only in the last line of a long list.
     """
 
     where: str
@@ -45,15 +45,16 @@ class Problem:
 
 
 def rest(count: int) -> Problem:
-    """The line that counts unlisted problems."""
+    """The last line of a long list, which gives the number of problems not listed."""
     return Problem(f"and {count} more", "not listed", "mend these first", count=count)
 
 
 class SceneError(ValueError):
     """The scene (or an option) has one or more problems.
 
-    ``.problems`` holds the first MOST and, if there are more, a last line that counts the others; ``.total`` is the number of all.
-    Problems of several errors may be joined: their last lines are added."""
+    ``.problems`` holds the first MOST problems and, if there are more, a last line with the number of the others. ``.total`` is the
+    number of all problems. ``problems`` may join the lists of several errors: their last lines are added. more: number
+    of problems that the caller has not listed."""
 
     def __init__(self, problems: Iterable[Problem], more: int = 0):
         told = list(problems)
@@ -64,7 +65,7 @@ class SceneError(ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Problem, ...]]]:
-        """Keep the problems when the error comes from another process."""
+        """Pickle the problems too, so that an error from another process keeps them."""
         return SceneError, (self.problems,)
 
 

@@ -1,8 +1,8 @@
-"""Renamed words of the interface: one table a kind, deprecated word → word in use.
+"""Renamed words of the interface. Each kind of word has a table {deprecated word: current word}.
 
-Readers of scenes, paths, patterns, reductions, requests, stored jobs and result files translate through this module alone, so that
-deprecated words work for one more version. ``deprecation_notes`` collects one note a word; runs, commands and requests report them.
-"""
+Readers of scenes, paths, patterns, reductions, requests, stored jobs and result files translate words only with this module.
+Deprecated words work for one more version. ``deprecation_notes`` collects one note for each deprecated word that was read; runs,
+commands and requests report the notes."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ OUTCOMES = {
 JOINT_KEYS = {"stops": "end_stops"}
 """Scene keys of a joint."""
 SIMULATION_VALUES = {"jams": {"stop": "end"}}
-"""Values of scene keys below ``simulation``."""
+"""Values of scene keys below ``simulation``: {key: {deprecated value: current value}}."""
 SETTINGS = {"patience": "cpu_limit", "steps": "max_steps", "over": "vary"}
-"""Settings of batches: fields of requests and stored jobs, names of server limits."""
+"""Settings of batches. They are fields of requests and stored jobs, and names of server limits."""
 OPTIONS = {
     "--over": "--vary", "--to": "--vary", "--patience": "--cpu-limit", "--steps": "--max-steps", "--outputs": "--columns",
     "--stops": "--end-stops", "--file": "--output", "--output-dir": "--output", "--peers": "--solvers",
@@ -37,7 +37,7 @@ OPTIONS = {
 """Options of commands."""
 
 _DEVICE = re.compile(r"(?<=\.)stop(?=\.(?:effort|power|\*))")
-"""The end stop in a column ``JOINT.stop.effort[k]`` or ``JOINT.stop.power[k]``, or in a pattern of them."""
+"""The word ``stop`` in the name of a column ``JOINT.stop.effort[k]`` or ``JOINT.stop.power[k]``, or in a pattern for such names."""
 _JOINT_KEY = re.compile(rf"(joints\.[^.\[\]]+\.)({'|'.join(JOINT_KEYS)})(?![^.\[])")
 """A renamed key in a dotted path."""
 
@@ -46,7 +46,8 @@ _collected: ContextVar[list[str] | None] = ContextVar("deprecation_notes", defau
 
 @contextmanager
 def deprecation_notes() -> Iterator[list[str]]:
-    """Collect the notes about deprecated words that are read inside, one a word. Outside, each is a FutureWarning."""
+    """Collect the notes about deprecated words that are read in the block, without repetitions. Outside such a block, each note is
+    a FutureWarning."""
     notes: list[str] = []
     token = _collected.set(notes)
     try:
@@ -56,12 +57,12 @@ def deprecation_notes() -> Iterator[list[str]]:
 
 
 def report(kind: str, word: str, instead: str) -> None:
-    """Note that a deprecated word was read. kind: what it names ("event", "scene key", …); instead: the word in use."""
+    """Add a note that a deprecated word was read. kind: what the word names ("event", "scene key", …). instead: current word."""
     add_note(f"{kind} {word} is deprecated: write {instead}")
 
 
 def add_note(note: str) -> None:
-    """Add a note about a deprecated word that was read elsewhere, such as in another process."""
+    """Add a note about a deprecated word, for example a note that another process made."""
     notes = _collected.get()
     if notes is None:
         warnings.warn(note, FutureWarning, stacklevel=4)
@@ -70,7 +71,7 @@ def add_note(note: str) -> None:
 
 
 def current(kind: str, words: Mapping[str, str], word: str) -> str:
-    """The word in use for a word that a user wrote; a deprecated one is reported."""
+    """The current word for a word that a user wrote. A deprecated word is reported."""
     if word not in words:
         return word
     report(kind, word, words[word])
@@ -78,7 +79,7 @@ def current(kind: str, words: Mapping[str, str], word: str) -> str:
 
 
 def current_path(path: str) -> str:
-    """A dotted scene path in the words in use; deprecated keys are reported."""
+    """A dotted scene path in current words. Deprecated keys are reported."""
     found = _JOINT_KEY.match(path)
     if found is None:
         return path
@@ -86,12 +87,12 @@ def current_path(path: str) -> str:
 
 
 def current_paths(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by dotted path, with the paths in the words in use."""
+    """{dotted path: value}, with the paths in current words."""
     return {current_path(path): value for path, value in changes.items()}
 
 
 def current_options(words: Sequence[str], known: Collection[str]) -> list[str]:
-    """The words behind a command with its options in use. known: the options of the command; a deprecated one is reported."""
+    """The arguments of a command, with deprecated options replaced and reported. known: the command's current options."""
     end = words.index("--") if "--" in words else len(words)
     names = {old: new for old, new in OPTIONS.items() if old not in known and new in known}
     pairs = [word.partition("=") for word in words[:end]]
@@ -99,12 +100,13 @@ def current_options(words: Sequence[str], known: Collection[str]) -> list[str]:
 
 
 def current_column(name: str) -> str:
-    """The name in use of a column of a run, or of a pattern; nothing is reported."""
+    """The current name of a column of a run, or the current form of a pattern. A deprecated name is not reported."""
     return _DEVICE.sub("end_stop", name)
 
 
 def current_pattern(pattern: str, matches: bool) -> str:
-    """A pattern of columns in the words in use. A pattern that ``matches`` a column as written stays; another is reported."""
+    """A pattern of columns in current words. matches: the pattern as written matches a column, so that it stays. A pattern that
+    changes is reported."""
     new = pattern if matches else current_column(pattern)
     if new != pattern:
         report("column", pattern, new)

@@ -1,7 +1,7 @@
-"""The settings of a run, declared once: name, unit, valid values, help, and who offers each.
+"""The settings of a run: name, unit, valid values, help text, and the commands, functions and requests that offer each setting.
 
-Options of the command line, checks of Python functions and fields of REST requests follow from this table. A new setting is one
-entry here and the code that obeys the setting.
+Options of the command line, checks of Python functions and fields of REST requests are made from this table. A new setting needs
+an entry here, and code that uses the setting.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
 
 RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
-"""Relative tolerances. Below, round-off spoils the error estimate of a step; above, results are no approximation."""
+"""Allowed relative tolerances. Below 1e-14, round-off spoils the error estimate of a step; above 0.1, results are meaningless."""
 STUDIES = ("trunnion sweep", "trunnion optimise", "trunnion refine")
 SWEEPS = (*STUDIES, "trunnion.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "trunnion.sensitivity", "POST /v1/sensitivities")
@@ -21,22 +21,22 @@ KNOCKS = "trunnion knocks"
 KINEMATICS = "trunnion kinematics"
 SERVED = ("POST /v1/jobs", "trunnion jobs submit")
 RUNS = ("trunnion simulate", "trunnion.simulate", *SWEEPS)
-"""Who offers settings: commands, Python functions, requests."""
+"""Commands, Python functions and requests that offer settings of runs."""
 
 
 @dataclass(frozen=True)
 class Setting:
     """A setting of a run.
 
-    name         in Python and REST, and with two dashes on the command line.
-    unit         SI unit ("1": none); empty for a word.
-    text         description, a sentence; ``{methods}`` and ``{laws}`` stand for the names in the registries.
-    offered      who offers it.
-    default      value where it is not given; ``own_defaults``: at those with another.
-    bound        allowed values; ``own_bounds``: at those with others.
-    words        "methods", "laws" or "kernels" if its value is the name of one.
-    metavar      placeholder of its value in a command's help.
-    several      who takes several values."""
+    name           in Python and REST, and with two dashes on the command line.
+    unit           SI unit ("1": dimensionless); empty if the value is a word.
+    text           description, a sentence; ``{methods}``, ``{laws}`` and ``{kernels}`` stand for the names in the registries.
+    offered        commands, functions and requests that offer the setting.
+    default        the default value, in words; ``own_defaults`` holds other defaults, by command, function or request.
+    bound          allowed values; ``own_bounds`` holds other bounds, by command, function or request.
+    words          "methods", "laws" or "kernels" if the value is a name from that registry.
+    metavar        placeholder of the value in a command's help.
+    several        commands that accept several values."""
 
     name: str
     unit: str
@@ -51,16 +51,16 @@ class Setting:
     own_bounds: Mapping[str, Bound] = field(default_factory=dict)
 
     def bound_at(self, who: str) -> Bound:
-        """Allowed values at one of those who offer it."""
+        """Allowed values at a command, function or request."""
         return self.own_bounds.get(who, self.bound)
 
     def told(self, who: str) -> str:
-        """The help of the setting and its default, in sentences, with the placeholders."""
+        """The help text of the setting at a command, function or request, with the default and with the placeholders."""
         many = " Repeatable." if who in self.several else ""
         return f"{self.text}{many} Default: {self.default_at(who)}."
 
     def default_at(self, who: str) -> str:
-        """The default at one of those who offer it, in words."""
+        """The default at a command, function or request, in words."""
         return self.own_defaults.get(who, self.default)
 
 

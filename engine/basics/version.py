@@ -8,7 +8,7 @@ from pathlib import Path
 
 @lru_cache(maxsize=1)
 def version() -> str:
-    """Version of the installed distribution; in a checkout without installation, that of its pyproject.toml."""
+    """Version of the installed distribution, or the version in pyproject.toml if a checkout is used without installation."""
     from importlib.metadata import PackageNotFoundError
     from importlib.metadata import version as installed
 

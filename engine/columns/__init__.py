@@ -1,1 +1,1 @@
-"""Output columns: each is defined once, for both kernels."""
+"""Output columns. Both kernels use the same definition of each column."""

@@ -1,7 +1,7 @@
 """Declarations of output columns: names, units, descriptions, operands, and one symbolic expression.
 
-An expression takes operands by name and returns outputs by name. It imports the symbolic library inside the function, because
-names and units are read without that library."""
+An expression is a function that takes operands by name and returns outputs by name. It imports the symbolic library inside the
+function body, so that names and units can be read without the library."""
 
 from __future__ import annotations
 
@@ -16,46 +16,48 @@ from trunnion.columns.operands import Operand
 from trunnion.columns.subjects import Subject, SubjectType
 
 COMPONENT, ITEM = "component", "item"
-"""Words in a column's name: component of a quantity, and item of a subject with several items, from 1."""
+"""Words in a column's name: the component of a quantity, and the item of a subject that has several items. Both count from 1."""
 
 
 def always(_: Subject) -> bool:
-    """Every subject has the quantity."""
+    """Default of ``Quantity.given``: every subject has the quantity."""
     return True
 
 
 def no_post(_: Subject) -> str:
-    """The runtime leaves the column as it is."""
+    """Default of ``Quantity.post``: the runtime does not process the column."""
     return ""
 
 
 def select(**operand: Any) -> Any:
-    """The default expression: the columns are numbers of one operand, from ``Quantity.at`` on."""
+    """The default expression: the columns are consecutive components of one operand, from index ``Quantity.at`` on."""
     (value,) = operand.values()
     return value
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """One output of a kind's expression, and the columns that show it.
+    """One output of a kind's expression, and the columns that hold the output.
 
     name       key for callers ("position"); a suffix behind a dot distinguishes outputs of one name ("extra.events").
-    output     its name among the expression's outputs.
-    column     name of a column, with words of the subject in braces: "{body}.position[{component}]".
-    unit       unit of a column, likewise ("{displacement}/s"). text: description, likewise.
+    output     key of the output in the dict that the expression returns.
+    column     template of the columns' names, with words of the subject in braces: "{body}.position[{component}]".
+    unit       template of the unit ("{displacement}/s").
+    text       template of the description.
     size       number of columns.
-    at         with a selected operand: the first number shown.
-    label      part of the column's key behind the subject's.
-    given      whether a subject has it. post: "hold" (last value while its contact is open), "wrap" (angle continued by turns), or
-               "".
+    at         with the expression ``select``: index of the first component in the operand.
+    label      last part of the column's key, behind the subject's key.
+    given      predicate: whether a subject has the quantity.
+    post       processing by the runtime: "hold" (last value while the contact is open), "wrap" (unwraps the angle: adds multiples
+               of 2π so that the angle is continuous), or "" (none).
     bound      allowed values.
     integral   computed from powers integrated with the motion (else from state, multipliers and accelerations at the instant).
-    direct     changes at once with forces; the others follow by integration.
+    direct     changes at once when forces change; other quantities change only by integration.
     steps      constant between events (a count, a state, the last event).
-    smooth     differentiable by the numbers of the scene.
-    runtime    known to the runtime alone.
+    smooth     differentiable with respect to the scene's parameters.
+    runtime    computed by the runtime, not by the kernel.
     vector     "[k]" counts components of a vector in space (else coordinates, contacts, states).
-    reacts     follows reactions, which a redundant loop can leave open."""
+    reacts     depends on reactions, which are not unique in a redundant loop."""
 
     name: str
     output: str = ""
@@ -78,16 +80,20 @@ class Quantity:
 
     @property
     def instantaneous(self) -> bool:
-        """Whether it is an expression of state, multipliers and accelerations."""
+        """Whether the quantity is an expression of state, multipliers and accelerations."""
         return not (self.integral or self.runtime)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnKind:
-    """Columns with one expression, evaluated once per subject.
+    """Columns with a common expression, which is evaluated once per subject.
 
-    operands: of the expression, by parameter name. repeats: number of items of each quantity (contacts), counted by the word
-    ``item``. beside: outputs for the runtime that no column shows. name: the kind's file."""
+    of           type of the subjects.
+    operands     operands of the expression, by parameter name.
+    quantities   outputs of the expression and their columns.
+    name         name of the file in ``kinds``.
+    repeats      number of items of each quantity (number of contacts); the word ``item`` in a name counts the items.
+    beside       outputs that only the runtime uses, without columns."""
 
     of: SubjectType
     operands: Mapping[str, Operand]
@@ -99,17 +105,17 @@ class ColumnKind:
 
     @property
     def selects(self) -> bool:
-        """Whether the columns are numbers of the operand."""
+        """Whether the columns are components of the operand."""
         return self.expression is select
 
     @property
     def solved(self) -> bool:
-        """Whether an operand contains multipliers or accelerations, which every force changes."""
+        """Whether an operand contains multipliers or accelerations, which depend on every force."""
         return any(o.solved for o in self.operands.values())
 
 
 def registered(*kinds: ColumnKind) -> dict[str, ColumnKind]:
-    """The kinds by name, in order. ValueError with all faults of their declarations."""
+    """{name: kind}, in the order given. ValueError, with all faults, if a declaration is faulty."""
     wrong = [f"column kind {k.name or '?'}: {fault}" for k in kinds for fault in faults(k)]
     patterns = [f"{q.column} of {k.of.name}" for k in kinds for q in k.quantities]
     for what, names in (("column kind", [k.name for k in kinds]), ("column", patterns)):
@@ -120,7 +126,7 @@ def registered(*kinds: ColumnKind) -> dict[str, ColumnKind]:
 
 
 def faults(kind: ColumnKind) -> list[str]:
-    """Faults of a declaration."""
+    """Descriptions of all faults of a declaration; empty if it is correct."""
     found = [] if kind.name.isidentifier() else ["its name is not an identifier"]
     found += [] if kind.operands else ["no operands"]
     found += [] if kind.quantities else ["no quantities"]
@@ -149,7 +155,7 @@ def _quantity_faults(kind: ColumnKind, q: Quantity, known: set[str], needed: set
             yield f"no {field}"
         unknown = _words(getattr(q, field)) - known
         if unknown:
-            yield f"{field} names what {kind.of.name} does not have: {', '.join(sorted(unknown))}"
+            yield f"{field} uses words that {kind.of.name} does not have: {', '.join(sorted(unknown))}"
     if needed - _words(q.column):
         yield f"column lacks {{{'}, {'.join(sorted(needed - _words(q.column)))}}}"
     if not kind.selects and not q.output:

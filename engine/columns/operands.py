@@ -1,7 +1,7 @@
 """Operands of column expressions: values of bodies, joints, loads and the run.
 
-Both kernels provide every operand: ``kernel.units.column_operand_expressions`` as expressions of the scene,
-``parts.programs.column_operand_slots`` as slots of the bytecode."""
+Both kernels provide every operand. ``kernel.units.column_operand_expressions`` provides expressions of the scene, and
+``parts.programs.column_operand_slots`` provides slots of the bytecode."""
 
 from __future__ import annotations
 
@@ -14,13 +14,17 @@ if TYPE_CHECKING:
     from trunnion.recursion.body_kinematics import Motion, Pose
 else:
     Motion = Pose = Any
-    """Types of operands, for annotations; expressions import the symbolic library when they are built."""
+    """Types of operands, only for annotations: this module must not import the symbolic library."""
 
 
 @dataclass(frozen=True)
 class Operand:
-    """name: of the method that provides it. size: count of numbers (0: by the joint's structure). subject: leading parts of the
-    subject's key that the method takes. solved: contains multipliers or accelerations, which every force changes."""
+    """A value that an expression takes.
+
+    name      name of the method that provides the operand.
+    size      number of components; 0 if the number depends on the joint's structure.
+    subject   number of leading parts of the subject's key that the method takes as arguments.
+    solved    whether the operand contains multipliers or accelerations, which depend on every force."""
 
     name: str
     size: int
@@ -32,7 +36,7 @@ Provider = TypeVar("Provider", bound=type)
 
 
 def provides_all(provider: Provider) -> Provider:
-    """Class decorator of a provider of operands. TypeError with the names of operands that have no method."""
+    """Class decorator that checks that a class provides all operands. TypeError with the names of operands without a method."""
     declared = {o.name for o in globals().values() if isinstance(o, Operand)}
     missing = sorted(name for name in declared if not hasattr(provider, name))
     if missing:
@@ -41,41 +45,43 @@ def provides_all(provider: Provider) -> Provider:
 
 
 BODY_MOTION = Operand("body_motion", 18, 1)
-"""``Motion``: R (3×3), r, omega, rdot (3 each) of a body, world."""
+"""``Motion`` of a body, in the world frame: R (3×3), r, omega and rdot (3 each)."""
 BODY_ANGULAR_VELOCITY = Operand("body_angular_velocity", 3, 1)
-"""ω of a body, world, rad/s."""
+"""ω of a body, world frame, rad/s."""
 BODY_ACCELERATION = Operand("body_acceleration", 6, 1, solved=True)
-"""Ż of a body, gravity being an acceleration of the ground: of its reference origin, m/s², and angular, rad/s²; world."""
+"""Ż of a body, world frame: acceleration of the reference origin, m/s², then angular acceleration, rad/s². Gravity enters as an
+acceleration of the ground."""
 MASS_CENTRE = Operand("mass_centre", 3, 1)
-"""From a body's reference origin to its mass centre, body axes, m."""
+"""Vector from a body's reference origin to the mass centre, body axes, m."""
 BODY_POINT = Operand("body_point", 3, 2)
-"""From a body's reference origin to a named point, body axes, m."""
+"""Vector from a body's reference origin to a named point, body axes, m."""
 GRAVITY = Operand("gravity", 3, 0)
-"""m/s², world."""
+"""Gravity, world frame, m/s²."""
 
 COORDINATE = Operand("coordinate", 1, 2)
-"""A coordinate of a joint."""
+"""One coordinate of a joint, rad or m, or a component of a quaternion."""
 RATE = Operand("rate", 1, 2)
 """Rate of a freedom, rad/s or m/s."""
 JOINT_ACCELERATION = Operand("joint_acceleration", 1, 2, solved=True)
 """Acceleration of a freedom, rad/s² or m/s²."""
 JOINT_POSE = Operand("joint_pose", 21, 1)
-"""``Pose``: the joint's frames Ein, Eout in the world (3×3), s = p_out − p_in (3), m."""
+"""``Pose``: the joint's frames Ein and Eout in the world frame (3×3), and s = p_out − p_in (3), m."""
 REACTION_ARM = Operand("reaction_arm", 3, 1)
-"""From the point where the reaction is reported to p_out, world, m: s, or 0 where the pin belongs to the outboard part."""
+"""Vector from the point where the reaction is reported to p_out, world frame, m. The vector is s, or 0 if the pin belongs to the
+outboard part."""
 OUTBOARD_WRENCH = Operand("outboard_wrench", 6, 1, solved=True)
-"""Force and torque that a joint transmits to its outboard part, at p_out, world."""
+"""Force (N) and torque (N·m) that a joint transmits to its outboard part, at p_out, world frame."""
 DRIVE_EFFORT = Operand("drive_effort", 1, 2, solved=True)
-"""Effort of the drive of a freedom on the outboard part, N or N·m."""
+"""Effort on the outboard part by the drive of a freedom, N or N·m."""
 DEVICE_EFFORT = Operand("device_effort", 1, 3)
-"""Effort of one device of a freedom on the outboard part, N or N·m."""
+"""Effort on the outboard part by one device of a freedom, N or N·m."""
 LATCH_HOOK = Operand("latch_hook", 1, 2)
-"""Tooth under the hook of a freedom's latch; 0: up."""
+"""Number of the tooth that the hook of a freedom's latch is on, from 1; 0: the hook is up."""
 COUPLING_MULTIPLIER = Operand("coupling_multiplier", 1, 1, solved=True)
-"""Multiplier of the row of a coupling."""
+"""Lagrange multiplier of a coupling's constraint row, N or N·m."""
 
 FRICTION_MULTIPLIER = Operand("friction_multiplier", 1, 2, solved=True)
-"""η along a freedom, on the inboard part, N or N·m."""
+"""Friction multiplier η along a freedom, on the inboard part, N or N·m."""
 BRISTLE_STATE = Operand("bristle_state", 1, 2)
 """State of a bristle law along a freedom."""
 BRISTLE_SCALE = Operand("bristle_scale", 1, 1)
@@ -83,7 +89,7 @@ BRISTLE_SCALE = Operand("bristle_scale", 1, 1)
 PAIR_STATE = Operand("pair_state", 1, 1)
 """Sliding state of a friction pair."""
 FRICTION = Operand("friction", 0, 1)
-"""``FrictionTerms`` of a joint: its element, and its laws and numbers as expressions."""
+"""``FrictionTerms`` of a joint: the element, and its laws and parameters as expressions."""
 CONTACT_REACTION = Operand("contact_reaction", 0, 1, solved=True)
 """All components of f_c and m_c of a joint with friction, in the order of ``everything``."""
 JOINT_RATES = Operand("joint_rates", 0, 1)
@@ -92,16 +98,16 @@ JOINT_MULTIPLIERS = Operand("joint_multipliers", 0, 1, solved=True)
 """η of all freedoms of a joint."""
 
 LOAD_ENDS = Operand("load_ends", 36, 1)
-"""Pair of ``Motion`` of the two bodies that a load joins."""
+"""The ``Motion`` of each of the two bodies that a load joins."""
 SPRING_NUMBERS = Operand("load_numbers", 9, 1)
-"""Stiffness, damping, free length; points on the first and second body (3 each)."""
+"""Parameters of a spring-damper: stiffness, damping, free length, then the points on the first and second body (3 each)."""
 BUSHING_NUMBERS = Operand("load_numbers", 36, 1)
-"""Stiffness and damping (12), points (3 each) and frames (9 each) on the first and second body."""
+"""Parameters of a bushing: stiffness and damping (12), then points (3 each) and frames (9 each) on the first and second body."""
 
 ENERGIES = Operand("energies", 2, 0)
 """Kinetic and potential energy, J."""
 WORK = Operand("work", 1, 1)
-"""Integral of the power of this name, J (``names_of_powers``)."""
+"""Time integral of one power, J. The subject's key is the power's name (``names_of_powers``)."""
 DRIVE_WORK = Operand("drive_work", 1, 0)
 """Work of all drives, J."""
 LOAD_WORK = Operand("load_work", 1, 0)
@@ -109,4 +115,4 @@ LOAD_WORK = Operand("load_work", 1, 0)
 TAKEN_WORK = Operand("taken_work", 1, 0)
 """Work of friction and dampers, J (≤ 0)."""
 RUNTIME_VALUES = Operand("runtime_values", EXTRA.numbers, 0)
-"""Values that only the runtime knows (record ``tr_extra``)."""
+"""Values that the runtime computes (record ``tr_extra``)."""

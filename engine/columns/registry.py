@@ -1,4 +1,4 @@
-"""All kinds of output columns, in the order of a result. A new kind is a file in ``kinds`` and one line of FILES."""
+"""All kinds of output columns, in the order of a result. A new kind needs a file in ``kinds`` and a line in FILES."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ CONTACT = REGISTRY["contact"]
 
 
 def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
-    """All subjects of all kinds in a system, in the order of a result: bodies, joints, couplings, loads, the system. The kinds of
-    an item follow each other; those with ``SubjectType.by_freedom`` alternate by freedom."""
+    """All (kind, subject) pairs of a system, in the order of a result: bodies, joints, couplings, loads, the system. All kinds of
+    one item follow each other. Consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
     for scope, kinds in groupby(REGISTRY.values(), key=lambda kind: kind.of.scope):
         runs = [(by, list(run)) for by, run in groupby(kinds, key=lambda kind: kind.of.by_freedom)]
         for number, item in enumerate(items(system, scope)):
@@ -55,7 +55,8 @@ def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
 
 
 def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int | None]]:
-    """Columns of a subject: number of the quantity, item (None: a single one) and component (None: a scalar), from 0."""
+    """For each column of a subject: indices of the quantity, the item (None if the kind does not repeat) and the component (None
+    for a scalar). Indices count from 0."""
     for item in range(kind.repeats(s)) if kind.repeats else (None,):
         for number, q in enumerate(kind.quantities):
             if q.given(s):
@@ -63,7 +64,8 @@ def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int |
 
 
 def reference() -> Iterator[tuple[str, str, str]]:
-    """(name, unit, description) of every column as references print it, names of subjects in capitals: ``BODY.position[K]``."""
+    """(name, unit, description) of every column for the printed reference. Words of subjects are placeholders in capitals:
+    ``BODY.position[COMPONENT]``."""
     for kind in REGISTRY.values():
         words = {w: w.upper() for w in (*kind.of.words, ITEM, COMPONENT)}
         for q in kind.quantities:

@@ -1,4 +1,5 @@
-"""Subjects of columns: bodies, joints, freedoms, contacts, loads, the system; each with words for names and units."""
+"""Subjects of columns: bodies, joints, freedoms, loads, the system. Each subject has words to fill the templates of names and
+units."""
 
 from __future__ import annotations
 
@@ -11,14 +12,19 @@ from trunnion.elements.joints import JointKind
 from trunnion.system.structure.bodies_and_joints import Body, Joint, Load, System
 
 UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}
-"""Units of coordinates."""
+"""Unit of each kind of coordinate."""
 DEVICES = {"spring": "spring", "damping": "damper", "stop": "end_stop", "effort": "effort", "motor": "motor", "latch": "latch"}
-"""Devices of a freedom by field, and their words in column names."""
+"""For each device of a freedom: the field of the device, and the word in column names."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """key: unique in its system. words: for templates. data: the body, joint, load or system. freedom: of the joint."""
+    """What a set of columns describes.
+
+    key       unique among the subjects of one type in a system.
+    words     {word: text} to fill the templates of names, units and descriptions.
+    data      the body, joint, load or system.
+    freedom   index of the joint's freedom, from 0."""
 
     key: tuple
     words: dict[str, str]
@@ -28,8 +34,13 @@ class Subject:
 
 @dataclass(frozen=True)
 class SubjectType:
-    """scope: items of a system ("bodies", "joints", "ties", "loads", "system"). words: of every subject. found: subjects of one
-    item, from its number and the item. by_freedom: consecutive kinds of this type alternate from freedom to freedom."""
+    """A type of subjects.
+
+    name         phrase for messages.
+    scope        the items of a system that have such subjects ("bodies", "joints", "ties", "loads", "system").
+    words        the words that every subject of this type has.
+    found        function of an item's index and the item that yields the item's subjects.
+    by_freedom   whether consecutive kinds with this flag are sorted by freedom (see ``registry.subjects``)."""
 
     name: str
     scope: str
@@ -44,7 +55,7 @@ def items(system: System, scope: str) -> list[Any]:
 
 
 def _units(kind: JointKind, freedom: int) -> dict[str, str]:
-    """Units of displacement and effort along a freedom: rad and N·m where it turns, m and N where it slides."""
+    """Units of displacement and effort along a freedom: rad and N·m for a rotation, m and N for a translation."""
     return {"displacement": "rad", "effort": "N*m"} if kind.turns(freedom) else {"displacement": "m", "effort": "N"}
 
 
@@ -111,12 +122,12 @@ def _system(_: int, system: System) -> Iterator[Subject]:
 
 
 def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
-    """Freedoms along which friction acts; those that turn are counted."""
+    """Freedoms along which friction acts. Column names number the rotational freedoms, from 1."""
     turn = 0
     for k in range(j.kind.nv) if j.friction else ():
         assert j.friction is not None
         if k in CONTACTS[j.friction.contact].bound:
-            continue  # no friction: it is in the contacts' forces
+            continue  # the contact forces include the friction along this freedom
         turns = j.kind.turns(k)
         turn += turns
         words = {"what": "torque", "place": f"torque[{turn}]"} if turns else {"what": "force", "place": "force"}

@@ -33,12 +33,13 @@ NAVIGATION = {
     "Models": ["models/README", "models/**"],
     "Development": ["CONTRIBUTING", "CHANGELOG", "engine/README", "engine/**", "tests/benchmarks/**"],
 }
-"""Caption of each part of the navigation, and its pages in order; a page stands where it is named first."""
+"""{caption of a part of the navigation: its pages, in order}. A page that matches several patterns appears at its first match."""
 FIRST_PAGE = '<!doctype html><meta http-equiv="refresh" content="0; url=README.html"><title>Trunnion</title>\n'
 
 
 def add_navigation(app: Sphinx, page: str, text: list[str]) -> None:
-    """Append the tree of pages to the first page's text: repository viewers would show it as code."""
+    """Append the table of contents to the first page's text. The README does not contain it, because repository viewers would show
+    it as code."""
     if page == root_doc:
         for caption, pages in NAVIGATION.items():
             entries = "\n".join(f"/{p}" for p in pages)
@@ -46,12 +47,12 @@ def add_navigation(app: Sphinx, page: str, text: list[str]) -> None:
 
 
 def write_first_page(app: Sphinx, error: Exception | None) -> None:
-    """Write ``index.html``, which leads to the README."""
+    """Write ``index.html``, which redirects to the README's page."""
     if error is None and app.builder.format == "html":
         Path(app.outdir, "index.html").write_text(FIRST_PAGE, encoding="utf-8")
 
 
 def setup(app: Sphinx) -> None:
-    """Register both steps with Sphinx."""
+    """Register ``add_navigation`` and ``write_first_page`` with Sphinx."""
     app.connect("source-read", add_navigation)
     app.connect("build-finished", write_first_page)

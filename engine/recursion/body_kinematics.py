@@ -30,7 +30,7 @@ class Motion:
 
 
 class Pose(NamedTuple):
-    """Pose of a joint: its frames Ein, Eout in the world (3×3), s = p_out − p_in (3), m."""
+    """Pose of a joint: inboard and outboard joint frame Ein, Eout in the world (3×3), and s = p_out − p_in (3), m."""
 
     Ein: SX
     Eout: SX
@@ -41,9 +41,13 @@ class Pose(NamedTuple):
 class Step:
     """Step from body j over tree joint i to body i (1)–(14).
 
-    Ein, Eout: inboard and outboard joint frame in the world (3×3). s = p_out − p_in in the world (3); ``travel``: in the inboard
-    frame. lever = r_i − r_j (3). Pi: columns of Π of the free freedoms (6×n). w (6): (14), with prescribed accelerations. rates
-    and coordinates: of all freedoms, also prescribed ones."""
+    Ein, Eout    inboard and outboard joint frame in the world (3×3).
+    s            p_out − p_in in the world (3), m; ``travel`` is the same vector in the inboard joint frame.
+    lever        r_i − r_j (3), m.
+    Pi           columns of Π for the free freedoms (6×n).
+    w            (14), with the accelerations of prescribed freedoms (6).
+    rates        of all freedoms, free and prescribed.
+    coordinates  of all freedoms, free and prescribed."""
 
     joint: Joint
     Ein: SX
@@ -61,7 +65,7 @@ GROUND_MOTION = Motion(SX.eye(3), zeros(3), zeros(3), zeros(3))
 
 
 def axes_of(sym: Symbols, frame: Leaves) -> SX:
-    """A joint frame in its body (3×3) from 9 row-major numbers."""
+    """A joint frame in its body (3×3), from 9 row-major values."""
     return matrix([[sym.leaf(x) for x in frame[k : k + 3]] for k in (0, 3, 6)])
 
 
@@ -71,7 +75,7 @@ def axis_world(axis: Axis, Ein: SX, Eout: SX) -> SX:
 
 
 def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
-    """Motion of the body that tree joint j carries, from the inboard body's; and the joint's step."""
+    """Motion of the body that tree joint j carries, and the step over j. parent: motion of the body where the step starts."""
     q, rates = sym.coordinates(j), sym.rates(j)
     pitch = sym.leaf(j.pitch) / (2 * ca.pi) if j.pitch is not None else SX(1)
     Rq = matrix(j.kind.rotation(q, ca))
@@ -107,18 +111,18 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
-    """All turning axes of a joint (``rot``) or all sliding ones, each with its freedom."""
+    """(freedom, axis) of all rotation axes of a joint if ``rot``, else of all translation axes."""
     return [(k, a) for k, axes in enumerate(j.kind.axes) for a in axes if a.rot == rot]
 
 
 def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
-    """A sliding axis in the world; that of a screw times travel per angle."""
+    """A translation axis in the world. The axis of a screw is multiplied by the travel per angle."""
     v = axis_world(a, Ein, Eout)
     return v * pitch if a.by_pitch else v
 
 
 def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) -> SX:
-    """Column k of Π (7), [P^s; P^r]; backward [−P^s + P^r × s; −P^r]."""
+    """Column k of Π (7): [P^s; P^r] for a forward step, [−P^s + P^r × s; −P^r] for a backward step."""
     top, bottom = zeros(3), zeros(3)
     for a in j.kind.axes[k]:
         v = axis_world(a, Ein, Eout)
@@ -135,11 +139,11 @@ def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) ->
 
 
 def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -> SX:
-    """σ (10) of the outboard part relative to the inboard one: the sum over turning axes of (ω of the part that carries the axis)
-    × axis · rate.
+    """σ (10) of the outboard part relative to the inboard part: the sum of ω_c × (axis · rate) over all rotation axes, where ω_c is
+    the angular velocity of the part that carries the axis.
 
-    inner, outer: ω of the body where the step starts, and of the body where it ends. A single axis is fixed in both parts, so that
-    ω of the first serves."""
+    inner: ω of the body where the step starts; outer: ω of the body where the step ends. A single rotation axis is fixed in both
+    parts, so that inner gives the same result as outer."""
     omega = {"in": inner if j.forward else outer, "out": outer if j.forward else inner}
     out = zeros(3)
     for k, a in _axes(j, True):
@@ -149,17 +153,17 @@ def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -
 
 
 def _gamma(j: Joint, parent: SX, child: SX, d: SX, s: SX, slide: SX, sigma: SX) -> SX:
-    """γ of (14), by (12) with the rotation centre at p_i; backward: its mirror image."""
+    """γ of (14): by (12) with the rotation centre at p_i for a forward step, by the inverse motion for a backward step."""
     if j.forward:
         return cross(parent, cross(parent, d + s)) + 2 * cross(parent, slide)
     return cross(parent, cross(parent, d)) - 2 * cross(child, slide) + cross(sigma, s) - cross(child, cross(child, s))
 
 
 def point_motion(m: Motion, lever: SX) -> tuple[SX, SX]:
-    """Position and velocity (world, 3 each) of the point at ``lever`` from a body's reference origin."""
+    """Position and velocity (world, 3 each) of a body's point. lever: vector from the reference origin to the point, world."""
     return m.r + lever, m.rdot + cross(m.omega, lever)
 
 
 def motions_of(motions: Sequence[Motion] | Mapping[int, Motion], bodies: Sequence[int]) -> tuple[Motion, ...]:
-    """Motions of some bodies; the ground may be among them."""
+    """The motion of each of the given bodies, which may include the ground."""
     return tuple(GROUND_MOTION if b == GROUND else motions[b] for b in bodies)

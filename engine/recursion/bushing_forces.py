@@ -1,8 +1,8 @@
-"""Bushings: stiffness and damping in all six directions between two bodies, in axes of the first (theory, "Bushings").
+"""Bushings: stiffness and damping in all six directions between two bodies, in axes of the first body (theory, "Bushings").
 
-E: the first body's axes; δ = Eᵀ(x_b − x_a); Q = Eᵀ E_b. The force on the second body is −(K δ + C δ̇). Its torque is the gradient
-of Σ 2 k_i v_i², where v is the vector part of Q's quaternion. Products of v with the scalar part are entries of Q, so that no
-division or sign is needed."""
+E and E_b are the bushing's axes on the first and second body, δ = Eᵀ(x_b − x_a) and Q = Eᵀ E_b. The force on the second body is
+−(K δ + C δ̇). The elastic torque on the second body is minus the gradient of Σ 2 k_i v_i², where v is the vector part of Q's
+quaternion. All products in this gradient are sums of entries of Q, so that neither a division nor the quaternion's sign matters."""
 
 from __future__ import annotations
 
@@ -17,16 +17,20 @@ from trunnion.recursion.vector_algebra import SX, cross, row_major
 from trunnion.system.structure.bodies_and_joints import GROUND, Load
 
 SMALL = 1e-20
-"""Square of a quaternion's vector part; below it the angle is twice the vector's length to the last digit."""
+"""Squared norm of a quaternion's vector part. Below this value, the rotation angle equals twice the norm to the last digit."""
 
 
 @dataclass
 class Bushing:
-    """State of a bushing, in its axes on the first body unless stated.
+    """State of a bushing. Vectors are in the bushing's axes on the first body, unless stated otherwise.
 
-    offset, rate: second point from the first, m, and its rate. turn: rotation vector of the second body, rad. spin: its angular
-    velocity relative to the first. force, torque: on the second body at its point. world: both in the world. levers: from the
-    bodies' origins to the second point. potential, J. taken: power of the damping, W (≤ 0)."""
+    offset, rate    vector from the first to the second point, m, and its time derivative.
+    Q               rotation of the second body relative to the first (3×3); ``turn`` is its rotation vector.
+    spin            angular velocity of the second body relative to the first, rad/s.
+    force, torque   on the second body at the second point, N and N·m; ``world`` holds both in the world frame.
+    levers          from the origin of each body to the second point, world frame, m.
+    potential       elastic energy, J.
+    taken           power of the damping, W (≤ 0)."""
 
     offset: SX
     rate: SX
@@ -41,7 +45,7 @@ class Bushing:
 
     @property
     def turn(self) -> SX:
-        """Rotation vector of the second body, rad."""
+        """Rotation vector of the second body relative to the first, rad."""
         w, *v = to_quaternion([[self.Q[r, c] for c in range(3)] for r in range(3)], ca)
         square = v[0] ** 2 + v[1] ** 2 + v[2] ** 2
         size = ca.sqrt(ca.fmax(square, SMALL))
@@ -54,14 +58,14 @@ class Bushing:
 
 
 def bushing(sym: Symbols, motions, load: Load) -> Bushing:
-    """State of a bushing. motions: of the bodies by number."""
+    """State of a bushing. motions: the motion of each body, by body index."""
     a, b = motions_of(motions, load.bodies)
     return bushing_state((a, b), sym.leaves(load.leaves))
 
 
 def bushing_state(ends: tuple[Motion, Motion], numbers: SX) -> Bushing:
-    """State of a bushing from the motions of its two bodies and its numbers (``Load.leaves``): stiffness and damping (12), points
-    (3 each), frames (9 each, row-major)."""
+    """State of a bushing. ends: motions of the two bodies. numbers: parameters (``Load.leaves``), which are stiffness and damping
+    (12), points (3 each) and frames (9 each, row-major)."""
     a, b = ends
     k, c, turning, slowing = (numbers[i : i + 3] for i in (0, 3, 6, 9))
     arm_a, arm_b = a.R @ numbers[12:15], b.R @ numbers[15:18]
@@ -79,7 +83,7 @@ def bushing_state(ends: tuple[Motion, Motion], numbers: SX) -> Bushing:
 
 
 def wrenches_of(state: Bushing, load: Load) -> list[tuple[int, SX]]:
-    """Wrenches on its bodies at their reference origins (6×1 each), without the ground."""
+    """(body, wrench on the body at its reference origin, 6×1) for each body of the bushing except the ground."""
     force, torque = state.world
     return [
         (body, ca.sparsify(ca.vertcat(sign * force, sign * (torque + cross(lever, force)))))
@@ -89,12 +93,12 @@ def wrenches_of(state: Bushing, load: Load) -> list[tuple[int, SX]]:
 
 
 def _square(Q: SX, i: int) -> SX:
-    """4 v_i² of a rotation."""
+    """4 v_i² from the diagonal of Q."""
     return 1 + 2 * Q[i, i] - Q[0, 0] - Q[1, 1] - Q[2, 2]
 
 
 def _gradient(Q: SX, k: SX) -> SX:
-    """2 (w K v + v × K v), by 4 w v_1 = Q_32 − Q_23 and 4 v_2 v_3 = Q_32 + Q_23."""
+    """The gradient 2 (w K v + v × K v), by 4 w v_1 = Q_32 − Q_23 and 4 v_2 v_3 = Q_32 + Q_23; w: the quaternion's scalar part."""
     rows = []
     for i in range(3):
         j, n = (i + 1) % 3, (i + 2) % 3

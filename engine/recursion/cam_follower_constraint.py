@@ -1,7 +1,7 @@
-"""Constraint of a cam follower (theory, "Cams"): a point stays on a curve, or a face on a cam.
+"""Constraint of a cam follower (theory, "Cams"): a point of the follower stays on a curve of the cam, or a face touches the cam.
 
-k is the contact normal; x are the arms of the contact force from both parts' origins. The rate of the row is k·(v_out − v_in); ξ
-is the rate's derivative at Ż = 0."""
+k is the contact normal; x are the arms of the contact force from the origins of both parts. The rate of the row is
+k·(v_out − v_in), with the velocities of both parts at the contact; ξ is the time derivative of this rate at Ż = 0."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from trunnion.recursion.vector_algebra import SX, cross
 
 @dataclass
 class Seen:
-    """A direction relative to the cam, with its rate: angle, length across the cam's axis; e2 and e3 of the frame in which angles
-    are measured (3 each)."""
+    """A vector v projected on the plane normal to the cam's axis: the vector to a follower's point, or the normal of its face.
+
+    angle, length   polar coordinates of v in that plane (rad; m or 1), with rates.
+    e2, e3          axes from which the angle is measured, world (3 each)."""
 
     angle: Moving
     length: Moving
@@ -26,14 +28,18 @@ class Seen:
 
 
 def bearing(sym: Symbols, c: Cut) -> SX:
-    """Angle at which a cam's curve is read, rad, within ±π."""
+    """Angle at which the cam's curve is evaluated, rad, within ±π."""
     return _seen(sym, c).angle[0]
 
 
 @dataclass
 class Touch:
-    """Contact of a follower with a cam. phi: distance from the curve. n, t: normal towards the follower, and sliding direction.
-    arm_in, arm_out: arms of the force from both parts' origins. All have rates. frame: the cam's axis, n and t (3×3)."""
+    """Contact of a follower with a cam.
+
+    phi               distance of the follower from the curve, m.
+    n, t              unit vectors with rates: normal towards the follower, and sliding direction.
+    arm_in, arm_out   arms of the contact force from the origins of both parts, with rates, m.
+    frame             columns: the cam's axis, n, t (3×3)."""
 
     phi: SX
     n: Moving
@@ -44,8 +50,10 @@ class Touch:
 
 
 def following_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX]:
-    """Row of a cut joint whose outboard part follows a cam; its freedom (sliding of the follower along the cam) as a row with
-    rate, wrenches and ξ only; contact frame in the world: cam's axis, normal towards the follower, sliding direction (3×3)."""
+    """For a cut joint whose outboard part follows a cam: the constraint row, the freedom and the contact frame.
+
+    The freedom is sliding of the follower along the cam, as a row of which only rate, wrenches and ξ are used. The columns of the
+    frame (3×3, world) are the cam's axis, the normal towards the follower and the sliding direction."""
     seen = _seen(sym, c)
     curve = sym.curve(c.joint, seen.angle[0])
     at = (_point if c.joint.kind.follows == "point" else _face)(sym, c, seen, curve)
@@ -70,7 +78,7 @@ def _seen(sym: Symbols, c: Cut) -> Seen:
 
 
 def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
-    """Frame with the cam's e1, and e2 at an angle in the cam; e2 and e3 with rates."""
+    """Contact frame (e1 of the cam, n, t), with n at the given angle from ``seen.e2`` in the cam; then n and t with rates."""
     a = c.Ein[:, 0]
     cosine, sine = ca.cos(angle[0]), ca.sin(angle[0])
     n, t = cosine * seen.e2 + sine * seen.e3, cosine * seen.e3 - sine * seen.e2
@@ -79,8 +87,8 @@ def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
 
 
 def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
-    """Contact of a point whose distance from the cam's axis is a function of its angle. A roller around the point touches nearer
-    to the axis."""
+    """Contact of a point with the cam. The curve gives the point's distance from the cam's axis as a function of its angle. A
+    roller around the point touches the cam at the roller's radius from the point, opposite to n."""
     (angle, turned), (length, spread), (r, slope, bend) = seen.angle, seen.length, curve
     square = length * length + slope * slope
     lean = (ca.atan2(slope, length), (bend * turned * length - slope * spread) / square)
@@ -94,8 +102,8 @@ def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
 
 
 def _face(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
-    """Contact of a flat face whose distance from the cam's axis is a function h of its normal's angle. The contact lies dh/dangle
-    away from the axis."""
+    """Contact of a flat face with the cam. The curve gives the distance h of the face from the cam's axis as a function of the
+    angle of the face's normal n. The contact lies at h n + (dh/dangle) t from the axis."""
     (h, slope, bend), turned = curve, seen.angle[1]
     E, n, t = _frame(c, seen, seen.angle)
     foot = h * n[0] + slope * t[0]

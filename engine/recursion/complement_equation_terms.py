@@ -1,7 +1,7 @@
 """Terms of the complement equations η = law(N(η)) (theory, "Complement equations"), joint by joint.
 
-For each joint with friction: the reaction components that its contact forms need, rates and accelerations of its freedoms, its law
-with its numbers."""
+For each joint with friction: the reaction components that the contact forms need, rates and accelerations of the freedoms, and the
+friction law with its parameters."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from trunnion.system.structure.friction_joint_indices import Element, elements
 
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
-    """The needed components of f_c, m_c of an element as affine maps (n×columns), or as numbers (n×1) with ``combine``."""
+    """The components of f_c, m_c that an element needs: affine maps (n×columns), or values (n×1) if ``combine`` is given."""
     if not e.needs:
         return SX(0, 1 if combine is not None else m.columns)
     f, t = on_pin(m, acc, e.joint, combine)
@@ -37,12 +37,12 @@ def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None =
 
 
 def joint_rates(m: Model, j: Joint) -> list[SX]:
-    """Rates of all freedoms of a joint, tree or cut."""
+    """Rates of all freedoms of a tree or cut joint."""
     return cutting.rates(m.cut(j)) if j.cut else m.steps[j.child].rates
 
 
 def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
-    """Affine maps of a joint's accelerations q̈ (freedoms×columns), driven freedoms included."""
+    """Affine maps (freedoms×columns) of the accelerations q̈ of all freedoms of a joint, including driven freedoms."""
     columns = acc.Zdot[0].size2() if acc.Zdot else 1
     out = zeros(j.kind.nv, columns)
     if not j.cut:
@@ -66,7 +66,7 @@ def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
 
 
 def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
-    """The law at each friction pair of an element. states: of all laws; default: the symbols'."""
+    """The law of each friction pair of an element. states: bristle states of all laws; default: ``sym.b``."""
     law, b = LAWS[e.friction.law], sym.b if states is None else states
     index = {eta: i for i, eta in enumerate(sym.system.bristles)}
     return [law(numbers(sym, e), sym.mode(s.flag), [b[index[i]] for i in s.eta if i in index]) for s in e.friction.sliders]
@@ -74,7 +74,7 @@ def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
 
 @dataclass
 class FrictionTerms:
-    """Friction of a joint: laws of its pairs, numbers of element and laws by name."""
+    """Friction of a joint: the element, the law of each friction pair, and the parameters of element and law by name."""
 
     element: Element
     laws: list[Law]
@@ -82,7 +82,7 @@ class FrictionTerms:
 
 
 def friction_terms(sym: Symbols, e: Element) -> FrictionTerms:
-    """Friction of an element."""
+    """The element, laws and parameters of a joint with friction."""
     return FrictionTerms(e, laws(sym, e), numbers(sym, e))
 
 
@@ -97,7 +97,8 @@ def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
 
 
 def by_loads(values: SX, e: Element, N: SX) -> SX:
-    """∂values/∂N, dense. N: the element's needed components. A span counts as constant: no multiplier changes it."""
+    """∂values/∂N, dense. N: the components that the element needs. The derivative with respect to a span is set to 0, because no
+    multiplier changes a span."""
     out = ca.densify(ca.jacobian(values, N))
     if SPAN in e.needs:
         out[:, e.needs.index(SPAN)] = 0
@@ -105,8 +106,8 @@ def by_loads(values: SX, e: Element, N: SX) -> SX:
 
 
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
-    """Numbers of an element (sizes, law) by name. Numbers that follow time or an input are cut off at zero; then static friction
-    is at least sliding friction."""
+    """Parameters of an element (sizes, law) by name. Parameters that depend on time or an input are limited to values ≥ 0. If the
+    element has such parameters, static friction is raised to at least sliding friction."""
     out = {n: ca.fmax(sym.load(x), 0) if isinstance(x, Signal) else sym.leaf(x) for n, x in e.friction.numbers}
     if e.friction.varies and "mu_static" in out:
         out["mu_static"] = ca.fmax(out["mu_static"], out["mu"])
@@ -114,6 +115,6 @@ def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
 
 
 def wrench(e: Element, values: SX) -> Wrench:
-    """A Wrench of the element's components, which are in the order of ``needs``."""
+    """``Wrench`` of an element. values: the components that the element needs, in the order of ``needs``."""
     assert set(e.needs) <= {*COMPONENTS, SPAN}
     return Wrench({n: values[k] for k, n in enumerate(e.needs)}, e.joint.fit.sign)

@@ -14,14 +14,18 @@ from trunnion.recursion.vector_algebra import SX, cross, zeros
 from trunnion.system.structure.bodies_and_joints import Joint
 
 Moving = tuple[SX, SX]
-"""A vector (3) or a number, and its rate."""
+"""A vector (3) or a scalar, and its rate."""
 NOTHING: Moving = (zeros(3), zeros(3))
 
 
 @dataclass
 class Row:
-    """One constraint of a cut joint: residual φ, its rate, the row G on the inboard and outboard body (transposed, 6×1 each), and
-    ξ, the second rate of φ at Ż = 0. leader: in a coupling, the rows on the two bodies of the leading joint."""
+    """One constraint of a cut joint.
+
+    phi, rate     residual φ and its time derivative.
+    g_in, g_out   transposed rows G on the inboard and outboard body (6×1 each).
+    xi            ξ, the second time derivative of φ at Ż = 0.
+    leader        only in a coupling: transposed rows on the two bodies of the leading joint."""
 
     phi: SX
     rate: SX
@@ -32,14 +36,19 @@ class Row:
 
     @property
     def on(self) -> tuple[SX, ...]:
-        """The rows on all bodies of the constraint (``Joint.ends``)."""
+        """The transposed rows on all bodies of the constraint, in the order of ``Joint.ends``."""
         return (self.g_in, self.g_out, *(self.leader or ()))
 
 
 @dataclass
 class Cut:
-    """A cut joint in the world. Ein, Eout: frames (3×3). c_in, c_out: from each body's reference origin to the joint's point (3).
-    inb, out: motions of the two bodies. s = p_out − p_in (3). made: results of ``once``."""
+    """A cut joint in the world frame.
+
+    Ein, Eout     inboard and outboard joint frame (3×3).
+    c_in, c_out   vector from each body's reference origin to its joint point (3), m.
+    inb, out      motions of the two bodies.
+    s             p_out − p_in (3), m.
+    made          results of functions with the decorator ``once``, by function name."""
 
     joint: Joint
     Ein: SX
@@ -57,7 +66,7 @@ T = TypeVar("T")
 
 
 def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
-    """Decorator: build an expression of a cut joint at the first call, return the same one later."""
+    """Decorator: build an expression of a cut joint at the first call, and return the same expression at later calls."""
 
     @wraps(build)
     def kept(c: Cut) -> T:
@@ -70,15 +79,15 @@ def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
 
 @once
 def point_velocity(c: Cut) -> SX:
-    """Velocity of the outboard joint point relative to the inboard one."""
+    """Velocity of the outboard joint point relative to the inboard joint point."""
     return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
 
 
 def force_row(
     c: Cut, phi: SX, push: Moving, arm_in: Moving, arm_out: Moving, torque_in: Moving = NOTHING, torque_out: Moving = NOTHING
 ) -> Row:
-    """Row of a multiplier that pushes the outboard part along ``push`` and the inboard part back, at arms from their origins, and
-    applies torques to both."""
+    """Row of a multiplier λ with the force λ·push on the outboard part and −λ·push on the inboard part. Each force acts at its arm
+    from the part's origin. The multiplier also applies the torques λ·torque_in and λ·torque_out. phi: the residual."""
     (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = push, arm_in, arm_out
     velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
     bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)

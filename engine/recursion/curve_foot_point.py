@@ -10,11 +10,12 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.joint_couplings import ENDLESS, FOOT, NODES, WEIGHTS, Curve
 
 ROUNDS, STEPS = 3, 3
-"""Searches for the foot's piece, and Newton steps before each."""
+"""Number of searches for the piece that contains the foot, and number of Newton steps before each search."""
 
 
 def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
-    """Position and its first and second derivative (2 each) at a foot."""
+    """Position on the curve, m, and its first and second derivative with respect to the parameter (2 each). foot: the values of
+    ``joint_couplings.FOOT``."""
     x, both = foot[-1] - foot[0], (foot[2:6], foot[6:10])
     at = [a + x * (b + x * (c + x * d)) for a, b, c, d in both]
     way = [b + x * (2 * c + 3 * x * d) for _, b, c, d in both]
@@ -22,7 +23,8 @@ def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
 
 
 def refine_foot(foot: Sequence[SX], p: SX) -> SX:
-    """Parameter of a point's foot after a step of Newton's method; beyond the centre of curvature, of Gauss–Newton."""
+    """Parameter of the foot of point p after one Newton step from ``foot``. Near and beyond the centre of curvature, where Newton's
+    slope is too small, the step is a Gauss–Newton step."""
     at, way, bend = evaluate_curve(foot)
     gap, square = p - at, ca.dot(way, way)
     slope: SX = square - ca.dot(gap, bend)
@@ -30,7 +32,7 @@ def refine_foot(foot: Sequence[SX], p: SX) -> SX:
 
 
 def arc_length(foot: Sequence[SX]) -> SX:
-    """Length along the curve up to a foot, m."""
+    """Arc length of the curve up to a foot, m."""
     half, out = 0.5 * (foot[-1] - foot[0]), foot[1]
     for x, weight in zip(NODES, WEIGHTS, strict=True):
         _, way, _ = evaluate_curve([*foot[:-1], foot[0] + half * (1 + x)])
@@ -39,12 +41,13 @@ def arc_length(foot: Sequence[SX]) -> SX:
 
 
 def find_foot(curve: Curve, p: SX) -> SX:
-    """The foot nearest to a point: Newton's method, started from the nearest foot on the pieces' chords."""
+    """The foot nearest to point p, by Newton's method. The start is the projection of p on the chord of a piece; of all pieces, the
+    projection is chosen whose curve point is nearest to p."""
     best, nearest = [SX(0)] * FOOT, SX(0)
     for k, piece in enumerate(curve.pieces):
         numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
         low, high = piece.start if k or curve.around else -ENDLESS, piece.end
-        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # the piece beyond an end is straight
+        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # an endless piece is straight: any h gives its chord
         chord = ca.vertcat(*(_chord(of, h) for of in (piece.e2, piece.e3)))
         begin = ca.vertcat(piece.e2[0], piece.e3[0])
         u = ca.fmin(ca.fmax(piece.start + ca.dot(p - begin, chord) / ca.dot(chord, chord), low), high)
@@ -65,12 +68,12 @@ def find_foot(curve: Curve, p: SX) -> SX:
 
 
 def _chord(of: Sequence[float], h: float) -> float:
-    """Mean slope of a cubic over h."""
+    """Mean slope over [0, h] of the cubic with coefficients ``of``."""
     return of[1] + h * (of[2] + h * of[3])
 
 
 def _with_piece(curve: Curve, u: SX) -> list[SX]:
-    """A parameter with the piece at this parameter; on a closed curve, within one turn."""
+    """The foot (``joint_couplings.FOOT``) at parameter u. On a closed curve, u is reduced to one period."""
     if curve.around:
         u = u - curve.around * ca.floor(u / curve.around)
     out = [SX(0)] * (FOOT - 1)

@@ -1,6 +1,7 @@
 """Constraint equations of cut joints (paper §4): residuals (46), (49), rows G (47), (50), ξ (48), (51), and rates.
 
-A transposed row is also the force column W^N (59), (61) of its multiplier. So S is symmetric (theory, "Cut joints")."""
+The transpose of a row G is the force column W^N (59), (61) of the row's multiplier. Therefore S is symmetric (theory, "Cut
+joints")."""
 
 from __future__ import annotations
 
@@ -21,9 +22,9 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.joint_couplings import Mimic
 
 FREEDOMS = "freedoms"
-"""Key in ``Cut.made``: freedoms of a bodiless joint, as rows."""
+"""Key in ``Cut.made`` of the freedoms of a bodiless joint, as rows."""
 ALONG = "along"
-"""Key in ``Cut.made``: coordinate of a point on a curve."""
+"""Key in ``Cut.made`` of the coordinate of a point along its curve."""
 
 
 def motion_of(motions: list[Motion], body: int) -> Motion:
@@ -32,7 +33,7 @@ def motion_of(motions: list[Motion], body: int) -> Motion:
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
-    """A cut joint with its constraint rows."""
+    """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
     made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
     if j.mimic is None:
         add_rows(sym, made)
@@ -45,7 +46,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
 
 
 def locate_cut(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
-    """A cut joint's frames and levers, from the motions of its inboard and outboard part."""
+    """Frames and levers of a cut joint, without rows. both: motions of the inboard and the outboard part."""
     inb, out = both
     Ein, Eout = ca.sparsify(inb.R @ axes_of(sym, j.inb_frame)), ca.sparsify(out.R @ axes_of(sym, j.out_frame))
     c_in, c_out = ca.sparsify(inb.R @ sym.leaves(j.inb_point)), ca.sparsify(out.R @ sym.leaves(j.out_point))
@@ -54,8 +55,8 @@ def locate_cut(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
 
 
 def add_rows(sym: Symbols, c: Cut) -> None:
-    """Add the constraint rows: travel rows, then turn rows; or the row of wheels or of a follower. For a follower Ein becomes the
-    contact frame."""
+    """Set the constraint rows of a cut joint: translational rows, then rotational rows, then the row of wheels or of a follower.
+    For a follower, Ein becomes the contact frame."""
     kind = c.joint.kind
     c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
     if kind.rolls:
@@ -73,15 +74,15 @@ def add_rows(sym: Symbols, c: Cut) -> None:
 
 @once
 def _centripetal(c: Cut) -> SX:
-    """Relative acceleration of the joint points at Ż = 0 of both bodies."""
+    """Relative acceleration of the joint points if Ż = 0 for both bodies."""
     return cross(c.out.omega, cross(c.out.omega, c.c_out)) - cross(c.inb.omega, cross(c.inb.omega, c.c_in))
 
 
 def _travel_row(c: Cut, k: int) -> Row:
     """Row of a translational constraint (49)–(51): no travel along an axis h.
 
-    h is an axis of the world if all three directions are constrained; else of the grounded part; else of the inboard part. Fewer
-    turning axes make shorter code."""
+    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the outboard part if this part is the
+    ground, else in the inboard part. An axis that does not rotate makes the generated code shorter."""
     vel, acc = point_velocity(c), _centripetal(c)
     if len(c.joint.kind.rows_s) == 3:
         h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out
@@ -101,7 +102,7 @@ def _travel_row(c: Cut, k: int) -> Row:
 
 
 def _turn_row(c: Cut, m: int, k: int) -> Row:
-    """Row of a rotational constraint (46)–(48): inboard axis m stays normal to outboard axis k."""
+    """Row of a rotational constraint (46)–(48): inboard axis m stays perpendicular to outboard axis k."""
     a, b = c.Ein[:, m], c.Eout[:, k]
     ab, rel = cross(a, b), ca.sparsify(c.inb.omega - c.out.omega)
     xi = ca.dot(rel, cross(cross(c.inb.omega, a), b) + cross(a, cross(c.out.omega, b)))
@@ -111,8 +112,8 @@ def _turn_row(c: Cut, m: int, k: int) -> Row:
 
 @once
 def rates(c: Cut) -> list[SX]:
-    """Rates of a cut joint's freedoms while the loop is closed: (ω_out − ω_in)·axis for rotations, relative velocity of the joint
-    points along the axis for translations."""
+    """Rates of a cut joint's freedoms, valid while the loop is closed. Rotation: (ω_out − ω_in)·axis. Translation: relative
+    velocity of the joint points along the axis."""
     if c.joint.kind.bodiless:
         return [f.rate for f in c.made[FREEDOMS]]
     turn = ca.sparsify(c.out.omega - c.inb.omega)
@@ -121,7 +122,7 @@ def rates(c: Cut) -> list[SX]:
 
 
 def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> Row:
-    """Row of a freedom that follows another. of: coordinate and rate of follower and leader."""
+    """Row of a coupling: q_follower = ratio · q_leader + offset. of: (coordinate, rate) of the follower and of the leader."""
     (q, v), (q_lead, v_lead) = of
     ratio = sym.leaf(m.ratio)
     (on_in, on_out), (lead_in, lead_out) = (axis_wrenches(c, 0) for c in (follows, leads))
@@ -131,10 +132,11 @@ def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m
 
 
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
-    """Wrenches on inboard and outboard body (6×1 at their origins) of a unit force along a freedom on the outboard part."""
+    """Wrenches on the inboard and outboard body (6×1 at their origins) of a unit effort that acts on the outboard part along a
+    freedom."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
-    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
+    a = c.joint.kind.axes[freedom][0]  # the second axis of a screw is the travel caused by the rotation
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
         w = ca.sparsify(ca.vertcat(zeros(3), h))
@@ -143,10 +145,10 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 
 
 def acceleration_bias(c: Cut, freedom: int) -> SX:
-    """Acceleration of a cut joint's freedom at Ż = 0 of both bodies. ``axis_wrenches`` transposed gives the part with Ż."""
+    """Acceleration of a cut joint's freedom if Ż = 0 for both bodies. The transposed ``axis_wrenches``, times Ż, give the rest."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].xi
-    a = c.joint.kind.axes[freedom][0]  # a screw's second one is the travel that goes with it
+    a = c.joint.kind.axes[freedom][0]  # the second axis of a screw is the travel caused by the rotation
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
     hdot = cross(carrier, h)
@@ -158,7 +160,7 @@ def acceleration_bias(c: Cut, freedom: int) -> SX:
 
 @once
 def coordinates(c: Cut) -> list[SX]:
-    """Coordinates of a cut joint while the loop is closed. Angles are within ±π; a quaternion's scalar part is ≥ 0."""
+    """Coordinates of a cut joint, valid while the loop is closed. Angles are within ±π; a quaternion's scalar part is ≥ 0."""
     if ALONG in c.made:
         return c.made[ALONG]
     rel, s = c.Ein.T @ c.Eout, c.Ein.T @ c.s

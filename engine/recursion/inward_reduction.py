@@ -1,6 +1,7 @@
-"""The inward pass (paper §3, §6): bodies are removed from the leaves to the ground and transfer inertia and forces inboard.
+"""The inward pass (paper §3, §6). Bodies are removed from the leaves of the tree to the ground, and each removed body transfers its
+inertia and forces to its inboard body.
 
-Forces are columns [known | λ | η], so that one pass gives the affine maps. Derivation: theory, "Reduction", and theory, "Cut
+Forces have the columns [known | λ | η], so that one pass gives their affine maps. Derivation: theory, "Reduction" and "Cut
 joints"."""
 
 from __future__ import annotations
@@ -33,9 +34,14 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 class Articulated:
     """Body i after all outboard bodies have been removed.
 
-    M11, M12, M22: blocks (3×3) of the mass matrix M̄, with the transferred inertia. F: forces F̄ (6×columns). ``project`` adds
-    terms of the joint's n free freedoms: MPi = M̄ Π (6×n), Mq = Πᵀ M̄ Π + rotor inertias (n×n), forces along them Fq = Πᵀ(F̄ − M̄
-    w) + Q (n×columns), and y = Mq⁻¹ Fq, their accelerations at rest of the inboard body."""
+    M11, M12, M22   blocks (3×3) of the mass matrix M̄, with the transferred inertia.
+    F               forces F̄ (6×columns).
+
+    ``project`` adds terms of the joint's n free freedoms:
+    MPi             M̄ Π (6×n).
+    Mq              Πᵀ M̄ Π + rotor inertias (n×n).
+    Fq              forces along the freedoms, Πᵀ(F̄ − M̄ w) + Q (n×columns).
+    y               Mq⁻¹ Fq, the accelerations of the freedoms if the inboard body has Ż = 0 (n×columns)."""
 
     M11: SX
     M12: SX
@@ -51,17 +57,20 @@ class Articulated:
         return solve_spd(self.Mq, b)
 
     def times(self, top: SX, bottom: SX) -> SX:
-        """M̄ times the motions [top; bottom] (3×columns each)."""
+        """M̄ times the matrix [top; bottom] (3×columns each)."""
         return ca.sparsify(ca.vertcat(self.M11 @ top + self.M12 @ bottom, self.M12.T @ top + self.M22 @ bottom))
 
 
 @dataclass
 class Model:
-    """Symbolic model of a system at one instant; motions, steps, bodies and Q have one entry per body.
+    """Symbolic model of a system at one instant. motions, masses, steps, bodies and Q have one entry per body.
 
-    masses: each body's own. steps: of each tree joint. Q: forces along the free freedoms of each tree joint (n×columns).
-    Constraint equations of all cut joints (90): S λ + Se η + g0 = 0, with S (m×m) = G_λ + G_q H^λ and Se (m×nη) = G_η + G_q H^η of
-    the paper."""
+    masses        mass of each body itself, without transferred inertia.
+    steps         step over the tree joint that carries the body.
+    Q             forces along the free freedoms of this joint (n×columns).
+    S, Se, g0     constraint equations of all cut joints (90): S λ + Se η + g0 = 0. In the paper's terms,
+                  S = G_λ + G_q H^λ (m×m) and Se = G_η + G_q H^η (m×nη).
+    made          results of ``once``, by function."""
 
     sym: Symbols
     motions: list[Motion]
@@ -77,7 +86,7 @@ class Model:
 
     @property
     def columns(self) -> int:
-        """Count of force columns: 1 known, one per λ, one per η."""
+        """Number of force columns: one for known forces, one per λ, one per η."""
         return 1 + self.sym.system.rows + self.sym.system.neta
 
     def cut(self, j: Joint) -> cutting.Cut:
@@ -85,19 +94,20 @@ class Model:
         return next(c for c in self.cuts if c.joint.name == j.name)
 
     def once(self, build: Callable[[Model], Any]) -> Any:
-        """``build(self)``, built once for the model and its reduction. For values that the reduction does not change."""
+        """``build(self)``, built once and shared by the model and its reduced copy. Only for values that the reduction does not
+        change."""
         if build not in self.made:
             self.made[build] = build(self)
         return self.made[build]
 
 
 def model(sym: Symbols) -> Model:
-    """Kinematics outward, then reduction inward."""
+    """The reduced model of a system: kinematics outward, then reduction inward."""
     return reduce_model(build_model(sym))
 
 
 def build_model(sym: Symbols) -> Model:
-    """The model before its reduction. It suffices where accelerations are known (``outward_accelerations.balance``)."""
+    """The model before reduction. If the accelerations are known, no reduction is needed (``outward_accelerations.balance``)."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []
@@ -117,14 +127,14 @@ def build_model(sym: Symbols) -> Model:
 
 
 def reduce_model(m: Model) -> Model:
-    """A copy of the model, reduced inward."""
+    """A reduced copy of the model."""
     made = replace(m, bodies=[replace(b) for b in m.bodies], Q=[_generalised(m, s) for s in m.steps])
     _reduce(made)
     return made
 
 
 def _bodies(m: Model) -> list[Articulated]:
-    """Every body before reduction: mass matrix and forces [F⁰ + F^a | W^N | W^F of cut joints]."""
+    """Every body before reduction: mass matrix, and force columns [F⁰ + F^a | W^N | W^F], where W^N and W^F are of cut joints."""
     sym, n = m.sym, m.columns
     loads = applied(sym, m.motions)
     out = []
@@ -139,7 +149,7 @@ def _bodies(m: Model) -> list[Articulated]:
 
 
 def _cut_columns(m: Model, c: cutting.Cut, bodies: list[Articulated]) -> None:
-    """Add a cut joint's force columns (71), (72) and its devices' forces to its bodies."""
+    """Add the force columns (71), (72) of a cut joint, and the forces of its devices, to the joint's bodies."""
     j = c.joint
     for k, row in enumerate(c.rows):
         for body, g in zip(j.ends, row.on, strict=True):
@@ -161,14 +171,14 @@ def _cut_columns(m: Model, c: cutting.Cut, bodies: list[Articulated]) -> None:
 
 
 def eta_column(m: Model, j, freedom: int) -> int:
-    """Force column of the friction multiplier of a freedom."""
+    """Index of the force column of a freedom's friction multiplier."""
     first = j.friction.eta[0]
     return 1 + m.sym.system.rows + first + freedom
 
 
 def _generalised(m: Model, step: Step) -> SX:
-    """Forces along the free freedoms of a tree joint (n×columns) on its outboard part: devices; −1 in the columns of its friction,
-    because η acts on the inboard part."""
+    """Forces on the outboard part of a tree joint along its n free freedoms (n×columns). Column 0 holds the forces of devices. The
+    entry of a freedom's own η is −1, because η acts on the inboard part."""
     j = step.joint
     Q = zeros(len(j.free), m.columns)
     forces = joint_forces(m.sym, step)
@@ -180,8 +190,8 @@ def _generalised(m: Model, step: Step) -> SX:
 
 
 def _reduce(m: Model) -> None:
-    """The inward pass (35)–(42), (78), (79): transfer each body's inertia and forces to its inboard body, and sum the constraint
-    equations (83)–(89)."""
+    """The inward pass (35)–(42), (78), (79): transfer the inertia and forces of each body to its inboard body, and sum up the
+    constraint equations (83)–(89)."""
     system = m.sym.system
     nl, ne = system.rows, system.neta
     lam, eta = slice(1, 1 + nl), slice(1 + nl, 1 + nl + ne)
@@ -214,7 +224,7 @@ def _reduce(m: Model) -> None:
 
 def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:
     """Compute the terms of the joint's freedoms (27)–(30): M̄ Π, M_q, F_q, y. turned: rotor inertias of the free freedoms (n×n),
-    part of M_q (theory, "Reduction")."""
+    which are added to M_q (theory, "Reduction")."""
     Pi = step.Pi
     b.MPi = ca.sparsify(b.times(Pi[:3, :], Pi[3:, :]))
     b.Mq = symmetric(Pi.T @ b.MPi + turned) if Pi.size2() else zeros(0, 0)
@@ -225,7 +235,7 @@ def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:
 
 
 def transferred_inertia(b: Articulated, lever: SX) -> tuple[SX, SX, SX]:
-    """ΔM (36) = Γᵀ(M̄ − M̄ Π Mq⁻¹ Πᵀ M̄)Γ with Γ = [E −l̃; 0 E]: inertia that the inboard body gains, as blocks."""
+    """Inertia that the inboard body gains (36), as blocks: ΔM = Γᵀ(M̄ − M̄ Π Mq⁻¹ Πᵀ M̄)Γ with Γ = [E −l̃; 0 E], l: lever."""
     V = b.solve(b.MPi.T)
     top, bottom = b.MPi[:3, :], b.MPi[3:, :]
     M11 = symmetric(b.M11 - top @ V[:, :3])
@@ -237,7 +247,7 @@ def transferred_inertia(b: Articulated, lever: SX) -> tuple[SX, SX, SX]:
 
 
 def _absorb(parent: Articulated, b: Articulated, lever: SX, handed: SX) -> None:
-    """Add a removed body's inertia and forces to its inboard body (40)–(42)."""
+    """Add the inertia and the transferred forces ``handed`` of the removed body b to its inboard body (40)–(42)."""
     M11, M12, M22 = transferred_inertia(b, lever)
     parent.M11 = symmetric(parent.M11 + M11)
     parent.M12 = ca.sparsify(parent.M12 + M12)

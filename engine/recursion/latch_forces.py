@@ -1,4 +1,4 @@
-"""Latches: force of the hook on a freedom; distance of the hook from falling and lifting (theory, "Latches")."""
+"""Latches: force of the hook on a freedom, and event functions for falling and lifting of the hook (theory, "Latches")."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ LIFTED = 0.5
 """Release value above which a hook is lifted."""
 
 SLACK = 5e-13
-"""A hook falls this early, m or rad, so that it catches a part that starts at the tooth. Half of the tolerance of stop ends."""
+"""Distance before the tooth at which a hook already falls, m or rad, so that it catches a part that starts at the tooth. This is
+half of the tolerance of end stops."""
 
 BEYOND = 2e-12
-"""When a hook falls, a tooth this near counts as passed, m or rad. Twice the tolerance of stop ends, so that no tooth is passed
-twice."""
+"""When a hook falls, a tooth counts as passed if it is within this distance, m or rad. This is twice the tolerance of end stops, so
+that no tooth is passed twice."""
 
 
 def tooth(sym: Symbols, x: Latch, hook: SX) -> SX:
-    """Position of the hook's tooth. hook: number of the tooth, from 1; 0: up, then the first."""
+    """Position of the tooth that the hook is on. hook: number of the tooth, from 1; 0 (hook up) gives the first tooth."""
     at = sym.leaf(x.at)
     return at + x.side * sym.leaf(x.pitch) * (ca.fmax(hook, 1) - 1) if toothed(x) else at
 
 
 def toothed(x: Latch) -> bool:
-    """Whether a latch may have several teeth. A constant pitch 0 means one."""
+    """Whether a latch may have several teeth. A constant pitch of 0 means a single tooth."""
     return not (isinstance(x.pitch, float) and x.pitch == 0.0)
 
 
 def force(sym: Symbols, x: Latch, flags: tuple[SX, SX], q: SX, rate: SX) -> SX:
-    """Force of a hook on the outboard part while it is down and pressed, as of an end stop."""
+    """Force of a hook on the outboard part while the hook is down and pressed, by the same law as for an end stop."""
     give = ca.fmax(1 - sym.leaf(x.damping) * x.side * rate, 0)
     return elastic(sym, x, flags, q) * give
 
@@ -42,7 +43,7 @@ def elastic(sym: Symbols, x: Latch, flags: tuple[SX, SX], q: SX) -> SX:
 
 
 def potential(sym: Symbols, x: Latch, flags: tuple[SX, SX], q: SX) -> SX:
-    """Energy of a pressed hook."""
+    """Elastic energy of a pressed hook, J."""
     return 0.5 * _pressed(x, flags) * sym.leaf(x.stiffness) * (tooth(sym, x, flags[0]) - q) ** 2
 
 
@@ -51,9 +52,11 @@ def _pressed(x: Latch, flags: tuple[SX, SX]) -> SX:
 
 
 def depths(sym: Symbols, x: Latch, hook: SX, q: SX, release: SX) -> tuple[SX, SX, SX]:
-    """(distance from falling of a hook that is up, or from lifting of one that is down: positive where it falls or stays; depth by
-    which the hook is pressed; how far the signal lifts the hook). For a hook that is up, the second is minus the number of the
-    tooth on which it would fall. The third alone has smooth zeros where the signal releases the hook, at which steps end."""
+    """Three event functions of a hook.
+
+    1. If the hook is up: positive where it falls. If the hook is down: positive where it stays down.
+    2. If the hook is up: minus the number of the tooth on which it would fall. If the hook is down: depth by which it is pressed.
+    3. Release signal minus LIFTED. Only this function has smooth zeros where the signal releases the hook; steps end there."""
     depth, lifted = x.side * (tooth(sym, x, hook) - q), release - LIFTED
     stays, falls = ca.fmin(-lifted, sym.leaf(x.holds) / sym.leaf(x.stiffness) - depth), ca.fmin(-lifted, SLACK - depth)
     first = ca.SX(1)

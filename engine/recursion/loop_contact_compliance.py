@@ -1,8 +1,8 @@
 """Contacts of joints on loops as springs (theory, "Redundant loops").
 
-All contacts of a joint have one radial stiffness; a face has the same stiffness along the axis. A row is a contact force over the
-root of its stiffness, so that the sum of squares is proportional to elastic energy. A joint without friction has contacts at a
-fraction of its parts' radius of gyration."""
+All contacts of a joint have the same radial stiffness; a face has this stiffness along the axis. A row is a contact force divided
+by the square root of the stiffness. The sum of the squared rows is therefore proportional to the elastic energy. The contacts of a
+joint without friction have an arm that is a fraction of the parts' radius of gyration."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of
 
 PART = 0.1
-"""Half length of the contacts of a joint without friction, over the radius of gyration of its parts."""
+"""Arm of the contacts of a joint without friction (``_arm``), divided by the radius of gyration of the joint's parts."""
 
 
 def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
-    """Spring forces of a joint, with friction as one of the forces: affine maps (rows×columns), or numbers (rows×1) with ``pick``
-    = [1; λ; η]."""
+    """Spring forces of a joint, where friction counts as one of the applied forces: affine maps (rows×columns), or values (rows×1)
+    if ``pick`` = [1; λ; η] is given."""
     return spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), *pose_of(m, j)[:2], _arm(m, j))
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
-    """Spring forces from force and torque on the outboard part (3×columns each) at p_out, s, the joint's frames and its arm."""
+    """Spring forces of a joint. f, t: force and torque on the outboard part at p_out (3×columns each). s, Ein, Eout: as in
+    ``Pose``. arm: the result of ``_arm``."""
     element = contact_of(j)
     drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
     if element is None:
@@ -50,24 +51,24 @@ def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, 
 
 
 def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
-    """Contact forces as rows, over the root of the joint's stiffness relative to the usual one."""
+    """The rows divided by the square root of the joint's stiffness relative to the usual stiffness."""
     return rows if j.stiffness is None else ca.sqrt(USUAL / sym.leaf(j.stiffness)) * rows
 
 
 def friction_change_rows(m: Model, e: Element, values: SX) -> SX:
-    """Change of a joint's first rows (rows×1) by friction, from its needed components of f_c, m_c."""
+    """Change of a joint's first rows (rows×1) by friction. values: the components of f_c, m_c that the element needs."""
     eta = [m.sym.eta[i] for i in e.eta]
     return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), eta)
 
 
 def complete_wrench(e: Element, values: SX) -> Wrench:
-    """A wrench of all six components, zero where the element needs none."""
+    """A wrench with all six components. Components that the element does not need are 0."""
     have = dict(zip(e.needs, [values[k] for k in range(values.numel())], strict=True))
     return Wrench({n: have.get(n, SX(0)) for n in (*COMPONENTS, *e.needs)}, e.joint.fit.sign)
 
 
 def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Change of the contact rows by friction η. Adams' friction has no contacts: no change."""
+    """Change of the contact rows by the friction η. The change is 0 for Adams' friction, which has no contacts."""
     without = e.contact.pressed(w, rates, [], g, [])
     if e.friction.adams:
         return SX.zeros(len(without))
@@ -76,7 +77,7 @@ def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: li
 
 
 def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
-    """A joint's own sizes, or those of a joint without friction."""
+    """The joint's own sizes if it has all that the element needs; else ``arm`` for every size."""
     own = {n: sym.leaf(x) for n, x in j.friction.numbers if not isinstance(x, Signal)} if j.friction else {}
     if all(label in own for s in element.sizes if s.needed and s.bears and not s.ends for label in s.labels):
         return own
@@ -84,15 +85,15 @@ def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[
 
 
 def _arm(m: Model, j: Joint) -> SX:
-    """Half length of the contacts of a joint without friction, m."""
+    """Half the length of the contacts of a joint without friction, m: PART × the radius of gyration of the joint's parts."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
     square = sum((spin(m, b) / m.sym.leaf(b.mass) for b in bodies), SX(0)) / len(bodies)
     return PART * ca.sqrt(square + NO_SIZE)
 
 
 def spin(m: Model, b: Body) -> SX:
-    """Half the trace of a body's inertia, kg m². For a point mass: m |c|², with c its distance from its joint, or from the other
-    joints if that is 0."""
+    """Half the trace of a body's inertia, kg m². For a point mass: mass × squared distance of the mass centre from the reference
+    origin. If that distance is 0: mass × the sum over the body's joints (``_spread``)."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):
@@ -110,7 +111,7 @@ def _spread(m: Model, b: Body) -> SX:
 
 
 def _along(j: Joint, k: int, f: SX, t: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
-    """Force times arm, or torque, along a driven freedom on the outboard part."""
+    """Force × arm for a translation, torque for a rotation, along a driven freedom k, on the outboard part."""
     axis = j.kind.axes[k][0]
     direction = (Ein if axis.side == "in" else Eout)[:, axis.index]
     return direction.T @ t if axis.rot else direction.T @ f * arm

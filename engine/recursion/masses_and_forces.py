@@ -1,6 +1,6 @@
 """Masses (16), velocity-dependent forces (17), applied forces F^a, and forces of devices along freedoms.
 
-Gravity is an acceleration −g of the ground (Ż_0). This costs nothing per body and leaves reactions unchanged."""
+Gravity is modelled as an acceleration −g of the ground (Ż_0). This needs no force on each body and does not change reactions."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Jo
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
-"""Motions by body index."""
+"""The motion of each body, by body index."""
 
 
 @dataclass
 class Mass:
-    """Mass matrix M = [M11 M12; M12ᵀ M22] of a body about its reference origin, in the world (3×3 blocks). m: mass, kg. rho: from
-    the origin to the mass centre (3), m."""
+    """Mass matrix M = [M11 M12; M12ᵀ M22] of a body about its reference origin, in the world (3×3 blocks). m: mass, kg. rho: vector
+    from the reference origin to the mass centre (3), m."""
 
     m: SX
     rho: SX
@@ -34,7 +34,7 @@ class Mass:
 
 
 def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
-    """Mass matrix of a body (16): M11 = m E, M12 = −m ρ̃, M22 = J about its reference origin; R: its orientation (3×3)."""
+    """Mass matrix of a body (16): M11 = m E, M12 = −m ρ̃, M22 = J about the reference origin. R: orientation of the body (3×3)."""
     m, c = sym.leaf(b.mass), sym.leaves(b.center)
     j = [sym.leaf(x) * m if b.per_mass else sym.leaf(x) for x in b.inertia]
     cc = [c[k] * c[k] for k in range(3)]
@@ -45,18 +45,18 @@ def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
 
 
 def velocity_force(mass: Mass, omega: SX) -> SX:
-    """F⁰ (17), 6×1: minus centrifugal force and gyroscopic torque. M12 = −m ρ̃ gives the first moment m ρ."""
+    """F⁰ (17) = [−ω × (ω × m ρ); −ω × M22 ω], 6×1. The first moment m ρ is taken from M12 = −m ρ̃."""
     first = -skew_to_vector(mass.M12)
     return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.M22 @ omega)))
 
 
 def skew_to_vector(a: SX) -> SX:
-    """The vector a of a matrix ã."""
+    """The vector a (3×1) of the skew-symmetric matrix ã."""
     return ca.sparsify(ca.vertcat(a[2, 1], a[0, 2], a[1, 0]))
 
 
 def ground_acceleration(sym: Symbols) -> SX:
-    """Ż_0 = [−g; 0], 6×1: gravity as an upward acceleration of the ground."""
+    """Ż_0 = [−g; 0], 6×1: gravity as an acceleration of the ground."""
     return ca.sparsify(ca.vertcat(-sym.leaves(sym.system.gravity), zeros(3)))
 
 
@@ -70,7 +70,7 @@ def applied(sym: Symbols, motions: Motions) -> list[SX]:
 
 
 def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Bodies on which a load acts, without the ground, each with the wrench at its reference origin (6×1)."""
+    """(body, wrench at the body's reference origin, 6×1) for each body on which a load acts, except the ground."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
     if load.kind == "bushing":
@@ -87,8 +87,11 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
 
 @dataclass
 class SpringLine:
-    """Line of a spring-damper between two points: length, m, and its rate; unit vector from the first to the second point; levers
-    of the points from their bodies' origins (3 each), world."""
+    """Line of a spring-damper between two points.
+
+    length, rate   distance of the points, m, and its rate.
+    unit           unit vector from the first to the second point, world.
+    levers         vector from each body's origin to its point (3 each), world, m."""
 
     length: SX
     rate: SX
@@ -97,7 +100,7 @@ class SpringLine:
 
 
 def spring_line(ends: Sequence[Motion], points: Sequence[SX]) -> SpringLine:
-    """The line between two points (body axes) of two bodies."""
+    """The line between two points, one on each of two bodies. ends: motions of the bodies. points: in body axes, m."""
     levers = [m.R @ p for m, p in zip(ends, points, strict=True)]
     (xa, va), (xb, vb) = (point_motion(m, lever) for m, lever in zip(ends, levers, strict=True))
     line = ca.sparsify(xb - xa)
@@ -112,7 +115,8 @@ def line_of(sym: Symbols, motions: Motions, load: Load) -> SpringLine:
 
 
 def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Wrenches of a spring-damper: force −(K (L − l0) + C L̇) along its line on the second body, opposite on the first."""
+    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇); that on the first body is
+    opposite."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     line = line_of(sym, motions, load)
     force = line.unit * (k * (line.length - free) + c * line.rate)
@@ -124,8 +128,8 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
-    """Force of spring, damper, stops, latch, effort and motor along a freedom, on the outboard part. Drives are reactions and
-    not included."""
+    """Sum of the forces of spring, damper, end stops, latch, effort and motor along a freedom, on the outboard part. The effort of
+    a drive is a reaction and is not included."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -143,13 +147,13 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
 
 
 def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
-    """Effort of a motor: stall (signal − rate/no_load). The signal shifts the line through stall and no-load."""
+    """Effort of a motor: stall · (signal − rate/no_load). The signal shifts the effort–rate line in parallel."""
     return sym.leaf(m.stall) * (signal - rate / sym.leaf(m.no_load))
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
-    """Force of a freedom's stops by Hunt and Crossley: stiffness·depth·(1 + damping·rate of depth), never negative. Events set the
-    flag of an engaged stop."""
+    """Force of a freedom's end stops by Hunt and Crossley: stiffness·depth·(1 + damping·rate of depth), but never a pull. Events
+    set the flag of an engaged stop."""
     out = SX(0)
     assert d.stop is not None
     for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
@@ -162,12 +166,13 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 
 def stop_push(damping: SX, sign: int, rate: SX) -> SX:
-    """Part of a stop's elastic force that acts. At 0 the stop releases a part that leaves faster than it; steps end there."""
+    """Factor of an end stop's elastic force. At 0 the stop releases the part, which then leaves faster than the stop expands; steps
+    end there."""
     return 1 - damping * sign * rate
 
 
 def joint_forces(sym: Symbols, step: Step) -> list[SX]:
-    """``device_force`` of every freedom of a tree joint."""
+    """The ``device_force`` along every freedom of a tree joint."""
     j = step.joint
     out = []
     for k, d in enumerate(j.devices):

@@ -1,4 +1,4 @@
-"""The outward pass (paper §6): accelerations and joint reactions, as affine maps in the multipliers or as numbers."""
+"""The outward pass (paper §6): accelerations and joint reactions, as affine maps of the multipliers or as values."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from trunnion.system.structure.bodies_and_joints import GROUND
 
 @dataclass
 class Accelerations:
-    """Affine maps in [1; λ; η], or numbers (one column).
+    """Accelerations and reactions as affine maps of [1; λ; η], or as values (a single column).
 
-    qdd: q̈ of each tree joint's free freedoms (n×columns). Zdot: Ż − [g; 0] of each body (6×columns); gravity is an acceleration
-    of the ground. N: reaction of its joint on each body at its origin (6×columns) (103)."""
+    qdd    q̈ of each tree joint's free freedoms (n×columns).
+    Zdot   Ż − [g; 0] of each body (6×columns), because gravity is an acceleration of the ground.
+    N      reaction on each body by the tree joint that carries it, at the body's origin (6×columns) (103)."""
 
     qdd: list[SX]
     Zdot: list[SX]
@@ -26,7 +27,8 @@ class Accelerations:
 
 
 def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Accelerations:
-    """The outward pass (96)–(102). combine (columns×1: [1; λ; η]): inserts the multipliers first, which costs one column."""
+    """The outward pass (96)–(102). combine = [1; λ; η] (columns×1): values of the multipliers, with which all results have a single
+    column. reactions: if false, N is zero."""
     n = m.columns if combine is None else 1
     pick = SX.eye(n) if combine is None else combine
     first = zeros(1, n)
@@ -47,8 +49,10 @@ def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Acce
 
 
 def balance(m: Model, qdd: SX, combine: SX) -> Accelerations:
-    """Ż and N of a model before reduction with known accelerations (nv×1, free rates) and multipliers: outward by (14), then
-    inward by the balance of each body, N_i = M_i Ż_i − F_i + Σ Γᵀ N of the carried bodies (theory, "Affine maps")."""
+    """Ż and N of a model that is not reduced, for known accelerations and multipliers (theory, "Affine maps").
+
+    Ż follows outward by (14). N follows inward by the balance of each body: N_i = M_i Ż_i − F_i + Σ Γᵀ N_k over the bodies k that
+    body i carries. qdd: accelerations of the free freedoms (nv×1). combine: [1; λ; η]."""
     out = Accelerations([], [], [])
     base = ground_acceleration(m.sym)
     for i, step in enumerate(m.steps):

@@ -11,18 +11,21 @@ from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 
 REFINED = 2
-"""Newton steps after the given foot: the first makes the first derivative correct, the second the second derivative."""
+"""Number of Newton steps from the given foot. The first step makes the first derivative of the result correct; the second step
+makes the second derivative correct."""
 
 
 def spot(c: Cut) -> SX:
-    """The point in its curve's plane (2), m."""
+    """Position of the outboard point in the plane of the curve (2), m."""
     return ca.vertcat(*(ca.dot(c.Ein[:, k], c.s) for k in (1, 2)))
 
 
 def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
-    """Row of a cut joint whose outboard point stays on a curve; its freedom (sliding along the curve) as a row with rate, wrenches
-    and ξ only; contact frame in the world: e1, the normal (to the right of the direction of travel, seen against e1), that
-    direction (3×3); position along the curve, m."""
+    """For a cut joint whose outboard point stays on a curve: the constraint row, the freedom, the contact frame, and the position
+    along the curve, m.
+
+    The freedom is sliding along the curve, as a row of which only rate, wrenches and ξ are used. The columns of the frame (3×3,
+    world) are e1, the normal n, and the direction t of increasing parameter. Seen against e1, n points to the right of t."""
     at, along = _touch(sym, c)
     return force_row(c, at.phi, at.n, at.arm_in, at.arm_out), force_row(c, SX(0), at.t, at.arm_in, at.arm_out), at.frame, along
 

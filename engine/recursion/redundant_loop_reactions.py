@@ -1,5 +1,5 @@
-"""Scaled reactions of joints on loops. The least sum of their squares selects the reactions of redundant loops (theory, "Redundant
-loops"). They are scaled by the inertia of parts on loops without friction, else by the compliance of contacts."""
+"""Scaled reactions of joints on loops. The least sum of squares of the scaled reactions selects the reactions of redundant loops
+(theory, "Redundant loops"). The scale is the parts' inertia if the loops have no friction, else the compliance of contacts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.system.structure.loop_joints import loop_joints, rows_of, rubbing_
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
-    """Scaled reactions as affine maps (rows×columns), or numbers (rows×1) with ``pick`` = [1; λ; η]."""
+    """Scaled reactions as affine maps (rows×columns), or as values (rows×1) if ``pick`` = [1; λ; η] is given."""
     system = m.sym.system
     if not rubs(system):
         return _by_inertia(m, acc, pick)
@@ -24,8 +24,8 @@ def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX
 
 
 def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
-    """Reaction of every joint on a loop on each of its two parts: force over √m, torque about the mass centre over √j. m: the
-    part's mass; j: half the trace of its inertia. Arguments and result as in ``scaled_reactions``."""
+    """Reactions of every joint on a loop, on each of its two parts: force/√m, and torque about the mass centre/√j. m: mass of the
+    part; j: half the trace of the part's inertia. Arguments and result as in ``scaled_reactions``."""
     blocks = [SX(0, m.columns if pick is None else 1)]
     for j in loop_joints(m.sym.system):
         f, t, _ = on_outboard(m, acc, j, pick)
@@ -40,8 +40,8 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
 
 
 def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
-    """Whether the norm of the scaled reactions couples multipliers that the motion leaves open to the others. In a planar
-    mechanism of symmetric bodies it does not, and they stay zero."""
+    """Whether the norm of the scaled reactions couples the inactive multipliers, which the motion does not determine, to the other
+    multipliers. In a planar mechanism of symmetric bodies there is no coupling, and the inactive multipliers stay zero."""
     if not inactive:
         return False
     maps = scaled_reactions(m, acc)
@@ -53,7 +53,7 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
-    """Affine maps (rows×columns) of the linearised change of the scaled reactions by friction."""
+    """Affine maps (rows×columns) of the change of the scaled reactions by friction, linearised in the reactions."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):

@@ -1,4 +1,5 @@
-"""Inputs of the symbolic model: time, state, external values, parameters, multipliers; numbers and signals as expressions."""
+"""Inputs of the symbolic model: time, state, external values, parameters, multipliers; the scene's numbers and signals as
+expressions of these inputs."""
 
 from __future__ import annotations
 
@@ -18,9 +19,14 @@ from trunnion.system.structure.parameter_table import Leaf, Leaves, Param
 class Symbols:
     """Symbols of one system.
 
-    t: time. ts: a time inside the current step, which selects the branch of a ramp. x: external values, t and ts first
-    (``system.structure.external_value_layout``). q (nq), v (nv): state coordinates and rates. b: bristle states. p: parameters.
-    lam: multipliers of cut joints' rows. eta: friction multipliers."""
+    t      time, s.
+    ts     a time inside the current step, which selects the branch of a ramp, s.
+    x      external values (``system.structure.external_value_layout``); the first two are t and ts.
+    q, v   state coordinates (nq) and rates (nv).
+    b      bristle states.
+    p      parameters.
+    lam    multipliers of the rows of cut joints.
+    eta    friction multipliers."""
 
     def __init__(self, system: System, parameters: int):
         self.system = system
@@ -41,7 +47,8 @@ class Symbols:
         return vector([self.leaf(x) for x in leaves])
 
     def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
-        """Distance of a cam follower from the axis at an angle of the profile; first and second derivative."""
+        """Distance of a cam follower from the cam's axis at an angle of the profile; then the first and second derivative of the
+        distance with respect to the angle."""
         assert j.profile is not None
         begun = [SX(1), *[angle >= start for start in j.profile.starts[1:]], SX(0)]
         piece = [SX(0)] * 5
@@ -51,7 +58,7 @@ class Symbols:
         return along_piece(piece, angle)
 
     def foot(self, j: Joint, p: SX) -> SX:
-        """Numbers of the foot of a point on its curve (``joint_couplings.FOOT``)."""
+        """The foot of point p on the joint's curve (``joint_couplings.FOOT`` values)."""
         assert j.curve is not None
         return find_foot(j.curve, p)
 
@@ -60,11 +67,11 @@ class Symbols:
         return self.x[self.at.stop(index)]
 
     def latch_flags(self, latch: Latch) -> tuple[SX, SX]:
-        """Flags of a latch: 1 while the hook is down, 1 while it is pressed."""
+        """State of a latch: the hook (number of its tooth, 0: up), and a flag that is 1 while the hook is pressed."""
         return self.stop_flag(self.system.hook(latch.hook)), self.stop_flag(latch.pressed)
 
     def mode(self, slider: int) -> list[SX]:
-        """Mode of a friction pair: state flag, frozen direction (3), given tilt (``elements.friction.friction_law``)."""
+        """Mode of a friction pair: state flag, frozen direction (3) and given tilt (``elements.friction.friction_law``)."""
         k = self.at.mode(slider)
         return [self.x[k + i] for i in range(MODE)]
 
@@ -83,7 +90,7 @@ class Symbols:
         return start + (end - start) * self._progress(begin, duration)
 
     def given(self, index: int) -> SX:
-        """Present value of a table or input."""
+        """Value of a table or input at t."""
         return self.x[self.at.table(index)]
 
     def motion(self, s: Signal) -> tuple[SX, SX, SX]:
@@ -105,12 +112,13 @@ class Symbols:
         return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
 
     def _progress(self, begin: SX, duration: SX) -> SX:
-        """Progress of a ramp: 0 before, 1 after. ts selects the branch, so that no step sees both sides of a kink."""
+        """Progress of a ramp: 0 before its beginning, 1 after its end. ts selects the branch, so that no step contains both sides
+        of a kink."""
         inside = (self.t - begin) / duration
         return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
 
     def _move(self, s: Signal) -> tuple[SX, SX, SX]:
-        """Position, rate and acceleration of a rest-to-rest move; ts selects the piece."""
+        """Position, rate and acceleration of a rest-to-rest move. ts selects the piece."""
         start, end, begin, duration = (self.leaf(x) for x in s.leaves)
         profile = PROFILES[s.kind.removeprefix("move_")]
         u, at = (self.t - begin) / duration, (self.ts - begin) / duration
@@ -125,13 +133,13 @@ class Symbols:
         return start + out[0], out[1], out[2]
 
     def _ramp(self, s: Signal) -> tuple[SX, SX, SX]:
-        """Position, rate and acceleration of a drive whose rate changes linearly; position ``origin`` at t = 0."""
+        """Position, rate and acceleration of a drive whose rate changes linearly. ``origin`` is the position at t = 0."""
         start, end, begin, duration, origin = (self.leaf(x) for x in s.leaves)
         slope = (end - start) / duration
         x, before_, during = self.t - begin, self.ts < begin, self.ts < begin + duration
 
         def added(x: SX, before: SX, during: SX) -> SX:
-            """Way made by the change of rate, x after its beginning."""
+            """Displacement due to the change of rate, at the time x after the change begins."""
             beyond = 0.5 * slope * duration**2 + slope * duration * (x - duration)
             return ca.if_else(before, 0, ca.if_else(during, 0.5 * slope * x * x, beyond))
 
@@ -142,7 +150,7 @@ class Symbols:
         return position, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
 
     def coordinates(self, j: Joint) -> list[SX]:
-        """All coordinates of a tree joint: states of free freedoms, signals of driven ones."""
+        """All coordinates of a tree joint: states for free freedoms, signals for driven freedoms."""
         states = state_coordinates(j)
         out = [self.q[j.q0 + states.index(i)] if i in states else SX(0) for i in range(j.kind.nq)]
         for k in j.driven:
@@ -152,18 +160,18 @@ class Symbols:
         return out
 
     def rates(self, j: Joint) -> list[SX]:
-        """All rates of a tree joint: states of free freedoms, signals of driven ones."""
+        """All rates of a tree joint: states for free freedoms, signals for driven freedoms."""
         out: list[SX] = []
         for k, device in enumerate(j.devices):
             out.append(self.v[j.v0 + j.free.index(k)] if device.drive is None else self.motion(device.drive)[1])
         return out
 
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
-        """Acceleration of each driven freedom of a joint, by number."""
+        """{freedom: acceleration} for the driven freedoms of a joint."""
         return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}
 
 
 def along_piece(piece: Sequence[SX], angle: SX) -> tuple[SX, SX, SX]:
-    """Value and two derivatives of a cubic: start of the piece, and its coefficients from there."""
+    """Value and first two derivatives of a cubic. piece: start angle, then four coefficients of powers of (angle − start)."""
     x, (a, b, c, d) = angle - piece[0], piece[1:]
     return a + x * (b + x * (c + x * d)), b + x * (2 * c + 3 * x * d), 2 * c + 6 * x * d

@@ -1,4 +1,4 @@
-"""Vector algebra on symbols. Every result keeps structural zeros, which makes the code small."""
+"""Vector algebra on symbols. Every result keeps structural zeros, which makes the generated code small."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SX = ca.SX
 
 
 def symbol(value) -> SX:
-    """A number as a symbol; a symbol itself, because a new one costs ten times as much."""
+    """A number as an SX. An SX is returned unchanged, because a new SX takes ten times as long."""
     return value if isinstance(value, SX) else SX(value)
 
 
@@ -25,7 +25,7 @@ def matrix(rows: Sequence[Sequence]) -> SX:
 
 
 def row_major(values: SX) -> SX:
-    """A matrix (3×3) from its rows behind each other (9)."""
+    """A matrix (3×3) from its 9 entries in row-major order."""
     return matrix([[values[3 * i + k] for k in range(3)] for i in range(3)])
 
 
@@ -35,7 +35,7 @@ def zeros(rows: int, columns: int = 1) -> SX:
 
 
 def skew(a: SX) -> SX:
-    """ã, so that ã b = a × b."""
+    """The skew-symmetric matrix ã with ã b = a × b."""
     return matrix([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
@@ -45,17 +45,17 @@ def cross(a: SX, b: SX) -> SX:
 
 
 def Gamma(lever: SX, Z: SX) -> SX:
-    """Γ Z (7): motion Z (6×columns) of a body, moved to the point at ``lever`` from its origin."""
+    """Γ Z (7): motion Z (6×columns) of a body's origin, moved to a point. lever: vector from the origin to the point."""
     return ca.sparsify(ca.vertcat(ca.sparsify(Z[:3, :] - cross(lever, Z[3:, :])), Z[3:, :]))
 
 
 def GammaT(lever: SX, F: SX) -> SX:
-    """Γᵀ F: forces (6×columns) at the point at ``lever``, moved back to the origin."""
+    """Γᵀ F: wrenches F (6×columns) at a point, moved to the origin. lever: vector from the origin to the point."""
     return ca.sparsify(ca.vertcat(F[:3, :], F[3:, :] + cross(lever, F[:3, :])))
 
 
 def symmetric(a: SX) -> SX:
-    """The matrix with its lower triangle copied from the upper one: each entry is computed once."""
+    """The matrix with the lower triangle copied from the upper triangle, so that each entry is computed once."""
     out = SX(a)
     for i in range(a.size1()):
         for j in range(i):
@@ -64,7 +64,7 @@ def symmetric(a: SX) -> SX:
 
 
 def rotate_inertia(r: SX, j: Sequence) -> SX:
-    """R J Rᵀ for J = (xx, yy, zz, xy, xz, yz); a diagonal J costs two dyads."""
+    """R J Rᵀ for J = (xx, yy, zz, xy, xz, yz). For a diagonal J, two dyads suffice."""
     xx, yy, zz, xy, xz, yz = (SX(v) for v in j)
     if all(v.is_zero() for v in (xy, xz, yz)):
         a, b = (xx - zz) * r[:, 0], (yy - zz) * r[:, 1]
@@ -95,10 +95,10 @@ def solve_spd(d: SX, b: SX) -> SX:
 
 
 EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
-"""Entry ±(k + 1) in row i, column j: e_i × e_j = ± e_k of a right-handed frame; 0: parallel."""
+"""Cross products in a right-handed frame. Entry ±(k + 1) in row i, column j means e_i × e_j = ±e_k; 0 means that i = j."""
 
 
 def basis_cross(i: int, j: int) -> tuple[int, int]:
-    """e_i × e_j as its sign and the index of the axis; sign 0 when they are parallel."""
+    """e_i × e_j as (sign, index of the axis). The sign is 0 for i = j."""
     e = EPSILON[i][j]
     return (0, 0) if e == 0 else (1 if e > 0 else -1, abs(e) - 1)

@@ -1,7 +1,7 @@
 """Constraint of two wheels that roll on each other (theory, "Rolling"): no sliding at the contact.
 
-k: direction of the force between them; x: its arms from both parts' origins; t: pure torques. The rate is k·(v_out − v_in) +
-t_out·ω_out + t_in·ω_in; ξ is its derivative at Ż = 0."""
+k is the direction of the force between the wheels; x are the arms of this force from the origins of both parts; t_in and t_out
+are pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the rate's time derivative at Ż = 0."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from trunnion.recursion.vector_algebra import SX, cross, zeros
 
 @dataclass
 class Touch:
-    """Contact of a pair, each with its rate: push on the outboard part (1; less for belts), its arms, torques."""
+    """Contact of a wheel pair: force on the outboard part per unit multiplier (norm 1, less for belts), arms of the force from the
+    origins of both parts, and torques. Each vector has its rate."""
 
     push: Moving
     arm_in: Moving
@@ -28,11 +29,11 @@ class Touch:
 
 
 Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
-"""Axis about which the wheels turn against each other, direction in which they part, and its arms from both parts' origins."""
+"""((axis of the relative rotation, direction in which the wheels part), arms of this direction from the origins of both parts)."""
 
 
 def rolling_row(sym: Symbols, c: Cut) -> Row:
-    """Row of a cut joint whose type rolls."""
+    """Constraint row of a cut joint whose two wheels roll on each other."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
@@ -48,8 +49,8 @@ def _row(c: Cut, t: Touch, phi: SX) -> Row:
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
-    """Freedoms of a toothed pair as rows with rate, wrenches and ξ only: rotation against each other as flanks slide, and
-    distance."""
+    """The two freedoms of a pair of toothed wheels: relative rotation, by which the flanks slide, and distance. They are rows of
+    which only rate, wrenches and ξ are used."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
@@ -60,7 +61,8 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
 
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
-    """From the inboard wheel's axis to the outboard one: along the axis, across it, square of the distance and its rate."""
+    """The vector s from the inboard to the outboard point: component along the inboard axis, component across the axis (both with
+    rates), square of the latter's norm, and rate of this square."""
     (a, adot), _ = _axes(c)
     sdot = point_velocity(c)
     h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
@@ -70,13 +72,13 @@ def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
 
 
 def _axes(c: Cut) -> tuple[Moving, Moving]:
-    """e1 of both sides."""
+    """The axis e1 of the inboard and of the outboard joint frame, with rates."""
     a, b = c.Ein[:, 0], c.Eout[:, 0]
     return (a, cross(c.inb.omega, a)), (b, cross(c.out.omega, b))
 
 
 def _arms(c: Cut) -> tuple[Moving, Moving]:
-    """From both parts' origins to the joint's points on them."""
+    """Vectors from the origin of each part to its joint point, with rates."""
     return (c.c_in, cross(c.inb.omega, c.c_in)), (c.c_out, cross(c.out.omega, c.c_out))
 
 
@@ -93,8 +95,8 @@ def _crossed(a: Moving, b: Moving) -> Moving:
 
 
 def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
-    """Two wheels about parallel axes, in the plane of the inboard point. The force across the line of centres is (r1 +
-    r2)/distance: 1 for gears, less for belts."""
+    """Contact of two wheels with parallel axes, in the plane of the inboard point. The force across the line of centres, per unit
+    multiplier, is (r1 + r2)/distance: 1 for gears, less for belts."""
     (a, adot), _ = _axes(c)
     arm_in, arm_out = _arms(c)
     along, p, square, rate = _between(c)
@@ -105,7 +107,7 @@ def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
 
 
 def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
-    """About their axes; along the line of centres."""
+    """Wheels with parallel axes rotate about their axes, and part along the line of centres."""
     along, p, square, rate = _between(c)
     length = ca.sqrt(square)
     apart = (p[0] / length, p[1] / length - 0.5 * rate / (square * length) * p[0])
@@ -114,7 +116,7 @@ def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
 
 
 def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
-    """About the contact line, and across it in the plane of the axes, towards the outboard wheel."""
+    """Bevel wheels rotate about the contact line, and part across it in the plane of the axes, towards the outboard wheel."""
     a, b = _axes(c)
     n, touch = _crossed(a, b), _plus(_times(r2, a), _times(r1, b))
     line = _times(1 / ca.norm_2(touch[0]), touch)
@@ -124,7 +126,7 @@ def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
 
 
 def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
-    """About the wheel's axis; from the wheel to the rack."""
+    """A wheel and a rack rotate about the wheel's axis, and part in the direction from the wheel to the rack."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
     own = _rack(c, r, _)
@@ -132,7 +134,7 @@ def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
 
 
 def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
-    """Two wheels whose axes meet at the joint's point; they touch where their pitch circles do."""
+    """Contact of two wheels whose axes meet at the joint's point. The contact lies where the pitch circles touch."""
     a, b = _axes(c)
     n = _crossed(a, b)
     sine = ca.norm_2(n[0])
@@ -142,7 +144,7 @@ def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
 
 
 def _rack(c: Cut, r: SX, _: SX) -> Touch:
-    """A wheel and a rack; they touch at the wheel's radius."""
+    """Contact of a wheel and a rack, at the wheel's radius from its axis."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
     reach = _times(r * side(one, two, between, ca), _crossed(a, b))

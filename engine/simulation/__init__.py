@@ -1,1 +1,1 @@
-"""Running a scene: the block of a simulation, the run, its result."""
+"""Runs of a scene: settings, the simulation block, the run, the result."""

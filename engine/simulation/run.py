@@ -1,4 +1,4 @@
-"""``simulate``: one run of a scene."""
+"""``simulate``: a run of a scene."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def simulate(
 ) -> Result:
     """Run a scene.
 
-    A run that fails returns a Result with its rows, its events and a named outcome. Ctrl-C does the same, with outcome
-    ``cancelled``; before the first row it raises KeyboardInterrupt.
+    A run that fails returns a Result with the rows and events so far and a named outcome. So does a run that Ctrl-C ends, with the
+    outcome ``cancelled``. Ctrl-C before the first row raises KeyboardInterrupt.
 
     Args:
-        scene: a Scene, a file, the name of a bundled model, or a dict like a file's content.
+        scene: a Scene, a file, the name of a bundled model, or a dict with the content of a scene file.
         overrides: changes of the scene, {"joints.ball.friction.mu": 0.5, …}.
         outputs: a pattern of columns, or several.
         progress: progress(time, until), s, called a few times a second.
-        certify: whether the result has a ``certainty``: the global error of every number, from a second, tighter run (2.5 times
-            the work).
-        accuracy: bound of the errors, such as 1e-6 or "1e-6 N", which chooses the tolerance. It applies to all columns in that
-            unit; without a unit to positions and angles.
+        certify: whether the result has a ``certainty``: the global error of every value, estimated by a second, tighter run. Both
+            runs together cost 2.5 times as much as one run.
+        accuracy: bound of the errors, such as 1e-6 or "1e-6 N", from which the tolerance follows. A bound with a unit applies to
+            all columns in that unit; a bound without a unit applies to positions and angles.
 
     Raises:
         SceneError: for wrong input.
@@ -72,9 +72,9 @@ def simulate(
 
 
 def run(model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None = None) -> Result:
-    """Carry out one run as a part of larger work; until, every: s. Failures return a Result, too.
+    """Execute a run as a part of larger work. until, every: s. A run that fails returns a Result, too.
 
-    Ctrl-C raises KeyboardInterrupt, because it is meant for the whole work."""
+    Ctrl-C raises KeyboardInterrupt, because the user wants to end the whole work."""
     result = OneRun(model, until, every, settings, progress).result()
     if result.outcome.name == CANCELLED:
         raise KeyboardInterrupt

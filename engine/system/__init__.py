@@ -1,4 +1,4 @@
-"""A scene reduced to what the recursion needs: a tree of bodies, cut joints, devices, and a table of run-time numbers.
+"""A scene reduced to the data that the recursion needs: a tree of bodies, cut joints, devices, and a table of run-time parameters.
 
-Nothing here imports the symbolic library: from a scene to the key of its compiled kernel takes milliseconds.
+No module here imports the symbolic library, so that the key of a scene's compiled kernel is found within milliseconds.
 """

@@ -119,9 +119,9 @@ MU_SIZE = replace(SIZES[0], name="mu")
 WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a bound without numbers": (lambda: Bound(1.0, 1.0), "no number lies between"),
     "a number without a name": (lambda: Number("Mu", "1", "text"), "cannot be the name"),
-    "a number that says nothing": (lambda: Number("mu", "1", ""), "does not say what it is"),
+    "a number that says nothing": (lambda: Number("mu", "1", ""), "has no description"),
     "a default out of bounds": (lambda: Number("mu", "1", "text", POSITIVE, default=0.0), "its default 0 must be positive"),
-    "none of a number": (lambda: Number("mu", "1", "text", count=0), "there cannot be 0"),
+    "none of a number": (lambda: Number("mu", "1", "text", count=0), "count 0 must be at least 1"),
     "a law without rest": (lambda: law(rest=None), "does not say what it is at rest"),
     "a law without name": (lambda: law(name=""), "its name"),
     "a law without numbers": (lambda: law(numbers=()), "declares no numbers"),
@@ -136,7 +136,7 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a kink between one branch": (lambda: law(rest=Rest.KINK, kink=property(lambda self: 1)), r"define level\(\)"),
     "a smooth law of no friction": (lambda: law(slope=Law.slope), r"define level\(\).* or slope\(\)"),
     "a set-valued law that smooths": (lambda: law(rest=Rest.SET_VALUED, exact="other"), "smooths no other"),
-    "a number beside one there is not": (lambda: law(numbers=(replace(MU, not_below="nu"),)), "which is none of its numbers"),
+    "a number beside one there is not": (lambda: law(numbers=(replace(MU, not_below="nu"),)), "which is not one of its numbers"),
     "needed always and sometimes": (
         lambda: law(numbers=(MU, replace(MU, name="nu", needed_with="mu"))), "not both"),
     "two laws of one name": (lambda: registered_laws([law(), law()]), "two laws are called trial"),

@@ -14,12 +14,12 @@ OVERRUNS = ", ".join(f"{o.value} {o.name.lower()}" for o in Overrun).replace("_"
 
 
 def bounded(s: Subject) -> bool:
-    """Whether steps have a bounded cost, for real time."""
+    """Whether steps have a bounded cost, for real-time use."""
     return s.data.bounded
 
 
 def value(column: str, field: str, text: str, counts: bool = True, **more: Any) -> Quantity:
-    """A column of ``tr_extra``. counts: its value stays between events and is not negative."""
+    """A column that shows a field of ``tr_extra``. counts: the value is constant between events and not negative."""
     name, bound = (f"extra.{field}", NOT_NEGATIVE) if counts else ("extra", ANY)
     more |= {"at": EXTRA.at(field), "label": (field,), "steps": counts, "bound": bound, "smooth": False, "runtime": True}
     return Quantity(name=name, column=column, unit="1", text=text, **more)
@@ -32,9 +32,9 @@ KIND = ColumnKind(
         value("audit.constraint", "closure", "largest loop closure residual (lengths per length scale, rad)", counts=False),
         value("audit.complement", "complement", "relative residual of the complement equations", counts=False),
         value("audit.contraction", "contraction", "contraction of fixed-point iteration of the complement equations", counts=False),
-        value("audit.verdict", "verdict", f"what the audit says so far: {VERDICTS}"),
+        value("audit.verdict", "verdict", f"verdict of the audit so far: {VERDICTS}"),
         value("events.count", "events", "events so far"),
-        value("realtime.overrun", "overrun", f"how the last bounded step was made: {OVERRUNS}", given=bounded),
-        value("realtime.overruns", "overruns", "bounded steps so far whose rest was made by a fallback", given=bounded),
+        value("realtime.overrun", "overrun", f"how the last bounded step was computed: {OVERRUNS}", given=bounded),
+        value("realtime.overruns", "overruns", "number of bounded steps so far that a fallback completed", given=bounded),
     ),
 )

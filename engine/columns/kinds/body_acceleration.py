@@ -7,7 +7,8 @@ from trunnion.columns.subjects import BODY
 
 
 def acceleration(motion: Motion, centre: SX, gravity: SX, Z: SX) -> dict[str, SX]:
-    """r̈ + ω̇ × R c + ω × (ω × R c). Gravity, which Ż contains as an acceleration of the ground, is subtracted."""
+    """Acceleration r̈ + ω̇ × R c + ω × (ω × R c) of the mass centre. Ż treats gravity as an acceleration −g of the ground, so that
+    r̈ = Ż[:3] + g."""
     from trunnion.recursion.vector_algebra import cross
 
     lever = motion.R @ centre

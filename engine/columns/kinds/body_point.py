@@ -7,7 +7,7 @@ from trunnion.columns.subjects import POINT
 
 
 def point(motion: Motion, point: SX) -> dict[str, SX]:
-    """r + R p."""
+    """Position r + R p of the point."""
     return {"position": motion.r + motion.R @ point}
 
 

@@ -1,4 +1,4 @@
-"""Deflection of bristles (laws with a state)."""
+"""Deflection of the bristles, for friction laws with a state."""
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.columns.declaration import ColumnKind, Quantity
@@ -7,7 +7,7 @@ from trunnion.columns.subjects import BRISTLES
 
 
 def deflection(state: SX, scale: SX) -> dict[str, SX]:
-    """The state is the friction ratio of the deflection."""
+    """Deflection = state / scale: a bristle's state is the deflection times the scale, a ratio of friction to normal force."""
     return {"deflection": state / scale}
 
 

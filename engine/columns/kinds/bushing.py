@@ -1,4 +1,4 @@
-"""Displacement, force and power of a bushing, in its axes on the first body."""
+"""Displacement, force and power of a bushing, in the bushing's axes on the first body."""
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.columns.declaration import ColumnKind, Quantity
@@ -7,7 +7,7 @@ from trunnion.columns.subjects import BUSHING
 
 
 def bushing(ends: tuple[Motion, Motion], numbers: SX) -> dict[str, SX]:
-    """Its state (theory, "Bushings")."""
+    """Offset, rotation vector, force, torque and power of the bushing (theory, "Bushings")."""
     from trunnion.recursion.bushing_forces import bushing_state
 
     state = bushing_state(ends, numbers)

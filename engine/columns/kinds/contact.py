@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 TINY = 1e-300
 TOUCHING = 1e-140
-"""Smallest force of a closed contact, N."""
+"""A contact is closed if its normal force is above this value, N."""
 WATCHED = 4
-"""Numbers of a ``tr_contact``: force, then the watched vector on the cosine axis, the sine axis and the third axis. The contact's
-angle is atan2(third number, second)."""
+"""Number of values of a ``tr_contact``: the force, then the components of the watched vector on the cosine axis, the sine axis and
+the third axis. The contact's angle is atan2(sine component, cosine component)."""
 
 
 def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, pose: Pose) -> dict[str, list[SX]]:
-    """Contacts of the joint's closed forms (§7), in the inboard joint frame."""
+    """Contacts of a joint by the closed forms of §7; vectors in the inboard joint frame."""
     from trunnion.recursion.complement_equation_terms import wrench
     from trunnion.recursion.joint_reactions import pin_axes
 
@@ -41,8 +41,8 @@ def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, 
 
 
 def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
-    """Numbers of a contact. turn: from the pin's frame into the inboard joint frame (3×3). The angle is measured in the pin's
-    frame (ball: inboard joint frame)."""
+    """Outputs of one contact. turn: rotation from the pin's frame into the inboard joint frame (3×3). The angle is measured in the
+    pin's frame, but in the inboard joint frame for contacts with ``inboard`` (ball)."""
     vector = turn @ ca.vertcat(*c.vector)
     normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
     (axis, base), third = c.plane, 3 - c.plane[0] - c.plane[1]
@@ -56,7 +56,7 @@ def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
 
 
 def angle(y: SX, x: SX) -> SX:
-    """atan2(y, x), but 0 at the origin, where the derivatives of atan2 are not numbers."""
+    """atan2(y, x), but 0 at the origin, where the derivatives of atan2 are NaN."""
     none = x * x + y * y <= TINY
     return ca.if_else(none, 0, ca.atan2(y, ca.if_else(none, 1, x)))
 
@@ -67,12 +67,12 @@ def count(s: Subject) -> int:
 
 
 def elevates(s: Subject) -> bool:
-    """Whether contacts leave the plane of their angle."""
+    """Whether contact normals may leave the plane in which the contact's angle is measured."""
     return CONTACTS[s.data.friction.contact].elevates
 
 
 def held(_: Subject) -> str:
-    """An open contact has no angle: the last one is held."""
+    """An open contact has no angle: the runtime holds the last angle."""
     return "hold"
 
 

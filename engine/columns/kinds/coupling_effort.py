@@ -9,6 +9,6 @@ KIND = ColumnKind(
     operands={"multiplier": COUPLING_MULTIPLIER},
     quantities=(
         Quantity(name="tie", column="{joint}.effort[1]", unit="{effort}", vector=False, direct=True,
-                 text="what makes the freedom of a joint follow another's, on its outboard part"),
+                 text="effort of the coupling of a joint's freedom to another joint's, on the outboard part"),
     ),
 )  # fmt: skip

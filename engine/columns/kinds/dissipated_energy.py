@@ -7,7 +7,7 @@ from trunnion.columns.subjects import SYSTEM
 
 
 def dissipated(taken: SX) -> dict[str, SX]:
-    """Minus the work of friction and dampers."""
+    """The work of friction and dampers, with the opposite sign."""
     return {"energy": -taken}
 
 

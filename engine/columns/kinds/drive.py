@@ -1,4 +1,4 @@
-"""Effort and power of a freedom's drive."""
+"""Effort and power of the drive of a freedom."""
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.columns.declaration import ColumnKind, Quantity
@@ -7,8 +7,8 @@ from trunnion.columns.subjects import DRIVEN
 
 
 def drive(effort: SX, rate: SX) -> dict[str, SX]:
-    """Effort: transmitted force along the freedom, minus friction and devices, plus rotor inertia. Power: its product with the
-    rate."""
+    """The effort is the transmitted force along the freedom, minus friction and devices, plus the rotor's inertia force. The power
+    is effort × rate."""
     return {"effort": effort, "power": effort * rate}
 
 

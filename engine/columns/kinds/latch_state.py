@@ -9,6 +9,6 @@ KIND = ColumnKind(
     operands={"hook": LATCH_HOOK},
     quantities=(
         Quantity(name="latched", column="{joint}.latch.state[{number}]", unit="1",
-                 text="the tooth that the latch of {joint} is on, 0: up", vector=False, steps=True, smooth=False),
+                 text="tooth that the hook of {joint} is on, from 1 (0: hook up)", vector=False, steps=True, smooth=False),
     ),
 )  # fmt: skip

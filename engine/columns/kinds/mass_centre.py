@@ -7,7 +7,7 @@ from trunnion.columns.subjects import BODY
 
 
 def mass_centre(motion: Motion, centre: SX) -> dict[str, SX]:
-    """r + R c and ṙ + ω × R c, by (1) and (5)."""
+    """Position r + R c and velocity ṙ + ω × R c of the mass centre, by (1) and (5)."""
     from trunnion.recursion.vector_algebra import cross
 
     lever = motion.R @ centre

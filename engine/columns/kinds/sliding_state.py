@@ -10,6 +10,6 @@ KIND = ColumnKind(
     quantities=(
         Quantity(name="state", column="{joint}.friction.state[{number}]", unit="1", vector=False, steps=True, smooth=False,
                  runtime=True,
-                 text="sliding state: −1, +1 slipping, 0 proportional zone or stick (always 0 for laws without these states)"),
+                 text="sliding state: −1 or +1 slip, 0 proportional zone or stick (always 0 for laws without these states)"),
     ),
 )  # fmt: skip

@@ -1,1 +1,1 @@
-"""Runnable models, the loop of one run, and diagnosis of failures."""
+"""Runnable models, the loop of a run, and diagnosis of failures."""

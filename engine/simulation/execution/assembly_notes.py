@@ -9,11 +9,11 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 NOTICE = 1e-9
-"""Largest change of a start value (rad; m relative to the length scale) that counts as round-off of the number in the file."""
+"""Largest change of a start value (rad, or m relative to the length scale) that counts as round-off of the value in the file."""
 
 
 def assembly_notes(built: Built, block: Block) -> list[str]:
-    """A note for every given start value that assembly changed, and for every unused one."""
+    """A note for every given start value that assembly changed, and for every given start value that is not used."""
     system, n = built.system, built.numbers
     notes = list(n.ignored)
     q, v = block.y[: system.nq], block.y[system.nq : system.nq + system.nv]

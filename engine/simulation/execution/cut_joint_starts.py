@@ -1,4 +1,4 @@
-"""Start values of joints where a loop is cut: the same mechanism, cut elsewhere, gives those of the tree's joints."""
+"""Start values given at cut joints. The same mechanism, cut at other joints, converts them to start values of the tree joints."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ TURN = 2.0 * math.pi
 
 
 def build_with_cut_starts(scene: Scene) -> Built:
-    """``build``, with the start values of the cut joints carried over to the joints of the tree.
+    """``build``, with the start values of the cut joints converted to start values of the tree joints.
 
-    Where the other joints have as many start values, or no position has all of them, a note of the run says that those of the cut
-    joints are not used.
+    The start values of the cut joints are not used if another cut needs as many given values, or if no position satisfies all
+    values. In this case the run has a note about them.
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
@@ -40,7 +40,7 @@ def build_with_cut_starts(scene: Scene) -> Built:
 
 
 def _given(scene: Scene, joint: str) -> set[str]:
-    """Which start values a joint has: q, qd."""
+    """The start values that the scene gives for a joint: a subset of {"q", "qd"}."""
     start = scene.joints[joint].start
     return {k for k in ("q", "qd") if start is not None and getattr(start, k) is not None}
 
@@ -50,14 +50,15 @@ def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
 
 
 def _cut_elsewhere(scene: Scene) -> Scene:
-    """The scene without forces, whose loops are cut where the fewest start values are given, as far as that can be."""
+    """The scene without forces. If possible, its loops are cut at the joints with the fewest given start values."""
     bare, wish, never = without_forces(scene), {0: True, 1: None, 2: False}, tied(scene)
     cuts = {n: wish[len(_given(scene, n))] if may_be_cut(j) and n not in never else None for n, j in bare.joints.items()}
     return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})
 
 
 def _tree_starts(built: Built, elsewhere: Scene) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
-    """(q, v) of the tree's joints at the start of the scene cut elsewhere, and its notes; None where that uses no more values."""
+    """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere. None if that scene uses no
+    more given values, or cannot start."""
     there = build(elsewhere)
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut):
         return None

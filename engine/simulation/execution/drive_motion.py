@@ -1,4 +1,4 @@
-"""Positions that drives prescribe at an instant, by the expressions and curves of a run; and notes about drives' tables."""
+"""Positions that drives prescribe at an instant, by the same expressions and curves as in a run; notes about tables of drives."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from trunnion.system.structure.bodies_and_joints import Signal
 from trunnion.system.structure.external_value_layout import INSIDE
 
 AFTER = number("JUST_AFTER")
-"""Small time after an instant, s, that selects the branch of a signal that begins at the instant."""
+"""Short time, s. A time later by this amount than an instant selects the branch of a signal that begins at the instant."""
 STILL = 1e-9
 """Rate of a curve, relative to its largest slope between two points, that counts as zero (round-off is 1e-16)."""
 
 
 def driven(built: Built) -> list[tuple[str, int, Signal]]:
-    """(joint, number of the freedom from 0, drive) of every driven freedom."""
+    """(joint, index of the freedom from 0, drive) for every driven freedom."""
     return [(j.name, k, d.drive) for j in built.system.joints for k, d in enumerate(j.devices) if d.drive is not None]
 
 
 def positions(built: Built, t: float = 0.0) -> dict[tuple[str, int], float]:
-    """Coordinate of every driven freedom at t, rad or m, by joint and number of the freedom (from 0)."""
+    """{(joint, index of the freedom from 0): coordinate at t, rad or m} for every driven freedom."""
     drives, p, x = driven(built), np.array(built.parameters.values, float), external(built, t)
     return {(name, k): float(motion(drive, built.system.external, p, x)[0]) for name, k, drive in drives}
 
@@ -40,7 +40,8 @@ def external(built: Built, t: float) -> np.ndarray:
 
 
 def beginning_notes(built: Built, against_data: bool) -> list[str]:
-    """A note for every drive whose table begins with a nonzero rate. against_data: only where its first two values are equal."""
+    """A note for every drive whose table begins with a nonzero rate. against_data: only if the table's first two values are
+    equal."""
     tables = [(name, k, d.index) for name, k, d in driven(built) if d.kind == "table"]
     x, notes = external(built, 0.0) if tables else np.zeros(0), []
     for name, k, index in tables:

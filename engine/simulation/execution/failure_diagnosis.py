@@ -18,13 +18,13 @@ from trunnion.system.structure.parameter_table import Param
 LOOPS = (Status.FAIL_CLOSURE, Status.FAIL_GIMBAL)
 """Values of ``Status`` for loops that cannot be kept closed."""
 FRICTION = (Status.FAIL_MULTIPLIERS, Status.FAIL_MODES)
-"""Values of ``Status`` for friction without a solution: no root, or no consistent set of modes."""
+"""Values of ``Status`` for complement equations without a root, or without a consistent set of modes."""
 WHY: dict[int, str] = {Why.JAM: "jammed", Why.INCONSISTENT: "inconsistent"}
 
 
 def diagnose(model: Model, status: int) -> Outcome:
-    """The named outcome of a failed run. After a failure of friction the runtime stops the sliding of the responsible pair. If
-    the pair then sticks, the joint has jammed."""
+    """The named outcome of a failed run. After a failure of friction, the runtime stops the slip of the responsible friction pair.
+    If the pair then sticks, the joint has jammed."""
     block = model.block
     if separated := _separated_joint(model):
         return Outcome.named(OVERLAP_LOST, block.time, separated)
@@ -45,7 +45,7 @@ def diagnose(model: Model, status: int) -> Outcome:
 
 
 def _separated_joint(model: Model) -> str:
-    """The joint whose parts overlap by less than a millionth of the shorter one; "" without one."""
+    """The joint whose parts overlap by less than a millionth of the shorter part's length; "" if there is no such joint."""
     values = model.built.parameters.values
     for j in model.system.frictional:
         if j.fit.ends != OVERLAP or j.cut or 0 in j.driven:
@@ -58,7 +58,8 @@ def _separated_joint(model: Model) -> str:
 
 
 def _dead_centre(model: Model) -> Outcome:
-    """The outcome of loops whose equations have no solution without friction. It names the first loop that a drive moves."""
+    """The outcome of a mechanism without friction whose loop equations have no solution. The outcome names the first driven
+    loop."""
     loops = {cut.name: loop_joints(model.system, cut) for cut in model.system.cuts}
     cut = next((c for c in model.system.cuts if any(j.driven for j in loops[c.name])), model.system.cuts[0])
     plain = Outcome.named(DEAD_CENTRE, model.block.time, next((j.name for j in loops[cut.name] if j.driven), cut.name))
@@ -66,7 +67,7 @@ def _dead_centre(model: Model) -> Outcome:
 
 
 def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
-    """The outcome ``plain`` with the responsible joint, all joints of its loop, and the driven joints."""
+    """The outcome ``plain``, completed by the responsible joint, all joints of this joint's loop, and the driven joints."""
     row, independence = model.block.open_row()
     cut = next((j for j in model.system.cuts if j.rows <= row < j.rows + j.kind.rows), None)
     if cut is None:
@@ -76,20 +77,21 @@ def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
 
 
 def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:
-    """The joint that the outcome names for a failed loop: its cut joint, or in gimbal lock a joint of the loop with two crossed
+    """The joint that the outcome of a failed loop names: the cut joint, or in gimbal lock a joint of the loop with two crossed
     rotation axes."""
     return next((j for j in loop_joints(system, cut) if j.kind.second_axis >= 0), cut) if gimbal else cut
 
 
 def describe_loop(system: System, cut: Joint) -> str:
-    """The loop of a cut joint as an addition to advice: "; the loop is a, b, c; driven: a"."""
+    """Text about the loop of a cut joint, to append to advice: "; the loop is a, b, c; driven: a"."""
     driving = [j.name for j in system.joints if j.driven]
     driven = f"; driven: {', '.join(driving)}" if driving else ""
     return f"; the loop is {', '.join(j.name for j in loop_joints(system, cut))}{driven}"
 
 
 def loop_joints(system: System, cut: Joint) -> list[Joint]:
-    """The joints of the loop that a cut joint closes, from its inboard part through the tree to its outboard part, then itself."""
+    """The joints of the loop that a cut joint closes: the path through the tree from the cut joint's inboard part to its outboard
+    part, then the cut joint. For a coupling: leader and follower."""
     if cut.mimic:
         return [system.tree[cut.mimic.leader], system.tree[cut.mimic.follower]]
     ways = []
@@ -104,9 +106,10 @@ def loop_joints(system: System, cut: Joint) -> list[Joint]:
 
 
 def suspect(model: Model, status: int) -> str:
-    """Name of the joint that probably causes a failure; "" without one. If the equations of friction have no solution, it is the
-    joint with the largest friction in the last row. If numbers are not finite, it is the fastest joint, or at rest the first
-    joint with a freedom."""
+    """Name of the joint that probably causes a failure; "" if unknown.
+
+    If the equations of friction have no solution: the joint with the largest friction in the last row. If numbers are not finite:
+    the fastest joint, or at rest the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
         names = [j.name for j in system.frictional]
@@ -117,7 +120,7 @@ def suspect(model: Model, status: int) -> str:
 
 
 def _fastest(model: Model) -> str:
-    """The tree joint with the largest rate, rad/s or length scales per second."""
+    """Name of the tree joint with the largest rate, in rad/s or length scales per second."""
     system, length = model.system, model.built.numbers.length
     rates = np.abs(model.block.y[system.nq : system.nq + system.nv])
     best, name = -1.0, ""
@@ -130,7 +133,7 @@ def _fastest(model: Model) -> str:
 
 
 def _largest(model: Model, names: list[str]) -> str:
-    """The frictional joint with the largest friction multiplier in the last row."""
+    """The joint among ``names`` with the largest friction multiplier in the last row."""
     sizes = []
     z = model.block.multipliers()
     for name in names:

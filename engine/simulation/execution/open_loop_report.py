@@ -15,9 +15,9 @@ from trunnion.simulation.results.outcome import Outcome
 from trunnion.system.structure.bodies_and_joints import Joint
 
 DESCRIBED = 3
-"""Largest number of open loops that a message describes, since one cause usually opens several."""
+"""Largest number of open loops that a message describes. A single cause usually opens several loops."""
 OPEN = 1e-6
-"""Least gap of a loop that counts as open, relative to the largest gap (length scales or rad)."""
+"""A loop counts as open if its gap is at least this fraction of the largest gap (in length scales or rad)."""
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class Gap:
 
 
 def open_loop(model: Model, code: int) -> Outcome:
-    """The outcome of start values that cannot close the loops. code: result of ``Block.assemble``, 0 for open positions, −1 for
-    open velocities."""
+    """The outcome of start values with which the loops cannot be closed. code: result of ``Block.assemble``, which is 0 if
+    positions stay open, −1 if velocities stay open."""
     gaps = _gaps(model, positions=code == 0)
     what, check = ("positions", "lengths, axes and start values") if code == 0 else ("velocities", "the drives and start rates")
     if code != 0 and gaps and not any(j.driven for j in model.system.joints):
         part = max(gaps[0].distance / model.built.numbers.length, gaps[0].angle) / model.built.numbers.rate
         check = (
-            f"the dimensions of the loop: it can move only if they agree exactly, and they agree to about {part:.0e} of its size; "
-            "give lengths and axes with more digits, or a joint of the loop another freedom"
+            f"the dimensions of the loop: the loop can move only if they agree exactly, but they agree to {part:.0e} of its size; "
+            "give lengths and axes with more digits, or give a joint of the loop another freedom"
         )
     described = "; ".join(_describe(model, g, code == 0) for g in gaps[:DESCRIBED])
     more = f"; and {len(gaps) - DESCRIBED} more loops" if len(gaps) > DESCRIBED else ""
@@ -48,7 +48,7 @@ def open_loop(model: Model, code: int) -> Outcome:
 
 
 def _gaps(model: Model, positions: bool) -> list[Gap]:
-    """The open loops, the widest first."""
+    """The open loops, in the order of decreasing gaps."""
     residuals, rates = model.block.gap()
     h = np.nan_to_num(residuals if positions else rates)
     found = []
@@ -63,7 +63,7 @@ def _gaps(model: Model, positions: bool) -> list[Gap]:
 
 
 def _describe(model: Model, gap: Gap, positions: bool) -> str:
-    """As text: "a gap of 0.2 m and 3 deg remains at rod_pin, in the loop crank (revolute, axis z), …; driven: crank"."""
+    """Text such as "a gap of 0.2 m and 3 deg remains at rod_pin, in the loop crank (revolute, axis z), …, driven: crank"."""
     per = "" if positions else "/s"
     parts = [f"{gap.distance:.3g} m{per}"] if gap.distance > 0.0 else []
     if gap.angle > 1e-9 or not parts:
@@ -75,7 +75,7 @@ def _describe(model: Model, gap: Gap, positions: bool) -> str:
 
 
 def _joint_text(model: Model, j: Joint) -> str:
-    """A joint's name, type and given axis."""
+    """A joint's name, type and, if the scene gives it, axis."""
     scene = model.built.scene.joints[j.name]
     own = scene.inboard.axis if isinstance(scene.inboard, Side) else None
     axis = own if own is not None else scene.axis

@@ -1,4 +1,4 @@
-"""The loop of one run: assembly, start, steps in calls to C, collection of rows and events, until its end or an interrupt."""
+"""The loop of a run: assembly, start, steps in calls to C, and collection of rows and events, until the end or an interrupt."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("trunnion.simulate")
 CHUNK_SECONDS = 0.03
-"""Target duration of a call into C: below 50 ms, after which progress, Ctrl-C and time limits must be served."""
+"""Target duration of a call into C, s. Progress, Ctrl-C and time limits must be handled at least every 50 ms."""
 FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
-"""Least number of steps of the first call, and limits for later calls. The number of steps of a later call follows from the
-duration of the previous call."""
+"""Smallest number of steps of the first call into C; smallest and largest number of steps of later calls. The number of steps of a
+later call follows from the duration of the previous call."""
 FIRST_NUMBERS = 4000
-"""State size times steps of the first call: small mechanisms make more steps at once."""
+"""Size of the state × number of steps of the first call, so that the first call of a small mechanism makes more steps."""
 CHUNK_ROWS = 4096
 Progress = Callable[[float, float], None]
 """progress(time, until), called a few times a second."""
 
 
 class OneRun:
-    """A run in progress: the rows and event records so far, and how long its parts took."""
+    """A run in progress: rows and event records so far, and the durations of build, setup and stepping."""
 
     def __init__(self, model: Model, until: float, every: float, settings: bl.Settings, progress: Progress | None):
         self.model, self.until, self.every, self.settings, self.progress = model, until, every, settings, progress
@@ -82,7 +82,8 @@ class OneRun:
                       self.redundancy, certified, audit)
 
     def _begin(self) -> Outcome | None:
-        """Close the loops, note changed start values, and evaluate the start. Returns an outcome where that fails."""
+        """Close the loops, add notes about changed start values, and evaluate the start. Returns an outcome if this fails, else
+        None."""
         from trunnion.simulation.execution.assembly_notes import assembly_notes
         from trunnion.simulation.execution.drive_motion import beginning_notes
 
@@ -104,7 +105,7 @@ class OneRun:
         return None
 
     def _step_until_interrupt(self) -> Outcome:
-        """Step to the end, or until Ctrl-C, which keeps rows and events."""
+        """Step to the end, or until Ctrl-C. Rows and events up to Ctrl-C are kept."""
         try:
             with held() as interrupt, self.model.block.cancellable(lambda: interrupt.asked):
                 started = time.perf_counter()
@@ -138,7 +139,7 @@ class OneRun:
                 steps = self._next_steps(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.CANCELLED, bl.OK):
                 failed = diagnose(self.model, status)
-                if interrupt.asked:  # the diagnosis may be incomplete
+                if interrupt.asked:  # Ctrl-C may have ended the diagnosis early
                     raise KeyboardInterrupt
                 return failed
             if full := room.take(count, len(events)):
@@ -166,7 +167,7 @@ class OneRun:
         return next_steps(steps, seconds)
 
     def _attach_jacobian(self, interrupt: Held) -> None:
-        """Attach the Jacobian unit. An interrupt during its build leaves the block unchanged. The time taken counts as build
+        """Build and attach the Jacobian unit. An interrupt during the build leaves the block unchanged. The time counts as build
         time."""
         started = time.perf_counter()
         try:

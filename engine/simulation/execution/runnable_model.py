@@ -22,10 +22,10 @@ from trunnion.system.structure.bodies_and_joints import System
 
 
 class Model:
-    """A scene with its structure, kernel and block, ready to run. Numbers may change between runs of the same structure.
+    """A scene with its structure, kernel and block, ready to run. Parameters may change between runs of the same structure.
 
-    scene: a checked scene; outputs: patterns of columns, default: the scene's; kernel: kind of kernel, None: chosen by the
-    structure and by ``runs``, the expected number of runs (infinite for long stepping). SceneError for unknown columns."""
+    scene: a checked scene. outputs: patterns of columns; default: those of the scene. kernel: kind of kernel; None: chosen by the
+    structure and ``runs``. runs: expected number of runs, infinite for long stepping. SceneError for unknown columns."""
 
     def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1):
         started = time.perf_counter()
@@ -46,7 +46,7 @@ class Model:
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(self.built.parameters.values))
 
     def variant(self, redundant: bool) -> Kernel:
-        """The kernel, or its variant for friction with redundant loops."""
+        """The kernel. redundant: its variant for friction that depends on reactions of redundant loops."""
         make: Callable[..., Kernel] = kernel
         if self.kernel_kind == "parts":
             from trunnion.parts.kernels.scene_kernel import parts_kernel
@@ -55,9 +55,9 @@ class Model:
         return make(self.system, len(self.built.parameters.values), self.columns, needs_quadratures(self.columns), redundant)
 
     def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray) -> int:
-        """Start a run from an assembled block; t, until, every: s. Fills ``row`` (columns + 1) and returns the ``Status``.
+        """Start a run from an assembled block. t, until, every: s. Fills ``row`` (columns + 1) and returns the ``Status``.
 
-        Where friction depends on reactions of redundant loops, the model continues with the redundant kernel in the same state."""
+        If friction depends on reactions of redundant loops, the model loads the redundant kernel and starts in the same state."""
         status = self.block.start(t, until, every, row)
         if status != bl.NEED_REDUNDANT:
             return status
@@ -74,13 +74,13 @@ class Model:
 
 
 def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:
-    """A problem for every pattern that matches no column; the first ones suggest similar names."""
+    """A problem for every pattern that matches no column. The first MOST problems suggest similar names."""
     from difflib import get_close_matches
 
     patterns = tuple(current_patterns(patterns, everything))
     wild = sum(map(is_wild, patterns))
     if wild > MOST_WILD:
-        return [Problem(where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "one with * matches many columns")]
+        return [Problem(where, f"{wild} patterns with wild cards; {MOST_WILD} at most", "use fewer; * matches many columns")]
     problems: list[Problem] = []
     names = [c.name for c in everything]
     for p in unmatched((p for p in patterns if p != "*"), names):

@@ -1,4 +1,4 @@
-"""Kinds of columns for error estimates: with errors, with jumps at events, angles, parts of quaternions."""
+"""Properties of columns for error estimates: columns with errors, with jumps at events, angles, components of quaternions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from trunnion.kernel.interface.output_columns import Column
 from trunnion.system.construction.start_values_and_scales import Numbers
 
 SMOOTH = ("position", "velocity", "orientation", "omega", "point", "q", "qd", "kinetic", "potential", "bristle")
-"""Quantities that are continuous at events, in addition to integrals of powers."""
+"""Quantities that are continuous at events. Integrals of powers are continuous too."""
 COORDINATES = ("q", "qd")
 """Quantities of the state."""
 
@@ -22,11 +22,11 @@ class Kinds:
 
     Attributes:
         errs: whether each column has an error (n).
-        jumps: whether events make it jump (n).
-        wraps: whether it is an angle modulo 2π (n).
-        group: a number that the components of one vector share (n).
-        scale: natural size of its unit in the scene (n).
-        states: whether it is a coordinate or a rate of a joint (n).
+        jumps: whether the column may jump at events (n).
+        wraps: whether the column is an angle modulo 2π (n).
+        group: index of the vector to which the column belongs (n).
+        scale: natural size of the column's unit in the scene (n).
+        states: whether the column is a coordinate or a rate of a joint (n).
         quaternions: indices of the four columns of each quaternion.
     """
 
@@ -40,7 +40,7 @@ class Kinds:
 
 
 def kinds(columns: Sequence[Column], numbers: Numbers) -> Kinds:
-    """The kinds of columns of a scene with these scales."""
+    """The kinds of the given columns. numbers: scales of the scene."""
     what = [c.quantity for c in columns]
     owners = [c.name.rpartition("[")[0] or c.name for c in columns]
     named = [o + c.unit if q.vector else c.name for o, c, q in zip(owners, columns, what, strict=True)]
@@ -67,7 +67,7 @@ def unit_scale(unit: str, n: Numbers) -> float:
 
 
 def differences(a: np.ndarray, b: np.ndarray, k: Kinds) -> np.ndarray:
-    """|a − b| of two tables (rows × n): the shorter way for angles, up to the sign for quaternions."""
+    """|a − b| of two tables (rows × n). Angles are compared modulo 2π, quaternions up to their sign."""
     b = b.copy()
     for four in k.quaternions:
         places = list(four)

@@ -1,4 +1,5 @@
-"""Cost control of a second run: the first run counts its evaluations, and the second adapts its tolerance to a limit of them."""
+"""Cost control of a second run. The first run records its evaluations, and the second run adapts its tolerance to a limit of its
+evaluations."""
 
 from __future__ import annotations
 
@@ -13,25 +14,25 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 FINE = 32
-"""Evaluations are recorded each time this inverse share of a run's steps is complete."""
+"""Evaluations are recorded about every n / FINE steps, where n is the number of steps so far."""
 LEAST = 2
-"""Least steps of a call into C."""
+"""Smallest number of steps of a call into C."""
 SINGLE = 500
-"""Number of first steps of a run whose evaluations are counted one by one."""
+"""Number of steps at the start of a run after each of which the evaluations are recorded."""
 STRETCHES = 24
-"""Inverse of the share of a run's work after which its tolerance may change."""
+"""Number of stretches of equal work in a run. The tolerance may change after each stretch."""
 DEAD = 0.04
 """Relative deviation of the cost below which the tolerance stays unchanged."""
 RESTART = 1.3
-"""Largest evaluations of a second run, relative to the first. A run that will take more is abandoned at any time."""
+"""Largest number of evaluations of a second run, relative to the first run. A run that will take more is abandoned at any time."""
 MEMORY = 0.9
-"""Weight of earlier stretches of the run relative to the last stretch."""
+"""Factor on the weight of each stretch relative to the following stretch, in the cost estimate."""
 TIGHTER, LOOSER = 0.5, 8.0
-"""Limits of the factor of one change of the tolerance."""
+"""Smallest and largest factor by which one change multiplies the tolerance."""
 
 
 def evaluations(model: Model) -> int:
-    """Number of right-hand sides evaluated in a model's present run."""
+    """Number of right-hand side evaluations in the current run of a model."""
     return model.block.statistics()["rhs_evaluations"]
 
 
@@ -52,12 +53,12 @@ class CountedRun(OneRun):
         return 1 if self.taken < SINGLE else min(max(LEAST, self.taken // FINE), super()._next_steps(steps, seconds))
 
     def times(self) -> np.ndarray:
-        """Ends of its first steps and of some later ones, s."""
+        """Ends of the run's first steps and of some later steps, s."""
         return np.unique([t for t, _ in self.work])
 
     def pace(self, run: Result, most: tuple[float, float], order: int, tolerances: tuple[float, float]) -> Pace:
-        """The limits of a second run. run: result of the first run; most: evaluations that the second run should take, and
-        evaluations that stop it; order: order of its method; tolerances: its tightest and its loosest tolerance."""
+        """The limits of a second run. run: result of the first run. most: number of evaluations that the second run should take,
+        and number that stops it. order: order of the second run's method. tolerances: its tightest and its loosest tolerance."""
         times, evaluated = zip((0.0, 0), *self.work, (run.time[-1], run.stats.rhs_evaluations), strict=True)
         return Pace(np.array(times), np.array(evaluated, float), run.stats.steps, *most, order, *tolerances)
 
@@ -69,12 +70,12 @@ class Pace:
     Attributes:
         times: times of the first run (n), s.
         evaluated: evaluations of the first run up to these times (n).
-        steps: number of its steps.
-        most: evaluations that the second run should take.
-        limit: evaluations that stop the second run.
-        order: order of its method.
-        tightest: its tightest tolerance.
-        loosest: its loosest tolerance.
+        steps: number of steps of the first run.
+        most: number of evaluations that the second run should take.
+        limit: number of evaluations that stops the second run.
+        order: order of the second run's method.
+        tightest: tightest tolerance of the second run.
+        loosest: loosest tolerance of the second run.
     """
 
     times: np.ndarray
@@ -87,7 +88,7 @@ class Pace:
     loosest: float
 
     def easier(self, rtol: float) -> float:
-        """Cost at the tightest tolerance, relative to the cost at this tolerance."""
+        """Cost at the tightest tolerance divided by the cost at tolerance ``rtol``."""
         return float((rtol / self.tightest) ** (1.0 / self.order))
 
 
@@ -96,9 +97,11 @@ class _Abandoned(Exception):
 
 
 class PacedRun(OneRun):
-    """A run with the tightest tolerance that its limits of evaluations allow. given: arguments of ``OneRun``; trial: share of the
-    first run's evaluations up to which the run is abandoned if it would exceed its limit. Attributes: used: its tolerances in
-    order; spent: its evaluations; cut: whether it was stopped at its limit."""
+    """A run with the tightest tolerance that its limits of evaluations allow.
+
+    given: arguments of ``OneRun``. trial: share of the first run's evaluations; up to this share, the run is abandoned if it would
+    exceed its limit even at the loosest tolerance; 0: never abandoned. Attributes: used: tolerances of the run, in order; spent:
+    evaluations at the last choice of the tolerance; cut: whether the run was stopped at its limit."""
 
     def __init__(self, *given: Any, pace: Pace, trial: float = 0.0):
         super().__init__(*given)
@@ -106,14 +109,14 @@ class PacedRun(OneRun):
         self.done, self.spent, self.seen, self.cut = 0.0, 0, [0.0, 0.0], False
 
     def result_or_none(self) -> Result | None:
-        """The result; None where the run was abandoned."""
+        """The result; None if the run was abandoned."""
         try:
             return self.result()
         except _Abandoned:
             return None
 
     def correction(self, rtol: float) -> float:
-        """Factor on the difference of the two runs that accounts for this run's own error at this tolerance."""
+        """Factor on the difference of the two runs that accounts for this run's own error. rtol: tolerance of the first run."""
         return 1.0 / (1.0 - max(self.used) / rtol)
 
     def _first_steps(self) -> int:
@@ -131,8 +134,8 @@ class PacedRun(OneRun):
         return min(max(LEAST, pace.steps // (2 * STRETCHES)), super()._next_steps(steps, seconds))
 
     def _follow(self, done: float, spent: int) -> None:
-        """Choose the tolerance with which the rest of the run meets its limit. done, spent: evaluations of the first run and of
-        this one up to the present time."""
+        """Choose the tolerance with which the rest of the run meets its limit. done, spent: numbers of evaluations of the first run
+        and of this run up to the current time."""
         pace, rtol = self.pace, self.used[-1]
         new = ((spent - self.spent) * pace.easier(rtol), done - self.done)
         self.seen = [MEMORY * x + y for x, y in zip(self.seen, new, strict=True)]

@@ -15,32 +15,35 @@ from trunnion.simulation.results.result import Result
 from trunnion.system.construction.start_values_and_scales import Numbers
 
 SAFETY = 1.5
-"""Ratio of stated to estimated errors. It is above 1 because two runs may agree by chance."""
+"""Ratio of stated to estimated errors. The ratio is above 1 because two runs may agree by chance."""
 SHARED = 0.15
-"""Least error of a vector's component, relative to the largest error among the vector's components, since the error of one
+"""Smallest stated error of a vector's component, relative to the largest error of the vector's components. The error of a single
 component may pass through zero."""
 AHEAD = 0.01
-"""Share of the run by which the error of a row is taken from later rows, since an error may pass through zero."""
+"""The error of a row is the error at a later row, by this share of the run's rows, because an error may pass through zero."""
 RESOLVED = 3e-3
-"""Least error, in units of the tolerance times a column's size, since the first steps of two runs may be the same."""
+"""Smallest stated error, relative to tolerance × size of the column. It is needed because the first steps of two runs may be
+equal."""
 ROUND_OFF = 1e-13
-"""Round-off of a column, relative to its scale and its size: a few hundred operations."""
+"""Round-off of a column after a few hundred operations, relative to the larger of the column's scale and size."""
 LINEAR = 0.3
-"""Largest error of a coordinate or rate, relative to its scale and size, at which the tighter run's own error may be neglected."""
+"""Largest error of a coordinate or rate, relative to its scale plus size, at which the error estimate is still valid."""
 DECIDED = 1.0
-"""Margin of an event, in errors of the state over its scales, below which another decision is possible."""
+"""An event may be decided differently if its margin is below this multiple of the state's relative error."""
 TIMED = 2.0
-"""Additional safety factor for times of events, which are compared once and not in many rows."""
+"""Additional safety factor for the time of an event, because it is compared only once, whereas columns are compared in many
+rows."""
 STATE = 0.3
-"""Least error of an event's time, in errors of the state over the scene's rate."""
+"""Smallest error of an event's time, relative to (relative error of the state) / (rate scale of the scene)."""
 WIDER = 2.0
-"""Distance from an event, in errors of its time, up to which a row may be before or after it."""
+"""Distance from an event up to which a row may be before or after the event, relative to the difference of the event's two
+times."""
 NEAR_END = 1e-9
-"""Share of the run before its end in which one of the two runs may miss events."""
+"""Share of the run at its end in which events may be missing in one of the two runs."""
 
 
 def certainty(run: Result, tighter: Result, numbers: Numbers, correction: float) -> Certainty:
-    """The errors of a run, estimated from a tighter run with the same output times. numbers: scales of the scene; correction:
+    """The errors of a run, estimated from a tighter run with the same output times. numbers: scales of the scene. correction:
     factor on the difference of the runs that accounts for the tighter run's own error."""
     columns, rows = run.columns, min(len(run), len(tighter))
     k, gap = kinds(columns, numbers), correction * SAFETY
@@ -62,14 +65,14 @@ def certainty(run: Result, tighter: Result, numbers: Numbers, correction: float)
 
 
 def _of_state(run: Result, found: np.ndarray, k: Kinds) -> np.ndarray:
-    """The largest error of a coordinate or rate so far, relative to its scale and size (rows)."""
+    """The largest error of any coordinate or rate up to each row, relative to its scale plus size (rows)."""
     size = np.maximum.accumulate(np.abs(run.data[: len(found), 1:][:, k.states]), axis=0)
     errors = (found[:, k.states] / (k.scale[k.states] + size)).max(axis=1, initial=0.0)
     return np.maximum.accumulate(np.nan_to_num(errors))
 
 
 def _paired(run: Result, tighter: Result) -> tuple[float, Pairs]:
-    """(time that both runs reached, s; their paired events)."""
+    """(time that both runs reached, s; paired events of both runs)."""
     end = min(_end(run), _end(tighter))
     every = pair_events(run.events, tighter.events, inf)
     apart = max((abs(a - b) for a, b in every.times.values()), default=0.0)
@@ -77,8 +80,8 @@ def _paired(run: Result, tighter: Result) -> tuple[float, Pairs]:
 
 
 def _event_errors(run: Result, pairs: Pairs, gap: float, states: np.ndarray, rate: float) -> list[float]:
-    """Errors of the times of the run's events, s. They never decrease from one event to the next. Each is at least STATE times
-    the state's error over the scene's rate."""
+    """Errors of the times of the run's events, s, which do not decrease from event to event. Each error is at least STATE × (the
+    state's relative error) / (rate scale of the scene)."""
     rtol = 0.0 if run.settings["step"] else run.settings["rtol"]
     errors, largest = [], ROUND_OFF * run.time[-1] + RESOLVED * rtol / rate
     rows = np.minimum(np.searchsorted(run.time, [e.time for e in run.events]), len(states) - 1)
@@ -97,7 +100,7 @@ def _end(run: Result) -> float:
 
 
 def _shifts(times: np.ndarray, pairs: Pairs, errors: Sequence[float]) -> np.ndarray:
-    """For each row, the error of the time of an event near it, s; 0 without one (rows)."""
+    """For each row: error of the time of an event near the row, s; 0 if there is no event near the row (rows)."""
     shift = np.zeros(len(times))
     for i, (mine, other) in pairs.times.items():
         wide = max(WIDER * abs(mine - other), errors[i])
@@ -107,7 +110,7 @@ def _shifts(times: np.ndarray, pairs: Pairs, errors: Sequence[float]) -> np.ndar
 
 
 def _floor(run: Result, k: Kinds) -> np.ndarray:
-    """The least error that can be stated for each column (n)."""
+    """The smallest error that can be stated for each column (n)."""
     size = np.zeros(k.group.max(initial=-1) + 1)
     np.maximum.at(size, k.group, np.abs(np.nan_to_num(run.data[:, 1:])).max(axis=0, initial=0.0))
     rtol = 0.0 if run.settings["step"] else run.settings["rtol"]
@@ -115,14 +118,14 @@ def _floor(run: Result, k: Kinds) -> np.ndarray:
 
 
 def _ahead(found: np.ndarray, rows: int) -> np.ndarray:
-    """The error for each row (rows × n), taken from the row that is the share AHEAD of the run later, and made non-decreasing."""
+    """Errors (rows × n) in which each row is taken from a later row, by the share AHEAD of all ``rows``."""
     later = np.arange(len(found)) + int(np.ceil(AHEAD * rows))
     return found[np.minimum(later, len(found) - 1)]
 
 
 def _shared(found: np.ndarray, k: Kinds, floor: np.ndarray) -> np.ndarray:
-    """Errors with a least value for vectors: each component above ``floor`` has at least SHARED times the error of the vector's
-    component with the largest error."""
+    """Errors in which each vector component has at least SHARED times the largest error of the vector's components. Columns whose
+    error never exceeds ``floor`` are left out."""
     out = found.copy()
     beyond = found[-1:].max(axis=0, initial=0.0) > floor
     for g in np.flatnonzero(np.bincount(k.group) > 1):
@@ -134,8 +137,8 @@ def _shared(found: np.ndarray, k: Kinds, floor: np.ndarray) -> np.ndarray:
 
 
 def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.ndarray) -> Promise:
-    """The time up to which the errors are valid. end: time that both runs reached, s; states: relative errors of coordinates and
-    rates (rows)."""
+    """The time up to which the errors are valid. end: time that both runs reached, s. states: relative error of the state up to
+    each row (rows)."""
     ends = [Promise(pairs.alone, "events", pairs.about)]
     rows = np.minimum(np.searchsorted(run.time, [e.time for e in run.events]), len(states) - 1)
     near = [e for e, row in zip(run.events, rows, strict=True) if e.margin < DECIDED * states[row]]
@@ -155,7 +158,8 @@ def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.
 
 
 def _doubling(times: np.ndarray, states: np.ndarray, last: int) -> float:
-    """Doubling time, s, of the errors while they grow from a thousandth of ``LINEAR`` to ``LINEAR``; infinite for a sudden rise."""
+    """Doubling time, s, of the errors while they grow from a thousandth of LINEAR to LINEAR; infinite for a sudden rise. last: row
+    at which the errors exceed LINEAR."""
     before = np.flatnonzero(states[:last] < 1e-3 * LINEAR)
     first = int(before[-1]) if len(before) else 0
     if last - first < 5 or states[first] <= 0.0:

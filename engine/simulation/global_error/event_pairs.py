@@ -1,4 +1,5 @@
-"""Pairs of the events of two runs of one scene: the k-th event of a kind and part of a joint corresponds in both."""
+"""Pairs of corresponding events in two runs of the same scene. Events correspond if they have the same kind, joint and part and the
+same position in the order of time."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ REPORTED = ("separation", "contact_jump")
 """Kinds of events that are only reported and do not affect the motion."""
 Kind = tuple[str, str, int]
 Timed = tuple[float, int]
-"""Time of an event, s, and its number among the events of the run."""
+"""Time of an event, s, and index of the event in the run."""
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,9 @@ class Pairs:
     """Paired events.
 
     Attributes:
-        times: times in the first and in the other run, s, by the number of the first run's event.
-        alone: time of the first event that only one run has, s; infinite without one.
-        about: description of that event.
+        times: {index of an event in the first run: (time in the first run, time in the other run)}, s.
+        alone: time of the first event that occurs in only one of the runs, s; infinite if there is none.
+        about: description of the event at the time ``alone``.
     """
 
     times: dict[int, tuple[float, float]]
@@ -32,7 +33,8 @@ class Pairs:
 
 
 def pair_events(run: Sequence[Event], other: Sequence[Event], near_end: float) -> Pairs:
-    """Pair the events of two runs. From ``near_end`` on, s, events may lack a counterpart, because the other run has ended."""
+    """Pair the events of two runs. near_end: time, s; later events may lack a counterpart, because the other run may end before
+    it."""
     mine, theirs = _by_kind(run), _by_kind(other)
     times: dict[int, tuple[float, float]] = {}
     alone: list[tuple[float, str]] = []
@@ -46,8 +48,8 @@ def pair_events(run: Sequence[Event], other: Sequence[Event], near_end: float) -
 
 
 def _align(a: list[Timed], b: list[Timed]) -> tuple[list[tuple[Timed, Timed]], list[Timed], list[Timed]]:
-    """(pairs, rest of a, rest of b) of two lists in order of time. An element of the longer list whose successor is nearer stays
-    without a partner."""
+    """(pairs, rest of a, rest of b) for two lists in the order of time. An element of the longer list has no partner if its
+    successor is nearer to the candidate in the other list."""
     pairs: list[tuple[Timed, Timed]] = []
     alone: tuple[list[Timed], list[Timed]] = ([], [])
     i = j = 0

@@ -1,5 +1,5 @@
-"""Additional step ends in the tighter of two runs. Without them both runs would begin with the same steps, and the difference of
-the runs would not show the errors of these steps."""
+"""Additional step ends in the tighter of two runs. Without these step ends, both runs would begin with the same steps, and the
+difference of the runs would not show the errors of these steps."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ APART = 0.41
 FEW = 4
 """Largest number of steps between two common step ends for which a second additional step end is needed."""
 MORE = 0.3
-"""Largest number of additional step ends, relative to the first run's number of steps. The longest steps get them first."""
+"""Largest number of additional step ends, relative to the first run's number of steps. The longest steps are divided first."""
 NEAR = 1e-9
-"""Distance, relative to the duration of the run, below which two step ends count as one."""
+"""Distance, relative to the duration of the run, below which two step ends count as the same."""
 CORNERS = ("separation",)
-"""Kinds of events at which friction has a kink but no step ends."""
+"""Kinds of events at which friction has a kink, although no step ends there."""
 
 
 def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray) -> Model:
-    """The model of the tighter run, with additional step ends where both runs would otherwise make the same steps. These steps
-    follow the start, kinks of signals, and events. times: known step ends of the first run, s."""
+    """The model of the tighter run, with additional step ends where both runs would otherwise make the same steps: after the start,
+    kinks of signals, and events. times: known step ends of the first run, s."""
     numbers = model.built.numbers
     events = [e.time for e in run.events if e.kind not in CORNERS]
     marks = np.unique([0.0, *(t for t in numbers.breaks if t < until), *(t for t in events if t < until), until])
@@ -46,7 +46,8 @@ def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray)
 
 
 def _inside(marks: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
-    """(length of a step, s; additional end in it, s) of the first step after each mark, and of the longest of up to FEW steps."""
+    """(duration of a step, s; time of the additional step end, s) for the first step after each mark. If two marks have at most FEW
+    steps between them, the longest of these steps is included too."""
     out = []
     for a, b in pairwise(marks):
         ends = np.array([a, *times[(times > a) & (times < b)], b])

@@ -1,4 +1,5 @@
-"""Runs with error estimates: ``certify`` states the error, ``accuracy`` chooses the tolerance for a bound of it."""
+"""Runs with error estimates. ``certify`` states the error of a run; ``accuracy`` chooses the tolerance that meets a bound of the
+error."""
 
 from __future__ import annotations
 
@@ -22,28 +23,30 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 MOTION = ("m", "rad")
 """Units of the columns to which an accuracy without a unit applies: positions and angles of the motion."""
 FIRST = 0.1
-"""First tolerance, relative to the accuracy over the scene's scale."""
+"""First tolerance, relative to accuracy / scale of the columns."""
 AIM = 0.5
-"""Target of the next run's error, relative to the accuracy; errors are proportional to the tolerance."""
+"""Target of the next run's error, relative to the accuracy. The search assumes errors proportional to the tolerance."""
 LEAP = 0.01
-"""Least factor between the tolerances of two runs."""
+"""Smallest ratio of a run's tolerance to that of the previous run."""
 TRIES = 6
 SPARE = 0.01
-"""Error, relative to the accuracy, below which a looser run is tried: drives and loops may prescribe the motion."""
+"""Error, relative to the accuracy, below which a looser run is tried. Such small errors occur if drives and loops prescribe the
+motion."""
 TIGHTEST, LOOSE, LOOSEST = 1e-13, 1e-3, 1e-2
 """Tightest tolerance, loosest first tolerance, loosest tolerance."""
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A bound of errors. value: largest error, SI units; text: as written; places: indices of its columns."""
+    """A bound of errors. value: largest allowed error, SI units; text: the bound as written; places: indices of the columns to
+    which the bound applies."""
 
     value: float
     text: str
     places: tuple[int, ...]
 
     def share(self, result: Result) -> float:
-        """The largest error of these columns over the bound; infinite where a part of the run has no stated error."""
+        """The largest error of these columns divided by the bound; infinite if a part of the run has no stated error."""
         c = result.certainty
         if c is None or not c.promise.whole or not result.outcome.ok:
             return np.inf
@@ -53,7 +56,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class ErrorRequest:
-    """A request for a run with an error estimate. until, every: s; accuracy: bound of the errors as written, None: no bound;
+    """A request for a run with an error estimate. until, every: s. accuracy: bound of the errors as written; None: no bound.
     tolerance: whether the request also gives a tolerance."""
 
     until: float
@@ -78,7 +81,7 @@ class ErrorRequest:
 def run_with_error(
     scene: Scene, patterns: tuple[str, ...], kernel: str | None, w: ErrorRequest, progress: Progress | None
 ) -> Result:  # fmt: skip
-    """Run a scene with its error estimate. SceneError for a wrong request."""
+    """Run a scene with an error estimate. SceneError for a wrong request."""
     w.check()
     model = model_with_state(scene, patterns, kernel)
     if w.accuracy is None:
@@ -87,7 +90,8 @@ def run_with_error(
 
 
 def read_bound(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...]) -> Bound:
-    """The bound of errors from a number, or a number with a unit, for the columns that match the patterns."""
+    """The bound of errors for the columns that match the patterns. accuracy: a number, or a number with a unit. SceneError for a
+    wrong accuracy."""
     text = f"{accuracy:g}" if isinstance(accuracy, float | int) else str(accuracy)
     try:
         value, unit, written = parse(text)
@@ -116,8 +120,8 @@ def _cancelled(r: Result) -> bool:
 
 
 def search_tolerance(model: Model, w: ErrorRequest, bound: Bound, progress: Progress | None) -> Result:
-    """The first run that meets the bound. Each tolerance follows from the errors of the previous run. If a run meets the bound by
-    far, a looser run is tried; it is returned if it meets the bound, too."""
+    """The first run that meets the bound; after TRIES runs, the last run. Each tolerance follows from the errors of the previous
+    run. If the errors are far below the bound, a looser run is tried and returned if it meets the bound, too."""
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
     rtol = float(np.clip(FIRST * bound.value / scale, TIGHTEST, LOOSE))
     for _ in range(TRIES):

@@ -23,21 +23,21 @@ from trunnion.system.construction.system_builder import build
 FIRST = 0.4
 """Share of the first run in the work of both runs."""
 TRIAL = 0.3
-"""Evaluations, relative to the first run, within which a run by another method may be abandoned."""
+"""Share of the first run's evaluations up to which a run by another method may be abandoned."""
 MOST = 1.4
-"""Evaluations of the tighter run, relative to the first; with a margin they reach 1.5."""
+"""Target number of evaluations of the tighter run, relative to the first run. The actual number may reach 1.5."""
 LEAST = 1.15
-"""The same limit after an abandoned run."""
+"""Smallest target number of evaluations after an abandoned run, relative to the first run."""
 LIMIT, SMALL = 1.46, 2000
-"""Evaluations, relative to the first run, that stop the tighter one; and evaluations that are always allowed."""
+"""Number of evaluations that stops the tighter run, relative to the first run. The reference is at least SMALL evaluations."""
 OVERSHOOT = 1.05
-"""End of the tighter run, relative to the end of a run that ended early."""
+"""End time of the tighter run, relative to the end time of a first run that ended early."""
 STATE = ("*.q[*]", "*.qd[*]")
-"""Columns of the state, which both runs have for the growth of errors."""
+"""Columns of the state. Both runs store them, because the growth of errors follows from them."""
 
 
 def model_with_state(scene: Scene, patterns: tuple[str, ...], kernel: str | None) -> Model:
-    """A model whose columns are those of the patterns and the state."""
+    """A model with the columns of the patterns and the columns of the state."""
     if not patterns:
         return Model(scene, patterns, kernel)
     everything = columns(build(scene).system)
@@ -47,9 +47,9 @@ def model_with_state(scene: Scene, patterns: tuple[str, ...], kernel: str | None
 def compare_runs(
     model: Model, until: float, every: float, settings: Settings, progress: Progress | None = None, limited: bool = True
 ) -> Result:
-    """Execute a run and a tighter run. Returns the result of the first with its ``certainty``.
+    """Execute a run and a tighter run. Returns the result of the first run, with its ``certainty``.
 
-    model: from ``model_with_state``; limited: whether the tighter run stops where it costs more than 1.5 times the first."""
+    model: from ``model_with_state``. limited: whether the tighter run stops if it costs more than 1.5 times the first run."""
     first = CountedRun(model, until, every, settings, _part(progress, 0.0))
     run = first.result()
     if run.outcome.name == CANCELLED or len(run) == 0 or run.stats.steps == 0:
@@ -73,10 +73,10 @@ class Tighter:
     """A tighter run.
 
     Attributes:
-        result: its result.
+        result: result of the tighter run.
         correction: factor on the runs' difference that accounts for the tighter run's own error.
-        spent: evaluations of an abandoned run before it.
-        cut: whether it was stopped at its limit of evaluations.
+        spent: evaluations of a run that was abandoned before.
+        cut: whether the tighter run was stopped at its limit of evaluations.
     """
 
     result: Result
@@ -87,7 +87,7 @@ class Tighter:
 
 @dataclass(frozen=True)
 class _TighterRun:
-    """Executes the tighter run. model: model of the tighter run; first, run: the first run and its result."""
+    """Executes the tighter run. model: model of the tighter run. first, run: the first run and its result."""
 
     model: Model
     until: float
@@ -99,7 +99,7 @@ class _TighterRun:
     limited: bool
 
     def result(self) -> Tighter:
-        """The tighter run, by a method of higher order where it stays within the limits, else by the first run's method."""
+        """The tighter run, by a method of higher order if that stays within the limits, else by the first run's method."""
         s, spent = self.settings, 0
         if (other := higher(s)) is not None:
             tighter = self._paced(other, 0, (other.rtol, s.rtol / APART_AT_LEAST), TRIAL)
@@ -123,7 +123,7 @@ class _TighterRun:
 
 
 def _none(run: Result) -> Certainty:
-    """The certainty without any stated error: of a cancelled run, or where one of the two did not start."""
+    """The certainty without any stated error, for a cancelled run, or if one of the two runs did not start."""
     width = len(run.columns)
     error, floor = np.full((len(run), width), np.nan), np.full(width, np.nan)
     names, units = tuple(c.name for c in run.columns), tuple(c.unit for c in run.columns)
@@ -131,7 +131,7 @@ def _none(run: Result) -> Certainty:
 
 
 def notes(stated: Certainty) -> list[str]:
-    """Notes of a run about times and columns without stated errors."""
+    """A note about the time from which no error is stated; empty if errors are stated to the end."""
     p = stated.promise
     if p.whole:
         return []
@@ -140,7 +140,7 @@ def notes(stated: Certainty) -> list[str]:
 
 
 def _part(progress: Progress | None, done: float) -> Progress | None:
-    """Progress of both runs from the progress of one."""
+    """Converts the progress of one run to the progress of both runs. done: share of the work before this run."""
     if progress is None:
         return None
     share = FIRST if done == 0.0 else 1.0 - FIRST

@@ -1,4 +1,4 @@
-"""The audit of a run: how well it obeyed the laws of its model, with time and joint of each figure (theory, "Audit")."""
+"""The audit of a run: violations of the laws of its model, with the time and joint of each figure (theory, "Audit")."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.runtime.abi import Law, Status, Verdict
 from trunnion.simulation.results.outcome import Outcome, from_status
 
 WORDS = {v: v.name.lower() for v in Verdict}
-"""Words of the verdicts."""
+"""The word for each verdict."""
 VIOLATIONS = {
     Law.CLOSURE: "a loop is open (relative to its length)",
     Law.CONE: "friction exceeds the limit of its law (relative to this limit)",
@@ -21,7 +21,7 @@ VIOLATIONS = {
     Law.UNREST: "a sticking pair accelerates (relative to the accelerations that should cancel)",
     Law.FRICTION: "the equations of friction have a residual (relative to the largest friction)",
 }
-"""The violation of each law; in brackets the reference of its figure."""
+"""Description of the violation of each law. The brackets state to what the figure is relative."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class Figure:
 
     Attributes:
         size: violation, relative to the reference that ``trunnion.runtime.abi.Law`` gives for the law; at worst 1.
-        time: time, s; None where it is unknown.
-        joint: name of the joint; "" without one.
+        time: time of the violation, s; None if unknown.
+        joint: name of the joint; "" if the violation belongs to no joint.
     """
 
     size: float = 0.0
@@ -49,13 +49,13 @@ class Audit:
             (the run did not start).
         tolerance: reference of the figures.
         energy: largest energy error, J, positive for gained energy; None without an energy balance.
-        energy_time: its time, s.
+        energy_time: time of the largest energy error, s.
         jump_time: time of the largest increase of the energy error, s.
-        jump_joint: joint of the event before ``jump_time``; "" without one.
+        jump_joint: joint of the event before ``jump_time``; "" if there is no such event.
         turned_over: energy turned over, J.
         share: energy error relative to ``turned_over``.
-        laws: largest violation of every other law, by its name in ``trunnion.runtime.abi.Law``.
-        notes: figures beyond the tolerance.
+        laws: largest violation of every other law, by the law's name in ``trunnion.runtime.abi.Law``.
+        notes: a note for every figure beyond the tolerance.
     """
 
     verdict: str = "none"
@@ -129,7 +129,7 @@ def _energy_note(a: Audit) -> str:
 
 
 def judged(outcome: Outcome, audit: Audit) -> Outcome:
-    """The outcome after the audit: ``inaccurate`` in place of ``done`` where the audit's verdict is that."""
+    """The outcome after the audit: ``done`` becomes ``inaccurate`` if this is the audit's verdict."""
     if not outcome.ok or audit.verdict != WORDS[Verdict.INACCURATE]:
         return outcome
     time = outcome.time if audit.jump_time is None else audit.jump_time

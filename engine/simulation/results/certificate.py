@@ -17,13 +17,13 @@ class Certificate:
 
     Attributes:
         contraction: largest contraction factor of the fixed-point iteration of the complement equations at start, events and end;
-            below 1 no other root is near.
+            below 1, no other root is near.
         roots: number of roots found at start and end.
         complement: largest relative residual of the complement equations.
-        indeterminate: (time, s; joint) of the first choice between stick and slip with several solutions; None without one.
+        indeterminate: (time, s; joint) of the first instant at which both stick and slip are solutions; None if there is none.
         redundancy: number of independent reaction patterns that the motion does not determine.
         not_unique: joints with reactions that are not unique.
-        time_stepped: time, s, from which time stepping replaced accumulating events; None without any.
+        time_stepped: time, s, from which time stepping is used because events accumulate; None if they do not.
     """
 
     contraction: float = 0.0
@@ -55,10 +55,10 @@ def certificate_notes(c: Certificate) -> list[str]:
         )
     if c.time_stepped is not None:
         method = AUTO.accumulating
-        what = f"from there on {method.name} (order {method.order}) steps without locating single events"
+        what = f"from this time on, {method.name} (order {method.order}) steps without locating single events"
         out.append(f"events accumulated at t = {c.time_stepped:.6g} s: {what}")
     if max(c.roots) > 1:
         out.append(
-            f"the complement equations have {max(c.roots)} roots: the one that follows continuously from zero friction was chosen"
+            f"the complement equations have {max(c.roots)} roots: the root that follows continuously from zero friction was chosen"
         )
     return out

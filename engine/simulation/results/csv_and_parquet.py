@@ -1,10 +1,10 @@
 """Results as Arrow tables, CSV and Parquet files, with units and the origin of the run.
 
-A CSV file begins with lines ``# key: value``: version, scene, settings, outcome, events, notes, audit as JSON. The last one is
-``# units: s,m,…``, a unit for every name in the header line below it. Each further line is a row. Read it with
-``load_result_table``, or with ``pandas.read_csv(file, comment="#")``. Parquet and Arrow have the same keys in the schema's
-metadata, units and descriptions in that of the fields. A file depends on the run alone, without dates or timings. It is written
-atomically.
+A CSV file begins with lines ``# key: value``: version, scene, settings, outcome, events, notes, audit; most values are JSON. The
+last of these lines is ``# units: s,m,…``, with a unit for every name in the header line below. Each further line is a row. Such a
+file can be read with ``load_result_table``, or with ``pandas.read_csv(file, comment="#")``. Parquet and Arrow have the same keys in
+the schema's metadata; units and descriptions are in the metadata of the fields. A file depends only on the run and has no dates or
+timings. Files are written atomically.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".csv", ".parquet")
 FORMAT = "trunnion result 1"
 AT_ONCE = 4096
-"""Rows of a CSV file that are formatted at once."""
+"""Number of rows of a CSV file that are formatted at once."""
 ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit", "certainty")
-"""Metadata keys whose values are JSON; the others are plain text."""
+"""Metadata keys whose values are JSON. The values of all other keys are plain text."""
 
 
 def metadata(result: ResultData) -> dict[str, str]:
@@ -62,7 +62,7 @@ def metadata(result: ResultData) -> dict[str, str]:
 
 
 def finite(value: Any) -> Any:
-    """Nested data for JSON: None for NaN and infinite numbers, lists for tuples, numbers of Python for those of NumPy."""
+    """Nested data for JSON: NaN and infinite numbers become None, tuples become lists, NumPy numbers become Python numbers."""
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
@@ -72,8 +72,8 @@ def finite(value: Any) -> Any:
 
 
 def to_arrow(result: ResultData) -> pyarrow.Table:
-    """An Arrow table of float64, with columns of stated errors last. Each field's metadata has ``unit`` and ``description``, the
-    schema's metadata the origin."""
+    """An Arrow table of float64. Columns of stated errors come last. The metadata of each field has ``unit`` and ``description``;
+    the schema's metadata has the origin of the result."""
     pa = brought("pyarrow", "tables", "to_arrow()")
     about_run, result = metadata(result), with_errors(result)
     about = [("s", "time"), *((c.unit, c.description) for c in result.columns)]
@@ -86,7 +86,7 @@ def to_arrow(result: ResultData) -> pyarrow.Table:
 
 
 def save(result: ResultData, path: str | os.PathLike[str]) -> Path:
-    """Write CSV or Parquet, by suffix. SceneError for another suffix or an unwritable folder."""
+    """Write CSV or Parquet, depending on the suffix. SceneError for another suffix or a folder that is not writable."""
     with writing(path, SUFFIXES) as work:
         if work.suffix.lower() == ".csv":
             _write_csv(result, work)
@@ -114,7 +114,8 @@ def _write_csv(result: ResultData, path: Path) -> None:
 
 
 def lines_of(data: np.ndarray) -> str:
-    """Rows as lines of a CSV file, each number in the fewest digits that restore it. It takes 1 µs a number; Parquet a sixth."""
+    """Rows as lines of a CSV file. Each number has the fewest digits that restore it exactly. This takes 1 µs per number; Parquet
+    takes a sixth of that."""
     return "".join(",".join(map(repr, row)) + "\n" for row in data.tolist())
 
 
@@ -154,7 +155,7 @@ class ResultTable:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended."""
+        """The outcome of the run."""
         return Outcome(**self.metadata["outcome"])
 
     @property

@@ -17,13 +17,14 @@ ENDING = ".error"
 
 
 def with_errors(result: ResultData) -> ResultData:
-    """The result with additional columns ``time.error`` and one for each column with an error; unchanged without a certainty."""
+    """The result with an additional column ``time.error``, and an error column for each column with a stated error. A result
+    without a certainty is returned unchanged."""
     c = result.certainty
     if c is None:
         return result
     places = [i for i, f in enumerate(c.floor) if np.isfinite(f)]
     about = [("time", "s", "error of the time of events near this row")]
-    about += [(c.names[i], c.units[i], f"global error of {c.names[i]}: at most about") for i in places]
+    about += [(c.names[i], c.units[i], f"approximate bound of the global error of {c.names[i]}") for i in places]
     extra = tuple(Column(name + ENDING, unit, text, "error", (name,)) for name, unit, text in about)
     data = np.column_stack([result.data, c.shift, c.error[:, places]])
     return replace(result, data=data, columns=(*result.columns, *extra), certainty=None)

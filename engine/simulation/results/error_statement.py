@@ -1,4 +1,4 @@
-"""The stated error of a run: of every column and row, of the times of events, and the time up to which it is valid."""
+"""The error statement of a run: errors of every column and row, errors of event times, and the time up to which they are valid."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ REASONS = {
     "cancelled": "the run at a tighter tolerance was cancelled",
     "start": "the run was cancelled, or could not start",
 }
-"""Reason → its text, for times without a stated error."""
+"""{reason why no error is stated from some time on: its text}."""
 
 
 def rough(error: float) -> str:
-    """An error as text with its one significant digit."""
+    """An error as text, with one significant digit."""
     return f"{float(f'{error:.1g}'):g}"
 
 
@@ -31,10 +31,10 @@ class Promise:
     """The validity of the stated errors.
 
     Attributes:
-        until: time from which no error is stated, s; infinite where the errors are valid to the end.
-        why: key of ``REASONS``; "" where the errors are valid to the end.
-        about: description of the event or outcome at that time.
-        doubling: doubling time of growing errors, s; infinite without growth.
+        until: time from which no error is stated, s; infinite if the errors are valid to the end.
+        why: key of ``REASONS``; "" if the errors are valid to the end.
+        about: description of the event or outcome at the time ``until``.
+        doubling: doubling time of growing errors, s; infinite if unknown.
     """
 
     until: float = inf
@@ -55,23 +55,23 @@ class Promise:
 
 @dataclass(frozen=True)
 class Certainty:
-    """The global error of a run, by integration and round-off.
+    """The global error of a run, caused by integration and round-off.
 
     Attributes:
         names: names of the columns (c), without time.
-        units: their units (c).
+        units: units of the columns (c).
         error: largest error up to each row (n × c), in the column's unit; NaN where no error is stated, and for columns without
             errors, such as ``audit.*``.
-        shift: error of the time of an event near each row (n), s; 0 without one. Where it is not 0, a column that jumps at the
-            event may still have its value before the jump, or already that after it.
+        shift: error of the time of an event near each row (n), s; 0 if there is no event near the row. If the shift is not 0, a
+            column that jumps at the event may have its value before the jump or its value after the jump.
         event_errors: error of the time of each event, s.
-        floor: least error that can be stated for each column (c), in its unit.
+        floor: smallest error that can be stated for each column (c), in its unit.
         promise: validity of the errors.
         rtol: tolerance of the tighter run.
         method: method of the tighter run.
-        cost: evaluations of both runs over those of the first.
-        asked: requested accuracy; "" without one.
-        met: whether all errors that the accuracy concerns are below it.
+        cost: number of evaluations of both runs, divided by that of the first run.
+        asked: requested accuracy; "" if none was requested.
+        met: whether all errors to which the accuracy applies are at most the accuracy.
     """
 
     names: tuple[str, ...]
@@ -98,12 +98,12 @@ class Certainty:
         return name in self.names
 
     def largest(self, name: str) -> float:
-        """The largest stated error of a column; NaN without one."""
+        """The largest stated error of a column; NaN if no error is stated."""
         known = self[name][np.isfinite(self[name])]
         return float(known[-1]) if len(known) else np.nan
 
     def only(self, places: list[int]) -> Certainty:
-        """The statement for these columns (indices without time)."""
+        """The statement for some of the columns. places: indices of the columns, not counting time."""
         names, units = (tuple(x[i] for i in places) for x in (self.names, self.units))
         return replace(self, names=names, units=units, error=self.error[:, places], floor=self.floor[places])
 
@@ -113,7 +113,7 @@ class Certainty:
         return replace(self, error=self.error[rows], shift=self.shift[rows], event_errors=errors)
 
     def document(self) -> dict[str, Any]:
-        """As plain data: validity, largest error of each column, errors of the events' times."""
+        """The statement as plain data: validity, largest error of each column, errors of event times."""
         p = self.promise
         return {
             "promise": {"until": p.until, "why": p.why, "about": p.about, "doubling": p.doubling, "text": str(p)},

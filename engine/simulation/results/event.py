@@ -14,13 +14,13 @@ class Event:
         time: time, s.
         kind: kind of event (reference page of events), such as "stick", "slip", "reversal" or "end_stop_engaged".
         joint: name of the joint.
-        part: number of its sliding pair or freedom, from 1.
+        part: number of the joint's friction pair or freedom, from 1.
         before: contact angles before the event, rad.
-        after: contact angles after it, rad.
+        after: contact angles after the event, rad.
         turn: rotation of each contact's normal, rad.
-        margin: change of the deciding quantity that would change the decision (relative: friction over capacity, speed over the
-            speed scale); NaN for events of time stepping.
-        marginal: whether the margin is below the run's own error, or the time is unknown: at another tolerance the decision may
+        margin: smallest change of the deciding quantity that would change the decision. Friction is relative to capacity, and speed
+            to the speed scale. NaN for events of time stepping.
+        marginal: whether the margin is below the run's own error, or the time is unknown. At another tolerance the decision may
             differ.
     """
 

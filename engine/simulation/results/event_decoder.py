@@ -1,4 +1,4 @@
-"""Event records of the runtime as Event objects."""
+"""Conversion of the runtime's event records to Event objects."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from trunnion.system.structure.bodies_and_joints import System
 KINDS = {k.value: k.name.lower() for k in EventKind}
 DEVICES = (EventKind.END_STOP_ENGAGED, EventKind.END_STOP_RELEASED, EventKind.LATCH, EventKind.UNLATCH)
 DEVICE_KINDS = {k.name.lower() for k in DEVICES}
-"""Kinds of events of end stops and latches; all others are of sliding pairs."""
+"""Kinds of events of end stops and latches. All other kinds are events of friction pairs."""
 
 
 def decode(system: System, records: np.ndarray) -> list[Event]:
-    """The runtime's event records (n ``tr_event``) as events with the names of joints.
+    """Events with the names of joints, from the runtime's event records (n ``tr_event``).
 
-    The loop reads plain lists of each field: access to single NumPy records is slower than the runtime's search for an event."""
+    The loop reads a plain list for each field, because access to single NumPy records takes longer than the runtime needs to locate
+    an event."""
     if not len(records):
         return []
     sliders, stops, turned = slider_names(system), stop_names(system), records["turned"]

@@ -11,7 +11,7 @@ from trunnion.simulation.results.csv_and_parquet import load_result_table
 
 
 def columns_of(file: str, where: str) -> tuple[list[str], np.ndarray]:
-    """(names, numbers (rows × names)) of a table. where: the option that names it. SceneError for an unreadable file."""
+    """(names, values (rows × names)) of a table. where: the option that names the file. SceneError for an unreadable file."""
     path = Path(file)
     try:
         read = load_result_table(path)
@@ -24,10 +24,10 @@ def columns_of(file: str, where: str) -> tuple[list[str], np.ndarray]:
                 names = [n.strip() for n in next(x for x in lines if x.strip() and not x.startswith("#")).split(",")]
             return names, np.atleast_2d(np.loadtxt(path, delimiter=",", skiprows=_head(path), comments="#"))
         except (OSError, ValueError, StopIteration) as e:
-            raise SceneError([Problem(where, f"cannot read {file!r}: {e}", "a CSV file: names first, then numbers")]) from refused
+            raise SceneError([Problem(where, f"cannot read {file!r}: {e}", "give a CSV file: names, then numbers")]) from refused
 
 
 def _head(path: Path) -> int:
-    """Number of lines up to the line of names, inclusive."""
+    """Number of lines up to and including the line of names."""
     with path.open(encoding="utf-8") as lines:
         return 1 + next(i for i, x in enumerate(lines) if x.strip() and not x.startswith("#"))

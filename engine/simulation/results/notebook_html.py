@@ -46,7 +46,7 @@ def _cost(result: ResultData) -> str:
 
 
 def curve(result: ResultData, name: str) -> str:
-    """An inline SVG of a column over time, with its extremes and the events of its joint; "" without finite values."""
+    """An inline SVG of a column over time, with the column's extremes and the events of its joint; "" if no value is finite."""
     keep = np.unique(np.linspace(0, len(result) - 1, MOST_POINTS).astype(int))
     t, v = result.time[keep], result[name][keep]
     good = np.isfinite(v)

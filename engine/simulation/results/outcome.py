@@ -1,4 +1,4 @@
-"""Outcomes of runs: name, time, joint and remedy."""
+"""Outcomes of runs, with time, joint and remedy."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from trunnion.runtime.integrators import AUTO, METHODS
 
 DONE, CANCELLED = "done", "cancelled"
 DEAD_CENTRE = "dead_centre"
-"""The outcome of a loop without friction whose equations have no solution in its position."""
+"""The outcome of a loop without friction whose equations have no solution in the current position."""
 OVERLAP_LOST = "overlap_lost"
-"""The outcome of two parts that have slid off each other."""
+"""The outcome if two parts of a joint have slid off each other."""
 TOO_MANY_ROWS, TOO_MANY_EVENTS = "too_many_rows", "too_many_events"
-"""Outcomes of results that fill the memory allowed for them."""
+"""Outcomes of runs whose rows or events fill the memory allowed for a result."""
 NAMES: dict[int, str] = {
     Status.FAIL_NOT_FINITE: "not_finite",
     Status.FAIL_STEP: "step_underflow",
@@ -49,8 +49,8 @@ ADVICE = {
     "lengths along the loop and the range of its drives; with a fixed step, try a smaller one",
     "gimbal_lock": "all free axes of rotation of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of "
     "its reach), so the loop cannot turn as its drives demand: avoid this position, or add a rotation axis outside that plane",
-    DEAD_CENTRE: "the loop is at a dead centre: the drives demand an acceleration that its joints cannot follow, or could follow "
-    "in two ways; start beside this position, drive another joint, or give the drives a motion that rests here",
+    DEAD_CENTRE: "the loop is at a dead centre: its joints cannot follow the acceleration that the drives demand, or could follow "
+    "it by two different motions; start beside this position, drive another joint, or give the drives a motion that rests here",
     "max_steps": f"the run reached its largest number of steps: raise max_steps, or try method {AUTO.stiff.name}",
     "out_of_time": "the case exceeded its time budget; its reductions cover the rows computed so far: raise cpu_limit, look at the "
     f"mechanism at this time for joints that alternate between sticking and slipping without end, "
@@ -59,7 +59,7 @@ ADVICE = {
     TOO_MANY_ROWS: "the rows at all steps of the solver fill the memory allowed for a result; the rows so far are kept: set "
     "every to the time between rows, end earlier, or compute fewer columns (outputs)",
     TOO_MANY_EVENTS: "the events of the run fill the memory allowed for a result; the rows and events so far are kept: end "
-    "earlier, or find out why a joint sticks and slips so often (the last events name it)",
+    "earlier, or find out why a joint sticks and slips so often (the last events name the joint)",
     "inaccurate": "the run reached its end, but gained or lost energy far beyond its tolerance; its results are kept "
     f"but unreliable: try a tighter rtol, another method ({', '.join(METHODS[1:])}), or error control in place of a fixed step",
     OVERLAP_LOST: "one part of the joint slid off the other: lengthen one of them (inboard_length, outboard_length), or give "
@@ -74,10 +74,10 @@ class Outcome:
 
     Attributes:
         name: "done" or the name of a failure.
-        time: time, s.
-        joint: name of the joint; "" for the whole mechanism.
-        advice: remedy.
-        numbers: figures of the failure by name.
+        time: time of the end, s.
+        joint: name of the joint that causes the failure; "" for the whole mechanism.
+        advice: cause and remedy.
+        numbers: figures of the failure, by name.
     """
 
     name: str

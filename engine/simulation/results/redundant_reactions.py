@@ -9,19 +9,21 @@ import numpy as np
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 SHARE = 1e-6
-"""Least component of a joint in an open direction (unit vector); round-off is 1e-12 at most."""
+"""A joint's reactions are not unique if they have at least this component in a reaction pattern (unit vector) that the motion does
+not determine. Round-off is at most 1e-12."""
 
 
 @dataclass(frozen=True)
 class Redundancy:
     """Reactions that are not unique (theory, "Redundant loops").
 
-    Minimum-norm reactions in the bodies' metric are reported; with friction in the loops, the limit of stiff contacts.
+    Without friction in the loops, the reported reactions have the minimum norm in the metric of the bodies' inertia. With friction
+    in the loops, they are the limit for stiff contacts.
 
     Attributes:
         count: number of independent reaction patterns that the motion does not determine.
         joints: joints whose reactions are not unique.
-        rubbing: joints among them with friction, whose friction and motion are not unique for rigid bodies.
+        rubbing: those of ``joints`` that have friction. For rigid bodies, their friction and the motion are not unique.
     """
 
     count: int
@@ -30,7 +32,7 @@ class Redundancy:
 
 
 def redundancy(block: Block) -> Redundancy:
-    """The redundancy at the block's present state."""
+    """The redundancy at the current state of the block."""
     if not block.kernel.sizes["rows"]:
         return Redundancy(0)
     open_directions = block.redundancy()
@@ -45,12 +47,12 @@ def redundancy(block: Block) -> Redundancy:
 
 
 def redundancy_notes(r: Redundancy) -> list[str]:
-    """A note about reactions that are not unique; none without any."""
+    """A note about reactions that are not unique; empty if all reactions are unique."""
     if r.count == 0:
         return []
     joints, redundant = ", ".join(r.joints), f"{r.count} redundant constraint{'s' * (r.count > 1)}"
     if not r.rubbing:
-        return [f"{redundant}: the motion is unique, but the reactions of {joints} are not; those of least norm are reported"]
+        return [f"{redundant}: the motion is unique, but the reactions of {joints} are not; minimum-norm reactions are reported"]
     return [
         f"{redundant}: for rigid bodies neither the reactions of {joints}, nor the friction of {', '.join(r.rubbing)}, nor the "
         "motion is unique; the solution for stiff contacts that all have the same radial stiffness is reported"

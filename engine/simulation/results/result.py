@@ -1,4 +1,4 @@
-"""The result of a run, and its forms: tables, files, and the view of a notebook."""
+"""The result of a run, and its conversion to tables, files and HTML for notebooks."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ if TYPE_CHECKING:
 
 
 class Result(ResultData):
-    """The result of a run, a row for every output time.
+    """The result of a run, with a row for every output time.
 
-    ``result["ball.contact[1].angle"]`` is a column (n) in its unit, ``result.time`` are the times (n), s.
+    ``result["ball.contact[1].angle"]`` is a column (n) in the column's unit; ``result.time`` holds the times (n), s.
 
     Attributes:
         scene: the scene that was run.
         data: times, s, and all columns in their units (n × 1 + columns).
-        columns: names, units and texts of the columns.
+        columns: names, units and descriptions of the columns.
         events: the events, in order of time.
-        outcome: how the run ended.
+        outcome: the end of the run: name, time, joint, advice.
         stats: steps, evaluations and processor times, s.
         settings: method, tolerances and output times of the run.
-        notes: what the reader of the result should know.
-        redundancy: constraints that do not determine their reactions.
-        certificate: up to when the answer is proved to be unique.
-        audit: energy, constraints and friction laws along the run.
-        certainty: the global error of every number, with ``certify``; else None.
+        notes: remarks and warnings about the run.
+        redundancy: redundant constraints, whose reactions are not unique.
+        certificate: uniqueness and residuals of the friction.
+        audit: violations of energy balance, constraints and friction laws along the run.
+        certainty: the global error of every value, if the run was made with ``certify`` or ``accuracy``; else None.
     """
 
     def to_arrow(self) -> pyarrow.Table:
@@ -40,7 +40,7 @@ class Result(ResultData):
         return to_arrow(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A pandas frame indexed by time, units in ``frame.attrs["units"]``."""
+        """A pandas frame with time as index and the units in ``frame.attrs["units"]``."""
         from trunnion.basics.optional_packages import brought
 
         pd = brought("pandas", "pandas", "to_pandas()")
@@ -52,7 +52,8 @@ class Result(ResultData):
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """An xarray dataset with the dimension ``time``; ``attrs`` have each column's unit, the scene's name and the outcome."""
+        """An xarray dataset with the dimension ``time``. The ``attrs`` of each variable hold its unit and description; those of the
+        dataset hold the scene's name and the outcome."""
         from trunnion.basics.optional_packages import brought
         from trunnion.simulation.results.error_columns import with_errors
 
@@ -63,7 +64,7 @@ class Result(ResultData):
         return xr.Dataset(data, {"time": ("time", self.time, {"units": "s"})}, whole)
 
     def save(self, path: str | Path) -> Path:
-        """Write CSV or Parquet (by suffix) with metadata: scene, settings, version, outcome, events."""
+        """Write CSV or Parquet, depending on the suffix, with metadata: scene, settings, version, outcome, events."""
         from trunnion.simulation.results.csv_and_parquet import save
 
         return save(self, Path(path))

@@ -1,4 +1,4 @@
-"""The data of a result: columns with units, events, outcome, statistics, and their origin."""
+"""The data of a result: columns with units, events, outcome, statistics, and the origin of the data."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Stats:
 
 @dataclass(frozen=True)
 class ResultData:
-    """The data of a run: ``data`` (rows × 1 + columns) has the times, s, and then the columns in their units."""
+    """The data of a run. ``data`` (rows × (1 + columns)) holds the times, s, then the columns in their units."""
 
     scene: Scene
     data: np.ndarray
@@ -63,7 +63,7 @@ class ResultData:
     certificate: Certificate = field(default_factory=Certificate)
     audit: Audit = field(default_factory=Audit)
     certainty: Certainty | None = None
-    """The global error of every number, with ``certify``."""
+    """The global error of every value, if the run was made with ``certify`` or ``accuracy``; else None."""
 
     @property
     def names(self) -> list[str]:
@@ -81,7 +81,7 @@ class ResultData:
         return self.data[:, 0]
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column by name. KeyError for an unknown name, with similar names."""
+        """A column by name. KeyError for an unknown name; its text suggests similar names."""
         try:
             return self.data[:, self._index[name]]
         except KeyError:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from trunnion.simulation.results.result_data import ResultData
 
 NEGLIGIBLE = 1e-9
-"""A column whose largest value is below this share of the largest value of its kind in the joint is not a main column."""
+"""A main column's largest value is above this share of the largest value among the joint's columns of the same kind."""
 MAIN = ("friction.torque[*]", "friction.force", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 
@@ -33,7 +33,7 @@ class Range:
 
 
 def main_columns(result: ResultData, most: int = 16) -> list[str]:
-    """Names of the main columns: friction and contact forces of every frictional joint, coordinates, energy balance."""
+    """Names of the main columns: friction and contact forces of every joint with friction, coordinates, energy balance."""
     joints = result.scene.joints
     names: list[str] = []
     for name in (n for n, j in joints.items() if j.friction is not None):
@@ -53,12 +53,12 @@ def _large(result: ResultData, names: list[str]) -> list[str]:
 
 
 def has_motion(result: ResultData) -> bool:
-    """Whether the result has a motion; a run that failed at its start has none."""
+    """Whether the result contains a motion, which is not the case if the run failed at its start."""
     return len(result) > 0 and (result.outcome.ok or result.stats.steps > 0)
 
 
 def ranges(result: ResultData, names: list[str] | None = None) -> list[Range]:
-    """Ranges of columns (default: the main ones); empty without a motion."""
+    """Ranges of columns (default: the main columns); empty if the result contains no motion."""
     if not has_motion(result):
         return []
     out = []
@@ -71,7 +71,7 @@ def ranges(result: ResultData, names: list[str] | None = None) -> list[Range]:
 
 
 def final_values(result: ResultData) -> dict[str, float]:
-    """The last value of every column."""
+    """{column: last value}; empty if the result contains no motion."""
     return dict(zip(result.names, map(float, result.data[-1]), strict=True)) if has_motion(result) else {}
 
 
@@ -81,7 +81,7 @@ def counted(events: tuple[Event, ...]) -> dict[str, int]:
 
 
 def marginal_note(events: tuple[Event, ...]) -> str:
-    """A note about events whose margin is below the run's own error; "" without any."""
+    """A note about events whose margin is below the run's own error; "" if there are none."""
     marked = [e for e in events if e.marginal]
     if not marked:
         return ""

@@ -1,1 +1,1 @@
-"""The runtime's block of memory and its functions in Python."""
+"""Python interface to the runtime's simulation blocks and functions."""

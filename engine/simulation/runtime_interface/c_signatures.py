@@ -19,12 +19,12 @@ SIGNATURES = {
     "tr_events_take": "ip", "tr_batch_run": "ipl", "tr_batch_end": "-pi", "tr_batch_size": "z", "tr_ensemble_begin": "-p",
     "tr_ensemble_run": "ipl", "tr_ensemble_drop": "-pi", "tr_ensemble_resume": "-p",
 }  # fmt: skip
-"""Function → the types of its result and of its arguments, as keys of TYPES."""
+"""{function: type of its result, then types of its arguments, as keys of TYPES}."""
 
 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL:
-    """The runtime library with declared signatures. RuntimeError where its batch record has another size than ours."""
+    """The runtime library with declared signatures. RuntimeError if the size of its batch record differs from that in Python."""
     lib = runtime()
     for name, codes in SIGNATURES.items():
         function = getattr(lib, name)

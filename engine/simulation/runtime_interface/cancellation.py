@@ -1,4 +1,4 @@
-"""Cancellation of long work in the runtime, which calls its host every few milliseconds."""
+"""Cancellation of long work in the runtime. Every few milliseconds the runtime calls a function of the host, which may cancel."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from contextlib import contextmanager
 from trunnion.basics.interrupts import heed, held
 
 HOST = ctypes.CFUNCTYPE(ctypes.c_int)
-"""Type of the function that the runtime calls; 1: give up."""
+"""Type of the function that the runtime calls. The result 1 cancels the work."""
 
 
 @contextmanager
 def cancellable(lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]) -> Iterator[None]:
-    """Allow ``stop`` and Ctrl-C to end long work in a block. at: the block's address, which may change.
+    """Allow ``stop`` and Ctrl-C to end long work of a simulation block. at: returns the block's address, which may change.
 
-    Ctrl-C raises KeyboardInterrupt at the end, unless a caller holds it back. Errors raised by this thread's cancellation check
-    (``heed``) are passed on, too."""
+    After Ctrl-C, KeyboardInterrupt is raised at the end of the context, unless a caller holds Ctrl-C back. Exceptions of this
+    thread's watch (``heed``) are raised at the end, too."""
     raised: list[BaseException] = []
 
     def gives_up() -> int:
         try:
             heed()
             return int(interrupt.asked or stop())
-        except BaseException as e:  # noqa: BLE001  # exceptions cannot pass through C: it is raised below
+        except BaseException as e:  # noqa: BLE001  # an exception cannot pass through C; it is raised below
             raised.append(e)
             return 1
 

@@ -1,4 +1,4 @@
-"""Names of sliding pairs, end stops and latches by the runtime's numbers."""
+"""Names of friction pairs, end stops and latches, in the order of their indices in the runtime."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from trunnion.system.structure.bodies_and_joints import System
 
 
 def slider_names(system: System) -> list[tuple[str, int]]:
-    """(joint, part from 1) of every sliding pair, in the order of their flags."""
+    """(joint, number of the pair in the joint, from 1) for every friction pair, in the order of their flags."""
     out: list[tuple[str, int]] = []
     for j in system.frictional:
         assert j.friction is not None
@@ -15,7 +15,7 @@ def slider_names(system: System) -> list[tuple[str, int]]:
 
 
 def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, freedom from 1) of every end stop, latch contact and latch hook, in the order of their flags."""
+    """(joint, number of the freedom, from 1) for every end stop, latch contact and latch hook, in the order of their flags."""
     found: dict[int, tuple[str, int]] = {}
     for j in system.joints:
         for k, d in enumerate(j.devices):

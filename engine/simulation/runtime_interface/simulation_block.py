@@ -34,17 +34,17 @@ class Settings:
     """Settings of the steps of a run.
 
     Attributes:
-        rtol: relative tolerance; absolute, too, in the scene's scales.
+        rtol: relative tolerance. It is also the absolute tolerance, in the scene's scales.
         method: integration method.
         step: fixed step, s, without error control; 0: error control.
         max_step: longest step, s.
-        max_steps: most steps; 0: no limit.
+        max_steps: largest number of steps; 0: no limit.
         locate: whether events are located.
-        project: whether loops are closed after each step.
-        through_jams: whether a tangential impact stops a jammed joint and the run continues.
-        evaluations: most evaluations of a bounded step.
-        iterations: most Newton iterations of a bounded step.
-        events: most events of a bounded step.
+        project: whether loops are closed by projection after each step.
+        through_jams: whether a jammed joint is stopped by a tangential impact, after which the run continues.
+        evaluations: largest number of evaluations in a bounded step.
+        iterations: largest number of Newton iterations in a bounded step.
+        events: largest number of events in a bounded step.
     """
 
     rtol: float = 1e-6
@@ -71,13 +71,13 @@ class Settings:
 
 
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
-    """Write time t, s, and ``count`` signals at that time into the external values x (contiguous). x[1], a time in the step,
-    selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
+    """Write time t, s, and the values of ``count`` signals at t into the external values x (contiguous). x[1], a time inside the
+    step, selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
     library().tr_signals(tables.ctypes.data, count, t, x.ctypes.data)
 
 
 class Block:
-    """A simulation block: the runtime's memory of one run. Array attributes are views into it."""
+    """A simulation block: the runtime's memory of one run. Array attributes are views into this memory."""
 
     def __init__(self, kernel: Kernel, numbers: Numbers, parameters: np.ndarray, event_capacity: int = EVENT_CAPACITY):
         self.kernel, self.numbers, self.lib = kernel, numbers, library()
@@ -107,7 +107,7 @@ class Block:
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def attach_jacobian(self) -> None:
-        """Attach the Jacobian unit, which is built where needed. The run's state is kept."""
+        """Attach the Jacobian unit, and build it if necessary. The state of the run is kept."""
         old, old_at = self._memory, self.at
         j = self.kernel.jacobian()
         self._allocate(j)
@@ -124,8 +124,8 @@ class Block:
         return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
 
     def take(self, numbers: Numbers, parameters: np.ndarray) -> None:
-        """Replace parameters, start values, tables and breakpoints by others of the same structure. ``assemble`` and ``start``
-        must be called afterwards."""
+        """Set parameters, start values, tables and times of kinks of a run of the same structure. ``assemble`` and ``start`` must
+        be called afterwards."""
         self.numbers = numbers
         self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
         tables = table_block(numbers.tables)
@@ -134,21 +134,23 @@ class Block:
         self.prepare()
 
     def signals(self, t: float, x: np.ndarray) -> None:
-        """Write time t, s, and every table at t into external values x (contiguous, nx). x[1] selects the interval."""
+        """Write time t, s, and the values of all tables at t into the external values x (contiguous, nx). x[1] selects the interval
+        of each curve."""
         self.lib.tr_signals(self._tables, self.kernel.sizes["ntables"], t, x.ctypes.data)
 
     def prepare(self) -> None:
-        """Recompute the constants after a change of ``parameters``."""
+        """Recompute the constants that depend on ``parameters``. Must be called after a change of them."""
         self.lib.tr_set_parameters(self.at)
 
     def configure(self, s: Settings) -> None:
-        """Set tolerances and method."""
+        """Set tolerances, method and limits of the run."""
         n = self.numbers
         settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
         self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
-        """Move the start values so that the loops close at t, s. Returns 1; 0 for open positions, −1 for open velocities."""
+        """Change the start values so that the loops are closed at t, s. Returns 1, 0 if positions stay open, or −1 if velocities
+        stay open."""
         n = self.numbers
         self.y[:] = 0.0
         self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
@@ -157,13 +159,13 @@ class Block:
             return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
 
     def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
-        """Begin a run from t to t_stop with output spacing ``every``, all s. Fills the first row (width) and returns the
-        ``Status``."""
+        """Begin a run from t to t_stop with output spacing ``every``, all in s. Writes the first row to ``row`` (width) and returns
+        the ``Status``."""
         with self.cancellable():
             return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
 
     def cancellable(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
-        """Allow ``stop`` and Ctrl-C to end long work in the block (``cancellation.cancellable``)."""
+        """Allow ``stop`` and Ctrl-C to end long work of the block (``cancellation.cancellable``)."""
         return cancellable(self.lib, lambda: self.at, stop)
 
     def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
@@ -173,19 +175,20 @@ class Block:
         return code, count.value
 
     def row(self, out: np.ndarray) -> int:
-        """Write the output row at the present time to ``out`` (width). Returns OK, or the ``Status`` of the failure."""
+        """Write the output row at the current time to ``out`` (width). Returns OK, or the ``Status`` of the failure."""
         return self.lib.tr_row(self.at, out.ctypes.data)
 
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
-        """(ẏ (ny), multipliers) at the present state."""
+        """(ẏ (ny), multipliers [λ of active rows; η]) at the current state. RuntimeError if there is no solution."""
         sizes = self.kernel.sizes
         dy, z = np.zeros(self.ny + sizes["works"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
-            raise RuntimeError("no multipliers")
+            raise RuntimeError("the equations of the multipliers have no solution at this state")
         return dy[: self.ny], z[:-1]
 
     def derivatives(self) -> np.ndarray:
-        """∂ẏ/∂[y, t] at the present state (ny × (ny + 1)). Attaches the Jacobian unit where it is missing."""
+        """∂ẏ/∂[y, t] at the current state (ny × (ny + 1)). Attaches the Jacobian unit if it is missing. RuntimeError if the
+        derivatives do not exist."""
         if not self._has_jacobian:
             self.attach_jacobian()
         out = np.zeros((self.ny + 1, self.ny))
@@ -194,16 +197,15 @@ class Block:
         return out.T
 
     def redundancy(self) -> np.ndarray:
-        """Reaction patterns that the motion leaves open: scaled loop reactions (loop rows × count), orthonormal columns."""
+        """Patterns of scaled loop reactions that the motion does not determine (loop rows × count). The columns are orthonormal."""
         rows = sum(n for _, n in self.kernel.facts["loop_rows"])
         out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
         count = self.lib.tr_redundancy(self.at, out.ctypes.data)
         return out[: max(count, 0), :rows].T
 
     def hold(self) -> np.ndarray | None:
-        """Statics at the present state with every frictional pair held. ``start`` must be called before. Returns one ``tr_held``
-        for each
-        pair; None where the statics have no solution."""
+        """Statics at the current state with all friction pairs in stick. ``start`` must be called before. Returns a ``tr_held`` for
+        each pair; None if the statics have no solution."""
         out = np.zeros(self.kernel.sizes["nsliders"] + 1, HELD.dtype)
         with self.cancellable():
             return out[:-1] if self.lib.tr_hold_all(self.at, out.ctypes.data) else None
@@ -214,32 +216,32 @@ class Block:
         return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[s["active"] :]
 
     def why(self) -> tuple[int, int]:
-        """After a failure of friction: (``Why``, index of the responsible pair or −1)."""
+        """The cause of a failure of friction: (``Why``, index of the responsible friction pair or −1)."""
         pair = ctypes.c_int(-1)
         return self.lib.tr_diagnose_friction(self.at, ctypes.addressof(pair)), pair.value
 
     def open_row(self) -> tuple[int, float]:
-        """After a failure of the loops: (responsible constraint row or −1, independence of the rows: 1 full, 0 singular, −1 where
-        it is not the reason)."""
+        """The cause of a failure of the loops: (responsible constraint row or −1, independence of the rows). The independence is 1
+        for fully independent rows and 0 for dependent rows; −1 if dependence is not the cause."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 
     def gap(self) -> tuple[np.ndarray, np.ndarray]:
-        """(residuals (rows), m or sine of an angle; their time derivatives (rows)) of the loops' constraints at the present
-        state."""
+        """(residuals of the loops' constraints (rows), m or sine of an angle; time derivatives of the residuals (rows)) at the
+        current state."""
         rows = self.kernel.sizes["rows"]
         flat = np.zeros(2 * rows + 1)
         self.lib.tr_gap(self.at, flat.ctypes.data)
         return flat[:rows], flat[rows : 2 * rows]
 
     def broken(self, deciding: bool = False) -> set[Breaks]:
-        """The laws that the present state, modes and multipliers violate. deciding: whether they are checked as a decision about
-        resting pairs instead of as the end of a step."""
+        """The laws that the current state, modes and multipliers violate. deciding: apply the checks of a decision about pairs at
+        rest, instead of the checks at the end of a step."""
         bits = self.lib.tr_verify(self.at, int(deciding))
         return {law for law in Breaks if bits & law}
 
     def roots(self) -> int:
-        """Number of roots of the complement equations found at the present state."""
+        """Number of roots of the complement equations that are found at the current state."""
         return self.lib.tr_roots(self.at)
 
     def certificate(self) -> Any:
@@ -261,7 +263,7 @@ class Block:
         return self.lib.tr_time(self.at)
 
     def statistics(self) -> dict[str, int]:
-        """The run's counters by name: those of ``tr_stats``, and the number of steps of each method."""
+        """The counters of the run by name: the fields of ``tr_stats``, and the number of steps of each method."""
         stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
         counted = {n: int(getattr(stats, n)) for n in STATS.names if n != "of_method"}
         return counted | {n: int(stats.of_method[i]) for n, i in METHODS.items() if n != "auto"}

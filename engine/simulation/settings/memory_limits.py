@@ -1,4 +1,4 @@
-"""Limits of rows and events by memory and time, checked before a run."""
+"""Limits of the numbers of rows and events, by memory and time."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from trunnion.simulation.results.outcome import TOO_MANY_EVENTS, TOO_MANY_ROWS
 NUMBER = 8
 """Bytes of a number."""
 COPIES = 2
-"""Copies of the rows in memory while their pieces are joined."""
+"""Number of copies of the rows in memory while they are concatenated."""
 SHARE = 0.5
-"""Share of the memory for a result's rows; pictures, files and other programs need the rest."""
+"""Share of the memory that the rows, or the events, of a result may take. Pictures, files and other programs need the rest."""
 ASSUMED = 8 * 1024**3
-"""Bytes of memory where the system does not report it."""
+"""Assumed memory, bytes, if the system does not report its memory."""
 MOST_ROWS = 1e9
-"""Largest number of rows of a run, also where rows are only reduced: they take about 15 minutes."""
+"""Largest number of rows of a run, even if the rows are only reduced and not stored. So many rows take about 15 minutes."""
 NEVER_MANY = 100_000
-"""Rows below which the number of columns does not matter."""
+"""Number of rows up to which the number of columns is not checked."""
 EVENT_BYTES = 2000
-"""Bytes that an event takes: two copies of the runtime's record, and the Event object."""
+"""Memory of an event, bytes: two copies of the runtime's record, and the Event object."""
 CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
 
 @lru_cache(maxsize=1)
 def memory() -> int:
-    """Bytes of memory for this process: of the machine or of its container."""
+    """Memory available to this process, bytes: that of the machine, or the limit of its container."""
     found = [ASSUMED]
     with suppress(AttributeError, ValueError, OSError):
         found = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
@@ -40,37 +40,39 @@ def memory() -> int:
 
 
 def expected_rows(until: float, every: float, step: float = 0.0) -> float:
-    """Number of output rows of a run; 0 where the error control decides it. until, every, step: s."""
+    """Number of output rows of a run; 0 if the number depends on error control. until, every, step: s."""
     spacing = every if every > 0.0 else step
     return until / spacing + 1.0 if spacing > 0.0 else 0.0
 
 
 def most_rows(columns: int) -> float:
-    """Most rows of a run. columns: stored numbers of each row; 0 without storage."""
+    """Largest number of rows of a run. columns: number of values stored for each row; 0 if rows are not stored."""
     return min(MOST_ROWS, SHARE * memory() / (COPIES * NUMBER * columns)) if columns else MOST_ROWS
 
 
 def most_events() -> float:
-    """Most events of a run."""
+    """Largest number of events of a run."""
     return SHARE * memory() / EVENT_BYTES
 
 
 class Room:
-    """Remaining rows and events of a run. columns: numbers of a row; free: whether the number of rows is unknown before the run."""
+    """Numbers of rows and events for which a run still has memory. columns: number of values in a row. free: whether the number of
+    rows is unknown before the run."""
 
     def __init__(self, columns: int, free: bool) -> None:
         self.rows = most_rows(columns) - 1.0 if free else math.inf
         self.events = most_events()
 
     def take(self, rows: int, events: int) -> str | None:
-        """Count rows and events. Returns the outcome where they exceed the limits."""
+        """Count new rows and events. Returns the outcome if a limit is exceeded, else None."""
         self.rows -= rows
         self.events -= events
         return TOO_MANY_ROWS if self.rows < 0.0 else TOO_MANY_EVENTS if self.events < 0.0 else None
 
 
 def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0) -> list[Problem]:
-    """A problem where a run has too many rows. until, every, step: s; columns: stored numbers of each row, 0 without storage."""
+    """A problem if a run has too many rows. until, every, step: s. columns: number of values stored for each row; 0 if rows are not
+    stored."""
     rows = expected_rows(until, every, step)
     need, most = COPIES * NUMBER * columns * rows, most_rows(columns)
     if rows <= most:
@@ -86,7 +88,7 @@ def row_problems(until: float, every: float, step: float = 0.0, columns: int = 0
 
 
 def rounded_up(value: float) -> float:
-    """The next larger number with one significant digit."""
+    """The smallest number with one significant digit that is not below ``value``."""
     unit = 10.0 ** math.floor(math.log10(value))
     return float(f"{math.ceil(value / unit * (1 - 1e-12)) * unit:.1g}")
 

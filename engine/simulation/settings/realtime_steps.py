@@ -1,4 +1,4 @@
-"""Bounded steps for real time: settings, checks, static bounds of operations (theory, "Bounded steps")."""
+"""Bounded steps for real-time use: settings, checks, static bounds of operations (theory, "Bounded steps")."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ if TYPE_CHECKING:
     from trunnion.kernel.shared_libraries import Kernel
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
-"""Default of the most Newton iterations of a step: a constant, and more for each freedom with friction. Measured in examples 8.1 to
-8.3: a step with an event takes 40 to 50 with one such freedom, 45 to 60 with three, 60 to 75 with four."""
+"""Default of the largest number of Newton iterations in a step: a constant, plus a number for each freedom with friction. In
+examples 8.1 to 8.3, a step with an event takes 40 to 50 iterations with one such freedom, 45 to 60 with three, 60 to 75 with
+four."""
 WHOLE = 1e-9
-"""Largest deviation of the spacing of rows from a whole number of steps, relative to this number of steps."""
+"""Largest allowed deviation of (spacing of rows / step) from a whole number, relative to this number."""
 COUNTERS = {Overrun.BY_IMPULSES: "by_impulses", Overrun.RELAXED: "relaxed"}
 
 
 def bounds_of(scene: Scene) -> dict[str, Any]:
-    """Fields of ``Settings`` for a scene's bounded steps; {} without them."""
+    """Fields of ``Settings`` for a scene's bounded steps; empty if the scene has no bounded steps."""
     asked = scene.simulation.realtime
     if asked is None:
         return {}
@@ -37,13 +38,13 @@ def bounds_of(scene: Scene) -> dict[str, Any]:
 
 
 def method_of(scene: Scene, method: str) -> str:
-    """The method of a run; the default method of bounded steps where the scene has them and ``method`` is the default."""
+    """The method of a run. If the scene has bounded steps and ``method`` is "auto", the default method of bounded steps."""
     return AUTO.loose.name if scene.simulation.realtime is not None and method == METHODS[0] else method
 
 
 def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
-    """Contradictions between a scene's bounded steps and a request. every: spacing of rows, s (0: a row a step); step: requested
-    step, s, or 0."""
+    """Contradictions between a scene's bounded steps and a request. every: spacing of rows, s; 0: a row at each step. step:
+    requested step, s, or 0."""
     asked = scene.simulation.realtime
     if asked is None:
         return
@@ -56,7 +57,7 @@ def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[P
         able = ", ".join(m.name for m in INTEGRATORS if not isinstance(m, Rosenbrock))
         yield Problem("method", f"the work of a step of {method} has no upper bound", f"use {able}, or auto")
     if step > 0.0 and step != asked.step:
-        yield Problem("step", f"contradicts simulation.realtime.step = {asked.step:g} s", "give one of them")
+        yield Problem("step", f"contradicts simulation.realtime.step = {asked.step:g} s", "give only one of the two")
     ratio = every / float(asked.step)
     if abs(ratio - round(ratio)) > WHOLE * max(ratio, 1.0) or (0.0 < ratio < 0.5):
         why = f"{every:g} s is not a multiple of the step, {asked.step:g} s"
@@ -64,20 +65,20 @@ def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[P
 
 
 def overrun_note(counters: Mapping[str, int]) -> str:
-    """A note about bounded steps that reached a limit; "" without any. counters: of the runtime."""
+    """A note about bounded steps that reached a limit; "" if none did. counters: counters of the runtime, by name."""
     found = [f"{counters[name]} {kind.about}" for kind, name in COUNTERS.items() if counters.get(name)]
     return f"bounded steps that reached a limit of their work: {'; '.join(found)}" if found else ""
 
 
 def work_of(kernel: Kernel) -> Work | None:
-    """Operations of the parts of a step; None for a bytecode kernel, whose operations are not counted."""
+    """Numbers of operations of the parts of a step; None for a bytecode kernel, whose operations are not counted."""
     operations = kernel.facts["operations"]
     return work(operations, kernel.sizes) if operations else None
 
 
 def most_operations(scene: Scene, kernel: Kernel) -> int | None:
-    """The static bound: most floating-point operations of a bounded step, its output row included. None where steps have no
-    bound, or operations are not counted."""
+    """Static upper bound of the number of floating-point operations in a bounded step, including its output row. None if steps have
+    no bound, or if operations are not counted."""
     asked, counted = bounds_of(scene), work_of(kernel)
     if not asked or counted is None:
         return None
@@ -85,7 +86,7 @@ def most_operations(scene: Scene, kernel: Kernel) -> int | None:
 
 
 def promise(scene: Scene, kernel: Kernel) -> str:
-    """The note of an export about the cost of its steps; "" without a bound."""
+    """The note of an export about the cost of bounded steps; "" if the cost has no bound."""
     bound = most_operations(scene, kernel)
     if bound is None:
         return ""

@@ -1,4 +1,4 @@
-"""Checks of the settings of a run, common to the command line, Python, sweeps and the service."""
+"""Checks of the settings of a run, which the command line, Python functions, sweeps and the service share."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def check_settings(
 ) -> None:
     """SceneError with every problem of a run's settings for this scene.
 
-    until: end time, s; every: output spacing, s; outputs: patterns of stored columns, None without stored rows; step: requested
-    fixed step, s, or 0."""
+    until: end time, s. every: output spacing, s. outputs: patterns of the stored columns; None if rows are not stored. step:
+    requested fixed step, s, or 0."""
     asked = {"until": until, "every": every, "rtol": s.rtol, "method": s.method, "step": s.step}
     _, problems = settings_read("trunnion.simulate", asked)
     laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
@@ -42,7 +42,7 @@ def check_settings(
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:
-    """Stored numbers of a row, with its time; 0 without stored rows, or for too few rows to matter."""
+    """Number of values stored for each row, including time; 0 if rows are not stored, or if there are too few rows to matter."""
     if outputs is None or rows <= NEVER_MANY:
         return 0
     return 1 + len(select(columns(build(scene).system), tuple(outputs)))

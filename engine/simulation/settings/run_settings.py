@@ -1,4 +1,4 @@
-"""Settings of runs from any interface: units, bounds, descriptions."""
+"""Settings of runs as given to any interface: conversion of units, checks of bounds, descriptions."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from trunnion.simulation.settings.realtime_steps import method_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 KERNELS = ("auto", "compiled", "lanes", "parts")
-"""Kinds of kernels; "auto" chooses by structure and request (``kernel_choice``)."""
+"""Kinds of kernels. "auto" chooses the kind by structure and request (``kernel_choice``)."""
 ALONE = tuple(k for k in KERNELS if k != "lanes")
 """Kinds of kernels for a single run, as in an FMU."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Settings of a run, or of all runs of a batch; None: the scene's own.
+    """Settings of a run, or of all runs of a batch. None: the value in the scene.
 
     Attributes:
         until: end time, s.
@@ -33,8 +33,8 @@ class Run:
         rtol: relative tolerance.
         method: integration method.
         kernel: kind of kernel.
-        cpu_limit: most processor time of a case, s; None: no limit.
-        max_steps: most steps of the solver; None: no limit.
+        cpu_limit: largest processor time of a case, s; None: no limit.
+        max_steps: largest number of steps of the solver; None: no limit.
     """
 
     until: float | None = None
@@ -58,17 +58,18 @@ class Run:
 
 
 def known_words() -> dict[str, tuple[str, ...]]:
-    """Names in the registries, by the word that settings have for each."""
+    """{value of ``Setting.words``: names in that registry}."""
     return {"methods": tuple(METHODS), "laws": tuple(LAWS), "kernels": KERNELS}
 
 
 def told(setting: Setting, who: str) -> str:
-    """The description of a setting for one interface."""
+    """The description of a setting for one interface. who: name of the interface."""
     return setting.told(who).format_map({k: ", ".join(v) for k, v in known_words().items()})
 
 
 def described(who: str) -> Callable[[F], F]:
-    """A decorator that appends the descriptions of its settings to a function's docstring. who: name of the interface."""
+    """A decorator that appends the descriptions of an interface's settings to the function's docstring. who: name of the
+    interface."""
 
     def add(function: F) -> F:
         lines = [f"    {s.name}: {told(s, who)}" for s in offered(who)]
@@ -81,9 +82,10 @@ def described(who: str) -> Callable[[F], F]:
 def settings_read(
     who: str, given: Mapping[str, Any], where: Callable[[str], str] = str
 ) -> tuple[dict[str, Any], list[Problem]]:
-    """(SI values of all settings of an interface, None for missing or wrong ones; all problems).
+    """(SI values of all settings of an interface, None for missing or wrong values; all problems).
 
-    who: name of the interface; given: numbers or texts by name, other names are ignored; where: the place in a problem by name."""
+    who: name of the interface. given: numbers or texts by name of the setting; unknown names are ignored. where: function from the
+    name of a setting to the place that a problem reports."""
     values: dict[str, Any] = {}
     problems: list[Problem] = []
     for s in offered(who):
@@ -97,7 +99,7 @@ def settings_read(
 
 
 def settings_given(who: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """SI values of the settings; SceneError with all problems."""
+    """SI values of the settings of an interface. SceneError, with all problems, if a value is wrong."""
     values, problems = settings_read(who, given)
     if problems:
         raise SceneError(problems)
@@ -105,7 +107,7 @@ def settings_given(who: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _read(s: Setting, who: str, given: Any, where: str, problems: list[Problem]) -> Any:
-    """One value of a setting; None for a wrong one, which appends a problem."""
+    """The value of a setting in SI units. For a wrong value, a problem is appended and the result is None."""
     if s.words:
         known = known_words()[s.words]
         if given in known:

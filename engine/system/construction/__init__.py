@@ -1,1 +1,1 @@
-"""A scene made into a system."""
+"""Construction of a system from a scene."""

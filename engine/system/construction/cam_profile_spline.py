@@ -1,4 +1,4 @@
-"""From the values of a cam's profile to the pieces of its curve (theory, "Cams")."""
+"""Spline through the values of a cam's profile, as cubic pieces (theory, "Cams")."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from trunnion.system.structure.parameter_table import Leaf
 
 TURN = 2 * math.pi
 AROUND = 1e-9
-"""How nearly angles go around once, rad, and the last radius is the first, as a part: they may be computed from parameters."""
+"""Tolerance of a closed profile: of the angles' span from 2π, rad, and of the last radius from the first, relative. Values computed
+from parameters have round-off."""
 
 
 def closed(given: Given) -> bool:
-    """Whether a profile goes around and closes on itself."""
+    """Whether a profile spans a full turn and its last radius equals its first."""
     around = abs(given.angle[-1] - given.angle[0] - TURN) < AROUND
     return around and abs(given.radius[-1] - given.radius[0]) < AROUND * given.radius[0]
 
 
 def profile(given: Given, roller: Leaf) -> Profile:
-    """The cubic spline through a checked profile: periodic where it is closed, else without curvature at its ends."""
+    """The cubic spline through a checked profile. The spline is periodic if the profile is closed. Otherwise it has no curvature at
+    its ends and continues linearly beyond them."""
     angle, radius = np.array(given.angle, float), np.array(given.radius, float)
     if closed(given):
         angle[-1], radius[-1] = angle[0] + TURN, radius[0]
@@ -35,7 +37,7 @@ def profile(given: Given, roller: Leaf) -> Profile:
     slope = np.diff(radius) / h - h * (2 * moments[:-1] + moments[1:]) / 6
     pieces = np.column_stack([radius[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)])
     starts = angle[:-1] - middle
-    if not closed(given):  # straight on beyond the ends
+    if not closed(given):  # a linear piece beyond each end
         end = slope[-1] + h[-1] * (0.5 * moments[-2] + 0.5 * moments[-1])
         before = [radius[0], slope[0], 0.0, 0.0]
         pieces = np.vstack([before, pieces, [radius[-1], end, 0.0, 0.0]])
@@ -44,7 +46,7 @@ def profile(given: Given, roller: Leaf) -> Profile:
 
 
 def periodic_moments(angle: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Second derivatives at the knots (n) of the cubic spline that closes on itself; the last is the first."""
+    """Second derivatives of the periodic cubic spline at the n knots. The last value repeats the first."""
     n = len(angle) - 1
     h, slope = np.diff(angle), np.diff(radius) / np.diff(angle)
     before = np.roll(h, 1)

@@ -1,4 +1,4 @@
-"""Springs, dampers, stops, efforts and drives of joints, and signals, as leaves."""
+"""Springs, dampers, end stops, efforts, motors, latches and drives of joints, and signals, as leaves of the parameter table."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from trunnion.system.structure.parameter_table import Leaf, ParameterTable
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch")
 
 ENDLESS = 1e300
-"""What a latch holds that says nothing of it."""
+"""Largest force of a latch if the scene gives no limit, N or N·m."""
 
 
 class Builder:
-    """Makes the devices of one joint after the other; collects the tables of their signals and counts the flags of their stops and
-    hooks of latches."""
+    """Makes the devices of all joints. Meanwhile it collects the tables of signals, and counts the flags of end stops and the hooks
+    of latches."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """("input", input) of every external input, then ("drive" or "load", data) of every table signal. An input that prescribes
-        a motion becomes "tracked": the motion follows it smoothly."""
+        """("input", input) for every external input, then ("drive" or "load", data) for every table signal. If an input prescribes
+        a motion, "input" becomes "tracked": the motion follows the input smoothly."""
         self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
     def joint(self, name: str, j: sm.Joint) -> tuple[Device, ...]:
-        """The devices of a joint, one Device for each of its freedoms."""
+        """The devices of a joint: a ``Device`` for each freedom."""
         kind = REGISTRY[j.type]
         return tuple(self.device(name, j, k, not kind.turns(k)) for k in range(kind.nv))
 
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
-        """The devices along freedom k of a joint, as leaves whose paths are those of the scene; ``slides`` chooses the units
-        (of a travel, else of an angle)."""
+        """The devices along freedom k of a joint, as leaves with the paths of the scene. slides: the freedom is a translation; this
+        determines the units."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
         s = self.table.own
 
@@ -64,7 +64,7 @@ class Builder:
         )
 
     def stop(self, path: str, st: sm.EndStops, u: str, f: str) -> Stop:
-        """The end stops of a freedom and the flags that say whether they are engaged."""
+        """The end stops of a freedom, with the indices of their flags (1 while engaged)."""
         flags = [-1, -1]
         bounds: list[Leaf | None] = []
         for side, bound in enumerate((st.lower, st.upper)):
@@ -81,7 +81,7 @@ class Builder:
         )
 
     def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
-        """The latch of a freedom, and its flags."""
+        """The latch of a freedom, with the indices of its flag and hook."""
         s, self.stops, self.hooks = self.table.own, self.stops + 1, self.hooks + 1
         holds: Leaf = ENDLESS if x.holds is None else s(f"{path}.holds", x.holds, f)
         return Latch(
@@ -100,13 +100,13 @@ class Builder:
         return Signal("value", (self.table.own(path, value, unit),))
 
     def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
-        """What an input is made into by a curve."""
+        """A signal that is a curve's value at the value of an input. index: table of the input."""
         at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
         value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
         return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
-        """A component of a load vector; None, which removes terms from the code, where it is exactly 0 as written."""
+        """A component of a load vector. A component written as exactly 0 is None, which removes terms from the generated code."""
         if isinstance(value, float | int):
             leaf: Leaf = self.table.component(path, float(value), unit)
             return None if leaf == 0.0 else Signal("value", (leaf,))
@@ -131,7 +131,7 @@ class Builder:
 
     def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
         """A ramp, harmonic or table as a function of time."""
-        s, kink = self.table.own, self.table.scalar  # the integrator stops at kinks, so their times act elsewhere too
+        s, kink = self.table.own, self.table.scalar  # times of kinks are not ``own``: the integrator uses them too, to stop there
         if d.ramp is not None:
             r = d.ramp
             rate = f"{unit}/s" if use == "drive" else unit
@@ -151,6 +151,6 @@ class Builder:
 
 
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
-    """Stops that give no bounds are at both ends of a curve."""
+    """The end stops of a joint. Stops without bounds on a joint with a curve are at both ends of the curve."""
     given = stops.lower is not None or stops.upper is not None
     return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))

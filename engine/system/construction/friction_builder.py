@@ -1,4 +1,4 @@
-"""The friction element of a joint as leaves, with its sliding pairs."""
+"""The friction element of a joint as leaves of the parameter table, with its friction pairs."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from trunnion.system.structure.parameter_table import Leaf, ParameterTable
 
 
 def _sign(teeth: tuple[Leaf, ...]) -> float:
-    """1 or −1, the sign of the sum of numbers of teeth."""
+    """Sign (1 or −1) of the sum of the numbers of teeth."""
     return math.copysign(1.0, sum(z for z in teeth if isinstance(z, float)))
 
 
 def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str, Leaf]]:
-    """The coefficient of rest, then speeds and coefficients on the curve."""
+    """(name, leaf) of the coefficient at speed 0, then of each further point's speed and coefficient."""
     speed = filled([table.own(f"{path}.speed[{i + 1}]", v, "m/s") for i, v in enumerate(c.speed)])
     value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
     more = zip(BY_SPEED, speed[1:], value[1:], strict=True)
@@ -29,8 +29,9 @@ def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str
 
 
 def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) -> FrictionElement:
-    """Element of joint j whose multipliers start at ``eta`` and sliding pairs at ``flag``: the numbers that its law and its contact
-    element declare, as far as the scene gives them."""
+    """Friction element of joint j, with the parameters of its law and contact element that the scene gives.
+
+    eta, flag: indices of the element's first friction multiplier and first friction pair."""
     f = scene.joints[j.name].friction
     assert f is not None
     law = scene.law_of(f)
@@ -52,7 +53,7 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
             numbers += _by_speed(table, f"joints.{j.name}.friction.{n.name}", value)
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
-        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one number may stand for both journals
+        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one value for two journals
         for label, one in zip(n.labels, values, strict=True):
             if isinstance(one, sm.FromInput | sm.Signal):
                 at = label if isinstance(value, tuple) else n.name

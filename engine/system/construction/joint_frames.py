@@ -1,4 +1,4 @@
-"""Joint frames from axes and references (notation, "Joints and frames"); exact zeros and ones for named axes."""
+"""Joint frames from axes and references (notation, "Joints and frames"). Named axes give exact zeros and ones."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def direction(d: Direction) -> np.ndarray:
 
 
 def frame(axis: Direction | None, reference: Direction | None) -> tuple[float, ...]:
-    """The joint frame as a row-major 3×3 tuple of 9 whose columns are e1 (along ``axis``), e2 (towards ``reference``) and e3."""
+    """The joint frame, a 3×3 matrix as a row-major tuple (9). The columns are e1 (along ``axis``), e2 (towards ``reference``) and
+    e3."""
     if axis is None:
         return IDENTITY
     e1 = direction(axis)
@@ -44,5 +45,5 @@ def _perpendicular(e1: np.ndarray, ref: np.ndarray) -> np.ndarray:
 
 
 def matrix(f: Sequence[float]) -> np.ndarray:
-    """The 3×3 array of a row-major tuple of 9."""
+    """The 3×3 array of a row-major tuple (9)."""
     return np.array(f, float).reshape(3, 3)

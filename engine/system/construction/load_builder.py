@@ -1,4 +1,4 @@
-"""Applied forces, torques, spring-dampers and bushings as leaves."""
+"""Applied forces, torques, spring-dampers and bushings as leaves of the parameter table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.system.structure.parameter_table import Leaf
 
 
 def load(points: Points, name: str, f: sm.Applied) -> Load:
-    """One applied load of the scene as leaves. A force without a named point acts at the mass centre."""
+    """An applied load of the scene as leaves. A force without a named point acts at the mass centre."""
     if isinstance(f, sm.SpringDamper):
         return _spring(points, name, f)
     if isinstance(f, sm.Bushing):
@@ -42,7 +42,7 @@ def _spring(points: Points, name: str, f: sm.SpringDamper) -> Load:
 
 
 BUSHING = (("stiffness", "N/m"), ("damping", "N*s/m"), ("turning_stiffness", "N*m/rad"), ("turning_damping", "N*m*s/rad"))
-"""Numbers of a bushing, three each."""
+"""(field, unit) of each parameter of a bushing. Each parameter has three values."""
 
 
 def _bushing(points: Points, name: str, f: sm.Bushing) -> Load:
@@ -61,5 +61,5 @@ def _bushing(points: Points, name: str, f: sm.Bushing) -> Load:
 
 
 def as_joint(f: sm.Bushing) -> sm.Joint:
-    """The joint whose points and frames are a bushing's."""
+    """A joint with the same points and frames as a bushing."""
     return sm.Joint("free", *f.between, axis=f.axis, reference=f.reference)

@@ -1,4 +1,4 @@
-"""What ties the freedoms of joints that follow others (theory, "Joints that follow another")."""
+"""Couplings of joints whose freedom follows that of another joint (theory, "Joints that follow another")."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from trunnion.system.structure.parameter_table import ParameterTable
 
 
 def ties(scene: Scene, table: ParameterTable, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
-    """A tie for each joint of a scene that follows another, its rows after those of the cut joints. joints: all others."""
+    """A coupling for each joint of the scene that follows another joint. The rows of couplings come after those of cut joints.
+    joints: all tree joints and cut joints."""
     at = {j.name: i for i, j in enumerate(joints) if not j.cut}
     rows, out = sum(j.kind.rows for j in joints if j.cut), list[Joint]()
     for name, j in scene.joints.items():

@@ -1,4 +1,4 @@
-"""From the points of a curve to the pieces of its spline (theory, "Points on curves")."""
+"""Spline through the points of a curve, as cubic pieces (theory, "Points on curves")."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from trunnion.system.structure.joint_couplings import ENDLESS, NODES, WEIGHTS, C
 
 
 def curve(given: Given) -> Curve:
-    """The cubic spline through checked points, by the lengths of the lines between them: periodic where it is closed, else without
-    curvature at its ends and straight on beyond."""
+    """The cubic spline through checked points. Its parameter is the length of the polygon through the points. The spline is
+    periodic if the curve is closed. Otherwise it has no curvature at its ends and continues straight beyond them."""
     points = np.array(given.points, float)
     if given.closed:
         points = np.vstack([points, points[:1]])
@@ -29,7 +29,7 @@ def curve(given: Given) -> Curve:
 
 
 def _pieces(u: np.ndarray, x: np.ndarray, closed: bool) -> np.ndarray:
-    """Coefficients (n × 4) of the spline through x at u."""
+    """Coefficients (n × 4) of the n pieces of the cubic spline through (u, x)."""
     moments = periodic_moments(u, x) if closed else spline_moments(u, x)
     h, bend = np.diff(u), np.diff(moments)
     slope = np.diff(x) / h - h * (2 * moments[:-1] + moments[1:]) / 6
@@ -37,7 +37,8 @@ def _pieces(u: np.ndarray, x: np.ndarray, closed: bool) -> np.ndarray:
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> Piece:
-    """The piece before the first (h = 0) or behind the last one, h on from whose start it begins."""
+    """A straight piece that continues piece k: before the first piece (k = 0, h = 0) or behind the last piece (k = −1). The two
+    pieces join at the distance h from the start of piece k. at: parameter there; way: arc length there, m."""
     e2, e3 = ((c[0] + h * (c[1] + h * (c[2] + h * c[3])), c[1] + h * (2 * c[2] + 3 * h * c[3])) for c in (x[k] for x in both))
     return Piece(float(at), 0.0 if k == 0 else ENDLESS, float(way), (*map(float, e2), 0.0, 0.0), (*map(float, e3), 0.0, 0.0))
 
@@ -48,14 +49,14 @@ def _length(p: np.ndarray, q: np.ndarray, h: float) -> float:
 
 
 def length(given: Given) -> float:
-    """How long a curve is, m."""
+    """Arc length of a curve, m."""
     made = curve(given)
     last = made.pieces[-1]
     return last.way if not given.closed else last.way + _length(np.array(last.e2), np.array(last.e3), last.end - last.start)
 
 
 def along(given: Given, stations: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places of a curve (n × 2), m, so many between two of its points, and the way it goes there (n × 2, of length 1)."""
+    """Positions on a curve (n × 2), m, and unit tangents there (n × 2). stations: number of positions for each spline piece."""
     real = [p for p in curve(given).pieces if p.start < p.end < ENDLESS]
     both = []
     for k, p in enumerate(real):

@@ -1,4 +1,4 @@
-"""Points of bodies as parameters, measured from the reference origin of their body."""
+"""Points of bodies as parameters, measured from the body's reference origin."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from trunnion.system.structure.parameter_table import Leaves, ParameterTable
 
 
 class Points:
-    """The data that all parts of a system share: numbers of bodies in the tree, their reference origins (m), devices, and the
-    parameter table."""
+    """The data that all parts of a system share.
+
+    table     the parameter table.
+    devices   builder of the devices.
+    index     index of each body in the tree, by name.
+    origin    reference origin of each body, in the scene's body axes, m, by name."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
         self.scene, self.table, self.spanning = scene, table, spanning
@@ -24,7 +28,7 @@ class Points:
             self.origin[child] = sides_of(scene, scene.joints[name])[1 if forward else 0].point
 
     def relative(self, body: str, label: str, p: tuple[float, ...]) -> Leaves:
-        """Leaves of a body's point, measured from the body's reference origin, m; ``label`` is its path among the parameters."""
+        """Leaves of a body's point p, measured from the body's reference origin, m. label: path of the point in the table."""
         o = self.origin[body]
         return self.table.vector(label, [p[k] - o[k] for k in range(3)], "m")
 
@@ -33,6 +37,6 @@ class Points:
         return f"ground.points.{point}" if body == "ground" else f"bodies.{body}.points.{point}"
 
     def label(self, end: str, otherwise: str) -> str:
-        """Path of the point that an end of a spring names, ``otherwise`` where it names none."""
+        """Path of the point that an end of a spring names; ``otherwise`` if the end names no point."""
         point = named_point(end)
         return self.named(body_of(end), point) if point else otherwise

@@ -1,4 +1,4 @@
-"""Which joints form the tree and which are cut (paper §4: "each closed loop is opened by cutting a joint")."""
+"""Choice of the joints that form the tree and of those that are cut (paper §4: "each closed loop is opened by cutting a joint")."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mass_properties import mass_properties
 
 LIGHT = 1e-6
-"""Of the heaviest body's mass: below it six of sixteen digits of what a cut joint pulls along are lost."""
+"""A body is light if its mass is below this fraction of the heaviest body's mass. If a cut joint pulls a light body along, more
+than six of sixteen digits of the body's motion are lost."""
 BY_ANGLE = ("spring", "end_stops", "latch")
 """Devices whose force depends on a coordinate."""
 DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
@@ -20,20 +21,20 @@ DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort",
 
 @dataclass(frozen=True)
 class Spanning:
-    """A spanning tree. Its joints stand depth-first (so do the bodies they carry); the joints that are cut are named in ``cut``."""
+    """A spanning tree. tree: joints in depth-first order, which is also the order of the bodies. cut: names of the cut joints."""
 
     tree: tuple[tuple[str, str, bool], ...]
-    """(joint, child body, forward): forward when the child is the outboard part."""
+    """(joint, child body, forward); forward: whether the child is the outboard part."""
     cut: tuple[str, ...]
 
 
 def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
-    """The cost of cutting a joint, compared entry by entry.
+    """The cost of cutting a joint, a tuple that compares lexicographically.
 
-    First entry: whether the joint may be cut (``tied``: it follows or leads another), forces that depend on its angle, the user's
-    wish, a light body, devices. The angle of a cut joint is measured within ±π, so such forces would be wrong beyond. Second
-    entry: friction, given start values, and the number of new multipliers. A spherical joint adds three and saves a quaternion,
-    which makes it the best cut.
+    The first entry is the sum over these reasons: the joint may not be cut (``tied``: because it follows or leads another joint),
+    forces depend on the joint's angle, the user's wish, a light body, devices. The angle of a cut joint is measured within ±π, so
+    that such forces would be wrong beyond ±π. The second entry counts friction, given start values and new multipliers. A spherical
+    joint is the best cut, because it adds only three multipliers and saves a quaternion.
     """
     kind = REGISTRY[j.type]
     never = 0 if may_be_cut(j) and not tied else 16
@@ -46,14 +47,16 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
 
 def light_bodies(scene: Scene) -> set[str]:
-    """Bodies too light for the end of a chain: round-off of their large accelerations would hide the motion of other bodies."""
+    """Bodies with too little mass or inertia for the end of a chain, where round-off of their large accelerations would hide the
+    motion of other bodies."""
     made = {n: mass_properties(b) for n, b in scene.bodies.items()}
     heaviest = max((m for m, _, _ in made.values()), default=0.0)
     return {n for n, (m, _, inertia) in made.items() if m < LIGHT * heaviest or not any(map(any, inertia))}
 
 
 def span(scene: Scene) -> Spanning:
-    """The spanning tree, without light bodies at its ends where that can be."""
+    """The spanning tree. If a light body is at the end of a branch at a cut joint, the tree is made again with a higher cost for
+    cutting joints of light bodies."""
     made = _span(scene, set())
     carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
     loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying
@@ -62,13 +65,14 @@ def span(scene: Scene) -> Spanning:
 
 
 def _span(scene: Scene, light: set[str]) -> Spanning:
-    """The spanning tree, grown from the ground, always along the joint that is worst to cut. Ties go to the body nearest the
-    ground, then by name, so that the order of the file does not matter."""
+    """The spanning tree, grown from the ground. The next joint is always the joint with the highest cutting cost. Of joints with
+    equal cost, the joint nearest to the ground comes first, then the first by name. Therefore the order in the file does not
+    matter."""
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():
         if REGISTRY[scene.joints[n].type].bodiless:
-            continue  # it carries no body
+            continue  # the joint carries no body
         at.setdefault(a, []).append(n)
         at.setdefault(b, []).append(n)
     depth, together = {"ground": 0}, tied(scene)
@@ -97,7 +101,7 @@ def _span(scene: Scene, light: set[str]) -> Spanning:
 
 
 def _by_branch(tree: list[tuple[str, str, bool]], ends: dict[str, tuple[str, str]]) -> tuple[tuple[str, str, bool], ...]:
-    """The tree's joints depth-first, so that the bodies of a chain are neighbours in memory."""
+    """The tree's joints in depth-first order, so that the bodies of a chain are neighbours in memory."""
     children: dict[str, list[tuple[str, str, bool]]] = {}
     for entry in sorted(tree):
         n, child, _ = entry

@@ -1,4 +1,4 @@
-"""Numbers of one run that are not parameters of the code: start values, tables, break points of signals, scales."""
+"""Data of a run that are not in the parameter table: start values, tables, times of kinks of signals, scales."""
 
 from __future__ import annotations
 
@@ -20,9 +20,14 @@ from trunnion.system.structure.bodies_and_joints import System, state_coordinate
 
 @dataclass(frozen=True)
 class Numbers:
-    """What one run starts from. q (nq), v (nv): start values, zero (the identity for quaternions) where the scene gives none;
-    q_given, v_given: 1 where it does. tables: those of the inputs first. breaks: times at which a signal has a kink, s. length,
-    m, and rate, 1/s: scales for tolerances. inputs: start values of the external inputs."""
+    """Start values, tables and scales of a run.
+
+    q, v               start values (nq, nv). If the scene gives no value, 0; for quaternions the identity.
+    q_given, v_given   1 where the scene gives the start value, else 0.
+    tables             records of the external inputs, then of table signals.
+    breaks             times at which a signal has a kink, s.
+    length, rate       scales for tolerances, m and 1/s.
+    inputs             start values of the external inputs."""
 
     q: np.ndarray
     v: np.ndarray
@@ -33,16 +38,16 @@ class Numbers:
     length: float
     rate: float
     energy: float
-    """Mass of all bodies · (length · rate)², J."""
+    """Energy scale, J: mass of all bodies × (length × rate)²."""
     inputs: np.ndarray
     ignored: tuple[str, ...]
-    """Start values and cuts that are not used, and why."""
+    """Notes about start values and cuts of the scene that are not used, with the reason."""
     q_given_by_rate: np.ndarray
-    """q_given, rate by rate (nv)."""
+    """For each rate (nv): 1 if the scene gives the start coordinates of the rate's joint, else 0."""
 
 
 def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
-    """The numbers of a run of this scene."""
+    """The start values, tables and scales of a run of this scene."""
     q, v = np.zeros(system.nq), np.zeros(system.nv)
     q_given, v_given, by_rate = np.zeros(system.nq), np.zeros(system.nv), np.zeros(system.nv)
     for j in system.tree:
@@ -72,7 +77,7 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
     rate = rate_scale(scene, v / np.where(turning(system), 1.0, length), length)
     speed = length * rate
-    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # a power would raise where it overflows
+    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # ``speed**2`` would raise OverflowError
     return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
 
 
@@ -83,7 +88,7 @@ def _table(use: str, t: sm.Table | sm.Input) -> Curve | Outside:
 
 
 def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
-    """Start coordinates as an array (nq); a rotation given by axis and angle becomes a unit quaternion."""
+    """Start coordinates as an array (nq). A rotation given by axis and angle becomes a unit quaternion."""
     if isinstance(q, sm.AxisAngle):
         a = 0.5 * float(q.angle)
         e = np.concatenate([[math.cos(a)], math.sin(a) * direction(q.axis)])
@@ -95,7 +100,7 @@ def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
 
 
 def breaks(scene: sm.Scene) -> tuple[float, ...]:
-    """Sorted times at which a ramp or table has a kink; the integrator stops there."""
+    """Sorted times, s, at which a ramp, move or table has a kink. The integrator stops at these times."""
     times: set[float] = set()
     for _, s in signals(scene):
         if s.ramp is not None:
@@ -108,8 +113,8 @@ def breaks(scene: sm.Scene) -> tuple[float, ...]:
 
 
 def length_scale(scene: sm.Scene) -> float:
-    """Length scale, m: the largest distance between joint points, mass centre and shape corners of one body (1 when all are
-    zero)."""
+    """Length scale, m: the largest size of a body, or distance between two of its points, joint points and mass centre. The scale
+    is 1 if all these are zero."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
@@ -132,13 +137,13 @@ def length_scale(scene: sm.Scene) -> float:
 
 
 def turning(system: System) -> np.ndarray:
-    """Which rates of the state are of angles (nv); the others are of travels, m/s."""
+    """For each rate of the state (nv): whether it is an angular velocity, rad/s. Otherwise it is a velocity, m/s."""
     return np.array([j.kind.turns(k) for j in system.tree for k in j.free], bool)
 
 
 def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
-    """Rate scale, 1/s: √(g/length), or 1 without gravity; never less than the largest start rate. v: start rates, those of travels
-    over the length."""
+    """Rate scale, 1/s: √(g/length), or 1 without gravity, but at least the largest start rate. v: start rates, 1/s; velocities are
+    divided by the length scale."""
     g = float(np.linalg.norm(np.array(scene.gravity, float)))
     base = math.sqrt(g / length) if g else 1.0
     return max([base, *np.abs(v).tolist()])

@@ -1,4 +1,5 @@
-"""Scene → System (structure), parameter table (run-time numbers) and the numbers of one run (start values, tables, scales)."""
+"""Builds from a scene: the ``System`` (structure), the table of run-time parameters, and the ``Numbers`` of a run (start values,
+tables, scales)."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 @dataclass(frozen=True)
 class Built:
-    """What a scene becomes: structure, run-time parameters, numbers of the run."""
+    """A scene with its structure, its run-time parameters, and the start values, tables and scales of a run."""
 
     scene: sm.Scene
     system: System
@@ -38,9 +39,9 @@ class Built:
 
 
 def fit(j: sm.Joint) -> Fit:
-    """Which part of a joint is inside, and which has the ends."""
+    """Which part of a joint carries the pin, and which part has the ends (see ``Fit``)."""
     out = j.pin == "outboard"
-    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # parts that do not slide have theirs at one point
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the ends of both parts coincide
         return Fit(out)
     if j.ends == OVERLAP:
         return Fit(out, OVERLAP if j.friction is not None else "pin")
@@ -48,7 +49,7 @@ def fit(j: sm.Joint) -> Fit:
 
 
 def build(scene: sm.Scene) -> Built:
-    """Reduce a checked scene to the data of its system. No symbolic expression is made here."""
+    """Reduce a checked scene to the data of its system, without symbolic expressions. SceneError if wheels do not fit."""
     table = ParameterTable(scene.tunable)
     spanning = span(scene)
     maker = _Maker(scene, table, spanning)
@@ -57,7 +58,7 @@ def build(scene: sm.Scene) -> Built:
 
 
 class _Maker(Points):
-    """Builds the parts of a system in order."""
+    """Builds the parts of a system in the order that fixes the parameters' indices."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
         super().__init__(scene, table, spanning)
@@ -68,7 +69,7 @@ class _Maker(Points):
             raise SceneError(wrong)
 
     def system(self) -> System:
-        """The whole structure."""
+        """The structure of the whole mechanism."""
         gravity = self.table.vector("gravity", self.scene.gravity, "m/s^2")
         bodies = tuple(self.body(i, name, child) for i, (name, child, _) in enumerate(self.spanning.tree))
         names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)
@@ -83,7 +84,7 @@ class _Maker(Points):
         )
 
     def body(self, i: int, joint: str, name: str) -> Body:
-        """Body ``name``, number i in the tree, carried by ``joint``: its mass, centre and inertia as leaves."""
+        """Body ``name``, which tree joint ``joint`` with index i carries: mass, mass centre, inertia and points as leaves."""
         b = self.scene.bodies[name]
         m, center, inertia = mass_properties(b)
         shaped = b.inertia is None
@@ -102,7 +103,7 @@ class _Maker(Points):
         return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
 
     def joint(self, name: str) -> Joint:
-        """A joint, still without its offsets in the state and among the constraint rows."""
+        """A joint, still without its friction and its offsets in the state and among the constraint rows."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
         a, b = sides_of(self.scene, j)
@@ -120,8 +121,8 @@ class _Maker(Points):
         )
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
-        """The joints with what depends on their order: children, and offsets of coordinates, rates, constraint rows and
-        friction multipliers."""
+        """The joints with the data that depend on their order: children, friction elements, and offsets of coordinates, rates and
+        constraint rows."""
         q = v = rows = eta = flag = 0
         out = []
         for n, j in enumerate(joints):

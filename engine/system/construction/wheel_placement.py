@@ -1,4 +1,4 @@
-"""Wheels that roll on each other: their numbers, and how they stand where they mesh (theory, "Rolling")."""
+"""Wheels that roll on each other: their parameters, and checks of their poses (theory, "Rolling")."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from trunnion.system.structure.joint_couplings import Wheels
 from trunnion.system.structure.parameter_table import ParameterTable
 
 ASKEW = 1e-9
-"""Sine of an angle between directions that counts as none."""
+"""Directions count as parallel, or perpendicular, if the sine of the deviation is below this value."""
 NEAR = 1e-6
-"""Part of the larger wheel's radius by which wheels may stand wrong."""
+"""Tolerance of the wheels' positions, relative to the larger wheel's radius."""
 
 
 @dataclass(frozen=True)
 class Stand:
-    """Where a body's frame stands in the world. R (3×3), r (3), m."""
+    """Pose of a body's frame in the world: R (3×3), and r (3), m."""
 
     R: np.ndarray
     r: np.ndarray
 
     def side(self, s: JointSide) -> tuple[np.ndarray, np.ndarray]:
-        """The joint frame (columns) and the point of one side of a joint, in the world."""
+        """The joint frame (3×3, axes as columns) and the point (3), m, of one side of a joint, in the world."""
         return self.R @ matrix(frame(s.axis, s.reference)), self.R @ np.array(s.point, float) + self.r
 
 
 def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
-    """Where all bodies stand while every coordinate of the tree is 0: there the two frames of each of its joints coincide."""
+    """Poses of all bodies if every coordinate of the tree is 0, so that the two frames of each tree joint coincide."""
     found = {GROUND: Stand(np.eye(3), np.zeros(3))}
     for name, child, forward in spanning.tree:
         a, b = sides_of(scene, scene.joints[name])
@@ -52,7 +52,7 @@ def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
 
 
 def misfits(scene: sm.Scene, spanning: Spanning, where: dict[str, Stand]) -> list[Problem]:
-    """What is wrong with how wheels stand to each other. Those whose places a closed loop decides are not looked at."""
+    """Problems with the relative poses of wheels. Wheels whose relative pose depends on a closed loop are not checked."""
     out: list[Problem] = []
     ways = {name: _way(scene, spanning, name) for name in spanning.cut}
     loops = {step for name, way in ways.items() if not REGISTRY[scene.joints[name].type].rolls for step in way}
@@ -64,7 +64,7 @@ def misfits(scene: sm.Scene, spanning: Spanning, where: dict[str, Stand]) -> lis
 
 
 def _way(scene: sm.Scene, spanning: Spanning, name: str) -> set[str]:
-    """The tree joints between the two bodies of a joint."""
+    """Names of the tree joints on the path between the two bodies of a joint."""
     carried = {child: (joint, body_of(j.inboard if forward else j.outboard))
                for joint, child, forward in spanning.tree for j in (scene.joints[joint],)}  # fmt: skip
     ways: list[set[str]] = []
@@ -78,7 +78,7 @@ def _way(scene: sm.Scene, spanning: Spanning, name: str) -> set[str]:
 
 
 def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[tuple[str, str]]:
-    """What is wrong between two wheels, and a remedy."""
+    """(problem, remedy) for each problem with the relative pose of two wheels."""
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     a, b, s, of = Ea[:, 0], Eb[:, 0], pb - pa, sizes(j)
     r1, r2 = (0.5 * of.module * z for z in of.teeth)
@@ -87,7 +87,7 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
         if float(np.linalg.norm(np.cross(a, b))) < ASKEW:
             yield "the axes of the two wheels are parallel", "use type: gear, or give each side its own axis"
         if float(np.linalg.norm(s)) > NEAR * size:
-            yield f"its two points are {np.linalg.norm(s):.3g} m apart", "put both where the two axes meet"
+            yield f"its two points are {np.linalg.norm(s):.3g} m apart", "put both points where the two axes meet"
         return
     if rolls.touch == "straight":
         if abs(float(a @ b)) > ASKEW:
@@ -96,7 +96,7 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
         gap = abs(float(s @ np.cross(a, b))) - r1
         if abs(gap) > NEAR * size:
             yield f"the rack is {abs(gap):.3g} m {'too far from' if gap > 0 else 'too near to'} the wheel's axis", (
-                f"its point is on its pitch line, {r1:.6g} m from there")
+                f"put the rack's point on its pitch line, {r1:.6g} m from the wheel's axis")
         return
     if float(np.linalg.norm(np.cross(a, b))) > ASKEW:
         yield "the axes of its two wheels are not parallel", "give both sides the same axis; bevel_gear is for axes that meet"
@@ -105,19 +105,20 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
     wanted = abs(r1 + r2)
     if rolls.size == "pitch":
         if apart <= NEAR * size or apart < abs(r1 + r2) * (1 - NEAR):
-            yield f"its pulleys' axes are {apart:.3g} m apart, nearer than {wanted:.3g} m", "move them apart"
+            yield f"the axes of its pulleys are {apart:.3g} m apart, less than {wanted:.3g} m", "move the pulleys apart"
     elif abs(apart - wanted) > NEAR * size:
-        yield f"the axes of its wheels are {apart:.6g} m apart; teeth and module ask for {wanted:.6g} m", (
+        yield f"the axes of its wheels are {apart:.6g} m apart; teeth and module require {wanted:.6g} m", (
             "change the module, or move the wheels")
 
 
 def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name: str) -> Wheels:
-    """The numbers of a pair. where: all bodies while every coordinate is 0 (``stands``): there it meshes."""
+    """The parameters of a pair of wheels. where: poses of all bodies if every coordinate is 0 (``stands``); the wheels mesh in this
+    pose."""
     j = scene.joints[name]
     of = sizes(j)
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     met = phase(rolls_of(j).touch, Ea.T.tolist(), Eb.T.tolist(), (pb - pa).tolist(), of, Numeric)
-    return Wheels(  # a module that changes without the places of wheels is a mistake: who changes it builds the scene anew
+    return Wheels(  # the module is not an ``own`` parameter: a new module needs new positions of the wheels, so a new build
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
     )  # fmt: skip

@@ -1,1 +1,1 @@
-"""Signals as tables, and how fast they change."""
+"""Signals as tables, profiles of moves, and frequencies of signals."""

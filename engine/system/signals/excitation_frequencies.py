@@ -1,7 +1,7 @@
-"""How fast what acts on a mechanism comes and goes: its frequencies, by which the runtime bounds its steps while friction holds.
+"""Frequencies of the excitation of a mechanism. While a friction pair sticks, the runtime limits its steps by these frequencies.
 
-A stuck pair does not move until its load exceeds friction. Error control therefore misses a load that comes and goes within a
-step.
+A pair in stick does not move until its load exceeds friction. Therefore error control does not detect a load that rises and
+vanishes within a step.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from trunnion.system.structure.parameter_table import Leaf, Param
 
 
 def frequencies(system: System) -> tuple[tuple[int, float], ...]:
-    """(run-time parameter, Hz per unit of it) of every harmonic signal and of every rate at which a freedom is made to turn."""
+    """(index of a run-time parameter, factor to Hz) for the frequency of every harmonic signal and for every prescribed rotation
+    rate."""
     found: dict[int, float] = {}
     for signal, turns in _signals(system):
         for leaf, unit in _paces(signal, turns):
@@ -24,7 +25,7 @@ def frequencies(system: System) -> tuple[tuple[int, float], ...]:
 
 
 def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
-    """All signals, and whether they are the angle of a driven freedom."""
+    """All signals of devices and loads, each with a flag: whether the signal prescribes a rotation."""
     for joint in system.joints:
         for rate, device in enumerate(joint.devices):
             if device.effort is not None:
@@ -36,7 +37,7 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
 
 
 def _paces(signal: Signal, turns: bool) -> Iterator[tuple[Leaf, float]]:
-    """The frequencies among the numbers of a signal, in Hz per unit."""
+    """(leaf, factor to Hz) for those parameters of a signal that are frequencies or rotation rates."""
     if signal.kind == "harmonic":
         yield signal.leaves[1], 1.0
     elif turns and signal.kind == "rate":

@@ -1,23 +1,26 @@
-"""Ways from rest to rest: how far a point-to-point drive has come, as polynomials between knots (u of the duration, 0 to 1)."""
+"""Profiles of rest-to-rest moves: the completed fraction of a move as piecewise polynomials of u, the elapsed fraction of the
+duration (0 to 1)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 Polynomial = tuple[float, ...]
-"""Coefficients of powers of u − (begin of the piece), the constant first."""
+"""Coefficients of powers of u − (knot where the piece begins), the constant first."""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """knots: where pieces begin, and 1; pieces: their polynomials, of which the first begins at 0 and the last ends at 1."""
+    """A profile of a move. knots: values of u at which the pieces begin, then 1. pieces: a polynomial for each piece; the first
+    starts at the value 0, and the last ends at the value 1."""
 
     knots: tuple[float, ...]
     pieces: tuple[Polynomial, ...]
 
 
 def _of_jerks(lengths: tuple[float, ...], jerks: tuple[float, ...], accelerations: tuple[float, ...] = ()) -> Profile:
-    """A profile of piecewise constant jerk (or where it jumps, acceleration), made as high as it comes to 1."""
+    """A profile with piecewise constant jerk, or with piecewise constant acceleration if ``accelerations`` is given. The result is
+    scaled to end at 1. lengths: length of each piece in u."""
     knots, pieces, x, v, a = [0.0], [], 0.0, 0.0, 0.0
     for i, length in enumerate(lengths):
         a = accelerations[i] if accelerations else a
@@ -37,12 +40,13 @@ PROFILES: dict[str, Profile] = {
     "trapezoid": _of_jerks((THIRD,) * 3, (), (1.0, 0.0, -1.0)),
     "s_curve": _of_jerks((TWELFTH, SIXTH, TWELFTH, THIRD, TWELFTH, SIXTH, TWELFTH), (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)),
 }
-"""polynomial: of degree 5, at rest without acceleration at both ends; trapezoid: constant acceleration, speed, deceleration, a
-third each; s_curve: the same with the jerk limited (a quarter of each third)."""
+"""polynomial: degree 5, with zero rate and acceleration at both ends.
+trapezoid: constant acceleration, speed and deceleration, each for a third of the duration.
+s_curve: like trapezoid, but with limited jerk: the acceleration rises and falls for a quarter of its third each."""
 MOVES = tuple(f"move_{name}" for name in PROFILES)
-"""Kinds of signals of such drives."""
+"""Values of ``Signal.kind`` for moves."""
 
 
 def derivative(piece: Polynomial) -> Polynomial:
-    """The rate of a polynomial."""
+    """The derivative of a polynomial."""
     return tuple(k * c for k, c in enumerate(piece))[1:] or (0.0,)

@@ -1,8 +1,9 @@
-"""Signals that the runtime reads from memory: tables as piecewise curves, and external inputs. Each is one record of numbers.
+"""Signals that the runtime reads from memory: tables as piecewise curves, and external inputs. Each is a record of numbers.
 
-A table (t_i, v_i) becomes one of three curves. LINEAR: straight lines. SPLINE: a cubic spline with continuous second derivative,
-stored as values and second derivatives at the knots. HERMITE: a cubic that is monotone where the values are, stored as values and
-slopes.
+A table (t_i, v_i) becomes one of three kinds of curves.
+LINEAR: straight lines between the knots.
+SPLINE: a cubic spline with continuous second derivative, stored as values and second derivatives at the knots.
+HERMITE: a piecewise cubic that is monotone wherever the values are, stored as values and slopes at the knots.
 """
 
 from __future__ import annotations
@@ -18,14 +19,18 @@ from trunnion.runtime.abi.run_records import INPUT, KNOTS
 from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
-"""How drives and loads interpolate when a table does not say. A drive needs a continuous acceleration, and zero rates at its ends
-would falsify data that move there."""
+"""Default interpolation of drives and of loads. A drive needs a continuous acceleration. Zero rates at the ends would falsify data
+with motion at the ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A table as a piecewise curve. held: whether the end values stay beyond the ends (else the curve goes straight on there);
-    time (n), s; value (n); shape (n): second derivatives for SPLINE, slopes for HERMITE, zeros for LINEAR."""
+    """A table as a piecewise curve.
+
+    held    if true, the curve is constant beyond its ends; otherwise it continues linearly.
+    time    knots (n), s.
+    value   values at the knots (n).
+    shape   second derivatives for SPLINE, slopes for HERMITE, zeros for LINEAR (n)."""
 
     kind: TableKind
     held: bool
@@ -34,36 +39,39 @@ class Curve:
     shape: np.ndarray
 
     def record(self) -> np.ndarray:
-        """The numbers the runtime reads: ``tr_knots``, then time, value and shape."""
+        """The record that the runtime reads: ``tr_knots``, then time, value and shape."""
         head = KNOTS.doubles(kind=self.kind, held=self.held, n=len(self.time))
         return np.concatenate([head, self.time, self.value, self.shape])
 
     def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases of a batch may share this table: they may when it is the same."""
+        """Whether two cases of a batch may share a table: their records are equal."""
         return isinstance(other, Curve) and np.array_equal(self.record(), other.record())
 
 
 @dataclass(frozen=True)
 class Outside:
-    """An external input. tracked: whether a motion follows it; start: its value until someone sets it; bandwidth, rad/s: how
-    fast a motion follows it."""
+    """An external input.
+
+    tracked     whether a motion follows the input.
+    start       value until the user sets the input.
+    bandwidth   of the filter by which a motion follows the input, rad/s."""
 
     tracked: bool
     start: float
     bandwidth: float
 
     def record(self) -> np.ndarray:
-        """The numbers the runtime reads: ``tr_input``, at its start value from t = 0 on."""
+        """The record that the runtime reads: ``tr_input``, with the start value from t = 0 on."""
         now = {"t0": 0.0, "u": (self.start, 0.0, 0.0), "gap": 0.0, "gap_rate": 0.0}
         return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth), float)
 
     def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases of a batch may share this table: start values may differ, since each case has its own."""
+        """Whether two cases of a batch may share an input. Start values may differ, because each case stores its own."""
         return isinstance(other, Outside) and (self.tracked, self.bandwidth) == (other.tracked, other.bandwidth)
 
 
 def table_block(tables: Sequence[Curve | Outside]) -> np.ndarray:
-    """All tables as the runtime reads them: the offset of each record, then the records."""
+    """All tables in the layout that the runtime reads: the offset of each record, then the records."""
     records = [t.record() for t in tables]
     offsets = len(records) + np.cumsum([0, *map(len, records)])[:-1]
     return np.concatenate([offsets, *records]).astype(float)
@@ -71,7 +79,7 @@ def table_block(tables: Sequence[Curve | Outside]) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def curve(table: sm.Table, drives: bool) -> Curve:
-    """The curve of a drive's table (straight on beyond its ends) or a load's (held there)."""
+    """The curve of a table. Beyond the ends, the curve of a drive continues linearly, and the curve of a load is constant."""
     t, v = np.array(table.time, float), np.array(table.value, float)
     way = table.interpolation or (DRIVE if drives else LOAD)
     if way == "linear":
@@ -83,8 +91,8 @@ def curve(table: sm.Table, drives: bool) -> Curve:
 
 
 def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None = None) -> np.ndarray:
-    """Second derivatives at the knots (n) of the cubic spline through (t, v) whose slopes at the ends are ``ends``; without them
-    its second derivatives there are zero (natural). A tridiagonal system: time and memory grow with n."""
+    """Second derivatives (n) at the knots of the cubic spline through (t, v). ends: slopes at both ends; None: natural spline, with
+    zero second derivatives at the ends. Time and memory are proportional to n."""
     n, h = len(t), np.diff(t)
     if n < 3 and ends is None:
         return np.zeros(n)
@@ -99,7 +107,7 @@ def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None 
 
 
 def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution (n) of a system with three diagonals (n − 1, n, n − 1) by elimination without pivoting. Valid for diagonally
+    """Solution (n) of a tridiagonal system (diagonals of n − 1, n, n − 1) by elimination without pivoting. Valid for diagonally
     dominant matrices, such as those of splines."""
     low, d, up, x = (a.tolist() for a in (below, diagonal, above, right))
     for i in range(1, len(d)):
@@ -115,8 +123,8 @@ def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, righ
 def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Slopes at the knots (n) of the monotone piecewise cubic of Fritsch and Carlson (PCHIP).
 
-    Zero at extremes and plateaus, else a harmonic mean of the slopes on both sides (Fritsch and Butland). At the ends, the slope
-    of a parabola, limited to stay monotone.
+    The slope is zero at extrema and plateaus, else a weighted harmonic mean of the slopes on both sides (Fritsch and Butland). At
+    the ends it is the slope of a parabola, limited to keep the curve monotone.
     """
     h = np.diff(t)
     slope = np.diff(v) / h
@@ -131,7 +139,7 @@ def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _end_slope(h: float, beside: float, slope: float, next_: float) -> float:
-    """Slope at an end, from the lengths and slopes of the piece there and of the one beside it."""
+    """Slope at an end. h, slope: length and slope of the end piece; beside, next_: length and slope of the adjacent piece."""
     found = ((2 * h + beside) * slope - h * next_) / (h + beside)
     if np.sign(found) != np.sign(slope):
         return 0.0

@@ -1,4 +1,4 @@
-"""The data of a system, from which the recursion is built. All of it is immutable and hashes by content, which makes the
+"""The data of a system, from which the recursion is built. All data are immutable and hash by content; this hash gives the
 kernel's key."""
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ GROUND = -1
 
 @dataclass(frozen=True)
 class Slider:
-    """One pair of surfaces that slide on each other: the unit of friction states, kinks and events.
+    """A friction pair: a pair of surfaces that slide on each other. Friction states, kinks and events belong to a pair.
 
-    eta: indices of its friction multipliers; flag: its index among all sliding pairs; label: suffix in the names of its states
-    ("1", "2").
+    flag    index among all friction pairs of the system.
+    eta     indices of the pair's friction multipliers.
+    label   suffix in the names of the pair's states ("1", "2").
     """
 
     flag: int
@@ -37,7 +38,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class FrictionElement:
-    """Friction of a joint: contact element and law by registry name, numbers by name (``mu``, ``radius``, …)."""
+    """Friction of a joint: contact element and law by registry name, parameters by name (``mu``, ``radius``, …)."""
 
     contact: str
     law: str
@@ -45,39 +46,40 @@ class FrictionElement:
     numbers: tuple[tuple[str, Leaf | Signal], ...]
     sliders: tuple[Slider, ...]
     bound: tuple[int, ...] = ()
-    """Friction multipliers of forces that are no friction (``ContactElement.bound``)."""
+    """Indices of the multipliers η that are contact forces instead of friction (``ContactElement.bound``)."""
 
     @property
     def eta(self) -> tuple[int, ...]:
-        """Indices of its multipliers, one a freedom, in their order."""
+        """Indices of the friction multipliers, one for each freedom, in the order of the freedoms."""
         return tuple(sorted([*(e for s in self.sliders for e in s.eta), *self.bound]))
 
     def number(self, name: str) -> Leaf:
-        """The leaf called ``name``, which follows nothing; KeyError when the element has none."""
+        """The leaf of the parameter ``name``. KeyError if there is no such parameter, or if it depends on time or an input."""
         return {n: x for n, x in self.numbers if not isinstance(x, Signal)}[name]
 
     @property
     def varies(self) -> bool:
-        """Whether any of its numbers follows time or an input."""
+        """Whether any parameter depends on time or an input."""
         return any(isinstance(x, Signal) for _, x in self.numbers)
 
     def has(self, name: str) -> bool:
-        """Whether the element has a number of that name."""
+        """Whether the element has a parameter of this name."""
         return any(n == name for n, _ in self.numbers)
 
     @property
     def bristles(self) -> bool:
-        """Whether its law has a state along every freedom (bristles)."""
+        """Whether the law has a state along every freedom (bristles)."""
         return LAWS[self.law].bristles
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint. ``inb``/``out``: indices of its bodies (GROUND = −1). Points are relative to the bodies' reference origins, in body
-    axes; frames are row-major 3×3 tuples.
+    """A joint. ``inb``, ``out``: indices of the inboard and outboard body (GROUND = −1). Points are relative to the body's
+    reference origin, in body axes, m. Frames are 3×3 matrices as row-major tuples (9).
 
-    For a tree joint, ``child`` is the body it carries, ``forward`` says whether the child is the outboard part, and q0 and v0 are
-    the offsets of its coordinates and free rates in the state. For a cut joint, ``rows`` is the offset of its constraint rows.
+    For a tree joint: ``child`` is the index of the body that the joint carries, ``forward`` is true if the child is the outboard
+    part, and q0 and v0 are the offsets of the joint's coordinates and free rates in the state.
+    For a cut joint: ``rows`` is the offset of the joint's constraint rows.
     """
 
     name: str
@@ -111,12 +113,12 @@ class Joint:
 
     @property
     def ends(self) -> tuple[int, ...]:
-        """The bodies that the rows of a cut joint are on: its inboard and its outboard one, and those of a joint it follows."""
+        """The bodies on which the rows of a cut joint act: inboard body, outboard body and, for a coupling, those of the leader."""
         return (self.inb, self.out, *((self.mimic.inb, self.mimic.out) if self.mimic else ()))
 
     @property
     def travels(self) -> int:
-        """How many rows of a cut joint hold a travel, m; the others hold angles."""
+        """Number of rows of a cut joint that constrain a translation, m. The other rows constrain rotations."""
         return 0 if self.mimic and self.mimic.turns else self.kind.travels
 
     @property
@@ -132,10 +134,13 @@ class Joint:
 
 @dataclass(frozen=True)
 class Body:
-    """A body in tree order. ``center``: its mass centre, measured from the reference origin in body axes, m; ``inertia``: (xx,
-    yy, zz, xy, xz, yz) about the mass centre, kg m², or m² when it is given per mass (``per_mass``); ``points``: named points,
-    measured as the mass centre is; ``joint``: index of the tree joint that carries it; ``parent``: its inboard body in the
-    tree."""
+    """A body, in tree order.
+
+    center     mass centre, from the reference origin in body axes, m.
+    inertia    (xx, yy, zz, xy, xz, yz) about the mass centre, kg m²; with ``per_mass``, divided by the mass, m².
+    points     named points, from the reference origin in body axes, m.
+    joint      index of the tree joint that carries the body.
+    parent     index of the inboard body in the tree."""
 
     name: str
     mass: Leaf
@@ -149,8 +154,14 @@ class Body:
 
 @dataclass(frozen=True)
 class System:
-    """A whole mechanism: bodies in tree order (inboard before outboard), joints (those of the tree first, in the order of the
-    bodies they carry, then cut joints), applied loads, gravity, and sizes. bounded: whether steps are, for real time."""
+    """A whole mechanism.
+
+    bodies           in tree order: inboard before outboard.
+    joints           tree joints, in the order of the bodies that they carry; then cut joints.
+    ties             couplings, which count as cut joints.
+    tables           number of tables, external inputs included.
+    stops, latches   numbers of flags of end stops and latches, and of hooks of latches; ``stops`` includes the hooks.
+    bounded          whether steps have a bounded cost, for real-time use."""
 
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
@@ -167,12 +178,12 @@ class System:
 
     @property
     def down(self) -> tuple[int, ...]:
-        """For each latch on which tooth it begins down, 0: up."""
+        """For each latch: the tooth on which its hook is at the start; 0: the hook is up."""
         return tuple(x.down for x in self._hooks)
 
     @property
     def presses(self) -> tuple[int, ...]:
-        """For each latch which stop says whether it is pressed."""
+        """For each latch: index of the flag that is 1 while its hook is pressed."""
         return tuple(x.pressed for x in self._hooks)
 
     @property
@@ -181,22 +192,22 @@ class System:
         return sorted(found, key=lambda x: x.hook)
 
     def hook(self, latch: int) -> int:
-        """Which stop says whether a latch is down: hooks are the last of the stops."""
+        """Index of a latch's hook among the flags of end stops; hooks are the last of these flags."""
         return self.stops - self.latches + latch
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:
-        """The tree joints; joint i carries body i."""
+        """The tree joints. Joint i carries body i."""
         return self.joints[: len(self.bodies)]
 
     @cached_property
     def cuts(self) -> tuple[Joint, ...]:
-        """The cut joints, and what ties freedoms of others."""
+        """The cut joints, then the couplings."""
         return self.joints[len(self.bodies) :] + self.ties
 
     @cached_property
     def nq(self) -> int:
-        """Number of coordinates in the state; those of driven freedoms are not in it."""
+        """Number of coordinates in the state, which contains no coordinates of driven freedoms."""
         return sum(len(state_coordinates(j)) for j in self.tree)
 
     @cached_property
@@ -221,23 +232,24 @@ class System:
 
     @cached_property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers whose law has a state. The states come in this order, after the rates, in the
-        state of the run."""
+        """Indices of the friction multipliers whose law has a state. In the state of the run, these states come after the rates, in
+        this order."""
         return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
     @cached_property
     def sliders(self) -> tuple[Slider, ...]:
-        """All sliding pairs, in order of their flags."""
+        """All friction pairs, in the order of ``Slider.flag``."""
         return tuple(s for j in self.frictional if j.friction for s in j.friction.sliders)
 
     @property
     def external(self) -> External:
-        """Where things are in the external values x."""
+        """Layout of the external values x."""
         return External(self.tables, self.stops, len(self.sliders))
 
 
 def state_coordinates(j: Joint) -> tuple[int, ...]:
-    """Indices of the joint's coordinates that are states (quaternions always, others unless driven)."""
+    """Indices of the joint's coordinates that are states: all components of a quaternion, and all other coordinates that are not
+    driven."""
     k = j.kind
     driven = {k.coordinate_of(r) for r in j.driven}
     return tuple(i for i in range(k.nq) if i not in driven)

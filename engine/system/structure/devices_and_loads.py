@@ -9,11 +9,16 @@ from trunnion.system.structure.parameter_table import Leaf, Leaves
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of time. kind: "value" (one leaf), "ramp" (start, end, begin, duration, origin), "begun" (a ramp that begins
-    before t = 0; a drive still has its origin at t = 0), "move_…" (a way from rest to rest: start, end, begin, duration;
-    ``profiles``), "harmonic" (amplitude, frequency, phase, offset), "rate" (start, rate: q = start + rate t), "table" (index of
-    a table; external inputs are the first tables) or "through" (values of an input, then what they are made into, ``KNOTS`` each;
-    index: its table)."""
+    """A function of time. ``kind`` determines the meaning of ``leaves``:
+
+    value      a constant.
+    ramp       start, end, begin, duration, origin.
+    begun      a ramp that begins before t = 0; a drive has its origin at t = 0 nevertheless.
+    move_…     start, end, begin, duration of a rest-to-rest move (``motion_profiles``).
+    harmonic   amplitude, frequency, phase, offset.
+    rate       start, rate: q = start + rate t.
+    table      no leaves; ``index`` is that of the table. External inputs are the first tables.
+    through    a curve of an input: ``KNOTS`` values of the input, then ``KNOTS`` results; ``index``: the input's table."""
 
     kind: str
     leaves: Leaves = ()
@@ -22,8 +27,8 @@ class Signal:
 
 @dataclass(frozen=True)
 class Stop:
-    """The compliant stops of one freedom. ``flags``: indices of the flags that say whether the lower and the upper stop are
-    engaged (−1: there is no such stop)."""
+    """The compliant end stops of a freedom. flags: indices of the flags of the lower and upper stop, which are 1 while the stop is
+    engaged; −1: no such stop."""
 
     stiffness: Leaf
     damping: Leaf
@@ -34,7 +39,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor by its line of effort over rate: stall (effort at rest), no_load (rate without effort), both at a signal of 1."""
+    """A motor with a linear effort–rate curve. stall: effort at rate 0; no_load: rate at effort 0; both at a signal of 1."""
 
     stall: Leaf
     no_load: Leaf
@@ -43,10 +48,15 @@ class Motor:
 
 @dataclass(frozen=True)
 class Latch:
-    """A hook that falls behind a passing part and then holds it.
+    """A hook that falls behind a passing part and then holds the part.
 
-    side: 1 keeps the part above ``at``, −1 below. holds: largest force. release: lifted while above 0.5. pressed, hook: indices of
-    its flags among those of stops and of latches. down: tooth on which it begins down, 0 for up. pitch: of its teeth, 0 for one.
+    side      1: the latch keeps the part above ``at``; −1: below ``at``.
+    holds     largest force, N or N·m.
+    release   signal that lifts the hook while above 0.5.
+    pressed   index of the flag of the pressed hook, among the flags of end stops.
+    hook      index among the latches.
+    down      tooth on which the hook is at the start, from 1; 0: the hook is up.
+    pitch     distance of the teeth; constant 0: a single tooth.
     """
 
     at: Leaf
@@ -63,8 +73,8 @@ class Latch:
 
 @dataclass(frozen=True)
 class Device:
-    """What acts along one freedom of a joint: spring (stiffness, rest), damping, stop, effort, motor, drive, and the inertia that
-    it turns beside the bodies; None for what is not there."""
+    """The devices along a freedom of a joint; None: no such device. spring: (stiffness, rest). inertia: of a rotor that the freedom
+    turns in addition to the bodies."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -78,10 +88,11 @@ class Device:
 
 @dataclass(frozen=True)
 class Load:
-    """An applied load: a force or torque on a body, or a spring-damper or bushing between two.
+    """An applied load: a force or torque on a body, or a spring-damper or bushing between two bodies.
 
-    vector: of a force or torque, with None for structural zeros. numbers: of a spring-damper, stiffness, damping and length; of a
-    bushing, three each of stiffness, damping, turning stiffness and turning damping, along the axes of ``frames``.
+    vector    components of a force or torque; None for structural zeros.
+    numbers   spring-damper: stiffness, damping, free length. Bushing: stiffness, damping, rotational stiffness and rotational
+              damping, three values each, along the axes of ``frames``.
     """
 
     name: str
@@ -95,10 +106,10 @@ class Load:
 
     @property
     def joins(self) -> bool:
-        """Whether it is between two bodies."""
+        """Whether the load acts between two bodies."""
         return len(self.bodies) == 2
 
     @property
     def leaves(self) -> Leaves:
-        """Numbers, points (3 each) and frames (9 each, row-major) of a load between two bodies, one after another."""
+        """Parameters of a load between two bodies: ``numbers``, then points (3 each), then frames (9 each, row-major)."""
         return (*self.numbers, *(x for values in (*self.points, *self.frames) for x in values))

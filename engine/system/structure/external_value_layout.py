@@ -1,10 +1,13 @@
-"""Where things are in x, the external values a system's functions take: the one description of it in Python.
+"""Layout of x, the external values that a system's functions take. All Python code uses this description.
 
-x = [t, ts | tables | stop flags | modes]. t: time, s; ts: a time inside the current step, s, which alone chooses the branch of a
-signal. Tables: value and three derivatives each; external inputs are the first tables. Stop flags: 1 while engaged. Modes: a state
-flag, a frozen direction and a given tilt for every sliding pair (see ``elements.friction.friction_law``). The records are
-``tr_moment``, ``tr_signal`` and ``tr_mode`` of ``trunnion.runtime.abi``; a kernel whose x has another length is refused when its
-block is made. """
+x = [t, ts | tables | stop flags | modes].
+t: time, s. ts: a time inside the current step, s; only ts selects the branch of a signal.
+Tables: value and three derivatives of each table; external inputs are the first tables.
+Stop flags: 1 while the end stop is engaged.
+Modes: state flag, frozen direction and given tilt of every friction pair (see ``elements.friction.friction_law``).
+
+The records are ``tr_moment``, ``tr_signal`` and ``tr_mode`` of ``trunnion.runtime.abi``. When a simulation block is made, a kernel
+whose x has another size is refused. """
 
 from __future__ import annotations
 
@@ -15,19 +18,23 @@ import numpy as np
 from trunnion.runtime.abi import run_records
 
 TIMES = run_records.MOMENT.numbers
-"""Numbers before the tables: t and ts."""
+"""Number of values before the tables: t and ts."""
 NOW, INSIDE = run_records.MOMENT.at("t"), run_records.MOMENT.at("inside")
-"""Where t and ts are."""
+"""Indices of t and ts in x."""
 TABLE = run_records.SIGNAL.numbers
-"""Numbers per table: value and three derivatives."""
+"""Number of values per table: value and three derivatives."""
 MODE = run_records.MODE.numbers
-"""Numbers per sliding pair: state flag, frozen direction (3), given tilt."""
+"""Number of values per friction pair: state flag, frozen direction (3), given tilt."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """The mode of a sliding pair, as it lies in x (``tr_mode``). flag: a ``PairState``; direction: its rates when the direction was
-    frozen (3, of which a pair of fewer components uses the first; of one component: its sign); tilt: of a ball."""
+    """The mode of a friction pair, as stored in x (``tr_mode``).
+
+    flag        a ``PairState``.
+    direction   the pair's rates when the direction was frozen (3). A pair with fewer components uses only the first entries; a pair
+                with a single component stores its sign.
+    tilt        of a ball."""
 
     flag: float
     direction: np.ndarray
@@ -36,27 +43,27 @@ class Mode:
 
 @dataclass(frozen=True)
 class External:
-    """Offsets in x, for a system with ``tables`` tables (inputs included), ``stops`` flags of stops and ``sliders`` sliding
-    pairs."""
+    """Offsets in x for a system. tables: number of tables, inputs included; stops: number of stop flags; sliders: number of
+    friction pairs."""
 
     tables: int
     stops: int
     sliders: int
 
     def table(self, index: int) -> int:
-        """Where the numbers of a table begin."""
+        """Index of the first value of a table."""
         return TIMES + TABLE * index
 
     def stop(self, index: int) -> int:
-        """Where the flag of a stop is."""
+        """Index of the flag of a stop."""
         return self.table(self.tables) + index
 
     def mode(self, slider: int) -> int:
-        """Where the numbers of a sliding pair's mode begin."""
+        """Index of the first value of a friction pair's mode."""
         return self.stop(self.stops) + MODE * slider
 
     def mode_in(self, x: np.ndarray, slider: int) -> Mode:
-        """The mode of a sliding pair in x."""
+        """The mode of a friction pair, read from x."""
         record = np.ascontiguousarray(x[self.mode(slider) : self.mode(slider) + MODE]).view(run_records.MODE.dtype)[0]
         return Mode(float(record["flag"]), np.array(record["direction"]), float(record["tilt"]))
 

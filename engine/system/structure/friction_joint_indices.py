@@ -1,5 +1,5 @@
-"""Joints with friction as the complement equations take them (theory, "Complement equations"): which components of its reaction the
-contact forms of each need, and where its numbers lie. No symbolic library here."""
+"""Joints with friction in the order of the complement equations (theory, "Complement equations"). For each joint: the components of
+the reaction that the contact forms need, and offsets of the joint's values. This module does not need the symbolic library."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, 
 
 @dataclass
 class Element:
-    """A joint with friction and where its numbers lie: ``needs``: the components of f_c, m_c its forms use, which are rows n0, n0
-    + 1, … of the N block; rate0: the first of its freedoms among the rates of all such joints."""
+    """A joint with friction.
+
+    needs   components of f_c, m_c that the contact forms use; they are rows n0, n0 + 1, … of the N block.
+    rate0   index of the joint's first freedom among the rates of all joints with friction."""
 
     joint: Joint
     contact: ContactElement
@@ -32,12 +34,12 @@ class Element:
 
     @property
     def eta(self) -> list[int]:
-        """Indices of its multipliers, one a freedom."""
+        """Indices of the joint's friction multipliers, one for each freedom."""
         return list(self.friction.eta)
 
     @property
     def law_kind(self) -> PairKind:
-        """What the law does at rest and at its kink."""
+        """The kind of the law's friction pairs, by the law's behaviour at rest."""
         law = LAWS[self.friction.law]
         if law.bristles:
             return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH
@@ -50,12 +52,12 @@ class Element:
 
 
 def everything(j: Joint) -> tuple[str, ...]:
-    """All that contact forms of a joint may need: the components of f_c and m_c, and the span where that changes."""
+    """All values that the contact forms of a joint may need: the components of f_c and m_c, and the span if it changes."""
     return (*COMPONENTS, SPAN) if j.fit.ends == OVERLAP else COMPONENTS
 
 
 def elements(system: System) -> list[Element]:
-    """All joints with friction, in the system's order."""
+    """All joints with friction, in the order of the system's joints."""
     out: list[Element] = []
     n0 = rate0 = 0
     for j in system.frictional:
@@ -70,5 +72,5 @@ def elements(system: System) -> list[Element]:
 
 
 def any_sets(system: System) -> bool:
-    """Whether some law of the system is set-valued at rest."""
+    """Whether any friction law of the system is set-valued at rest."""
     return any(j.friction is not None and LAWS[j.friction.law].sets for j in system.frictional)

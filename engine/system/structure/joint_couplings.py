@@ -1,5 +1,5 @@
-"""What ties two parts that other joints carry: wheels that roll on each other, the curve of a cam, a curve that a point
-stays on, a freedom that follows another."""
+"""Data of joints that carry no body but couple two bodies: wheels that roll on each other, cams with followers, points on curves,
+and freedoms that follow another freedom."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ from trunnion.system.structure.parameter_table import Leaf
 
 @dataclass(frozen=True)
 class Wheels:
-    """Of two wheels that roll on each other: module (pitch diameter over teeth), signed numbers of teeth of the inboard and the
-    outboard one, and what ``elements.joints.wheel_pairs.phase`` is where they mesh."""
+    """Two wheels that roll on each other.
+
+    module   pitch diameter divided by number of teeth, m.
+    teeth    signed numbers of teeth of the inboard and the outboard wheel.
+    phase    value of ``elements.joints.wheel_pairs.phase`` at which the wheels mesh, rad."""
 
     module: Leaf
     teeth: tuple[Leaf, Leaf]
@@ -22,9 +25,12 @@ class Wheels:
 
 @dataclass(frozen=True)
 class Profile:
-    """Of a cam: how far from its axis its follower is, by angle about it, in pieces. middle: (cosine, sine) of the angle that the
-    others are measured from, rad within ±π; starts: where pieces begin; pieces: for each four coefficients, of powers of the angle
-    from there. The first and the last piece go on beyond. roller: radius of the roller that follows it, m."""
+    """Profile of a cam: distance of the follower from the cam's axis as a piecewise cubic function of the angle about the axis.
+
+    middle   (cosine, sine) of the angle from which all other angles are measured, within ±π.
+    roller   radius of the follower's roller, m.
+    starts   angles at which the pieces begin, rad. The first and the last piece continue beyond the profile's ends.
+    pieces   four coefficients for each piece, of powers of (angle − start)."""
 
     middle: tuple[Leaf, Leaf]
     roller: Leaf
@@ -33,18 +39,22 @@ class Profile:
 
 
 NODES, WEIGHTS = (tuple(map(float, x)) for x in leggauss(20))
-"""Gauss' points by which a piece of a curve is measured: of one that turns by a right angle to round-off."""
+"""Gauss points and weights for the arc length of a piece of a curve. They are exact to round-off for a piece whose direction turns
+by a right angle."""
 ENDLESS = 1e300
-"""Where the straight pieces beyond the ends of a curve end."""
+"""Parameter at which the straight piece behind the end of a curve ends; it stands for infinity."""
 FOOT = 11
-"""Numbers of a foot on a curve: where its piece starts, the way there, four coefficients each along e2 and e3, and its
-own parameter."""
+"""Number of values that describe a foot on a curve: parameter at the start of the foot's piece, arc length there, four coefficients
+along e2, four coefficients along e3, parameter of the foot."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Of a curve: where it starts, and ends, by the parameter of its spline; the way to its start along the curve, m; four
-    coefficients each of powers of the parameter from there, along e2 and e3, m."""
+    """A piece of a curve.
+
+    start, end   parameters of the spline at the piece's start and end.
+    way          arc length of the curve up to the piece's start, m.
+    e2, e3       four coefficients of powers of (parameter − start), for the position along e2 and along e3, m."""
 
     start: float
     end: float
@@ -55,8 +65,8 @@ class Piece:
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve in a plane, in pieces. An open one begins and ends with straight pieces, whose ends are infinite; around: how long a
-    closed one is by its parameter, 0 of an open one."""
+    """A plane curve in pieces. An open curve begins and ends with an infinite straight piece. around: period of the parameter of a
+    closed curve; 0 for an open curve."""
 
     pieces: tuple[Piece, ...]
     around: float
@@ -64,8 +74,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Mimic:
-    """Of the freedom of a tree joint that follows that of another: both joints by their places in the tree, the bodies of the one
-    that leads, whether the one that follows turns; q_follower = ratio · q_leader + offset."""
+    """A coupling of two tree joints' freedoms: q_follower = ratio · q_leader + offset.
+
+    follower, leader   indices of the two joints in the tree.
+    inb, out           bodies of the leader.
+    turns              whether the follower's freedom is a rotation."""
 
     follower: int
     leader: int

@@ -1,5 +1,5 @@
-"""Joints on loops, and how many scaled reactions of each decide what redundant loops leave open (theory, "Redundant loops"). No
-symbolic library here."""
+"""Joints on loops, and the numbers of their scaled reactions, which select the reactions of redundant loops (theory, "Redundant
+loops"). This module does not need the symbolic library."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
 from trunnion.system.structure.friction_joint_indices import Element, elements
 
 USUAL = 1e8
-"""N/m; radial stiffness of the contacts of a joint that says none: about that of a steel pin of 20 mm in its bearing. It counts
-only beside joints that say theirs."""
+"""Radial stiffness, N/m, of the contacts of a joint for which the scene gives no stiffness: about that of a steel pin of 20 mm in
+a bearing. The value matters only if other joints have a given stiffness."""
 NO_SIZE = 1e-24
-"""m²: a size that is none, squared, where one is divided by. What is scaled by it is squared again and must stay finite."""
+"""Square of the smallest size, m², to avoid a division by zero. Values divided by this size are squared and must stay finite."""
 
 
 def loop_joints(system: System) -> list[Joint]:
-    """Joints on any loop, in the system's order: cut joints, and the tree joints on the way between the two bodies of each."""
+    """Joints on any loop, in the order of the system's joints: the cut joints, and the tree joints on the path between the two
+    bodies of each cut joint."""
     found: list[str] = []
     for c in system.joints[len(system.bodies) :]:
         paths = []
@@ -38,30 +39,31 @@ def rubs(system: System) -> bool:
 
 
 def rows_of(system: System) -> list[tuple[str, int]]:
-    """How many rows of ``scaled_reactions`` belong to each joint, in their order."""
+    """(joint, number of rows in ``scaled_reactions``) for each joint on a loop, in the order of the rows."""
     if rubs(system):
         return [(j.name, springs_of(j)) for j in loop_joints(system)]
     return [(j.name, 6 * sum(b != GROUND for b in (j.out, j.inb))) for j in loop_joints(system)]
 
 
 def contact_of(j: Joint) -> ContactElement | None:
-    """The contact element of joints of this type, if they may rub."""
+    """The contact element of joints of this type; None if the type cannot have friction."""
     return CONTACTS[j.kind.friction] if j.kind.friction else None
 
 
 def springs_of(j: Joint) -> int:
-    """How many rows a joint has: its contacts', its faces', or all six components; and one for each drive."""
+    """Number of rows of a joint: rows of contacts and faces, or six without a contact element; and a row for each drive."""
     element = contact_of(j)
     return (6 if element is None else element.springs + len(element.thrusts)) + len(j.driven)
 
 
 def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
-    """Joints on loops that rub, where the rows of each begin among the scaled reactions, and how many of these friction changes."""
+    """For each joint with friction on a loop: (joint, index of its first row among the scaled reactions, number of its rows that
+    friction changes)."""
     first, at = {}, 0
     for name, rows in rows_of(system):
         first[name] = at
         at += rows
     found = [e for e in elements(system) if e.joint.name in first]
-    # friction that does not follow what presses changes nothing of it
+    # friction that does not depend on contact forces does not change them
     found = [e for e in found if e.contact.count]
     return [(e, first[e.joint.name], springs_of(e.joint) - len(e.contact.thrusts) - len(e.joint.driven)) for e in found]

@@ -1,6 +1,5 @@
-"""Loops that share bodies, and the entries of S of (90): rows of two cut joints couple only where their paths to the ground share a
-body. Ordered by least degree, the factor has few entries (theory, "Loops by
-structure")."""
+"""Sparsity of S in (90) and of its factor (theory, "Loops by structure"). The rows of two cut joints are coupled only if the paths
+of the joints to the ground share a body. The minimum-degree order keeps the factor sparse."""
 
 from __future__ import annotations
 
@@ -10,15 +9,18 @@ from dataclasses import dataclass
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
 
 MANY_ROWS = 16
-"""Rows from which on structure is looked at: a dense factor of fewer takes less than a microsecond."""
+"""Smallest number of rows for which sparsity is used. A dense factorisation of fewer rows takes less than a microsecond."""
 FEW_ENTRIES = 0.5
-"""Of those of a dense factor: more are not worth their lists."""
+"""Largest fraction of a dense factor's entries for which sparsity is used. With more entries, the index lists cost too much."""
 
 
 @dataclass(frozen=True)
 class Fill:
-    """Entries of the factor of S. order: rows of λ as they are eliminated; start: where the entries below each pivot begin in
-    ``below``, which tells their places in that order, ascending."""
+    """Sparsity pattern of the factor of S. Empty: dense.
+
+    order   rows of λ in the order of elimination.
+    start   for each pivot, index of its first entry in ``below``.
+    below   positions in ``order`` of the nonzero entries below each pivot, ascending."""
 
     order: tuple[int, ...] = ()
     start: tuple[int, ...] = ()
@@ -26,7 +28,7 @@ class Fill:
 
 
 def path(system: System, c: Joint) -> tuple[int, ...]:
-    """Bodies between those that a cut joint joins and the ground, the innermost first."""
+    """Bodies on the paths from the bodies of a cut joint to the ground, inboard bodies first."""
     found: set[int] = set()
     for i in c.ends:
         while i != GROUND and i not in found:
@@ -36,7 +38,7 @@ def path(system: System, c: Joint) -> tuple[int, ...]:
 
 
 def rows_by_loop(system: System, active: Sequence[int]) -> list[tuple[Joint, list[int]]]:
-    """The cut joints that have active rows, with their places among these."""
+    """The cut joints with active rows, each with the positions of its rows among the active rows."""
     place = {row: at for at, row in enumerate(active)}
     found = [(c, [place[r] for r in range(c.rows, c.rows + c.kind.rows) if r in place]) for c in system.cuts]
     return [(c, rows) for c, rows in found if rows]
@@ -57,7 +59,8 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
 
 
 def fill(system: System, active: Sequence[int], part: float = FEW_ENTRIES) -> Fill:
-    """Entries of the factor of S over the active rows; none where they are more than this part of a dense one's, as good then."""
+    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, or if the factor has more
+    than the fraction ``part`` of a dense factor's entries."""
     if len(active) < MANY_ROWS:
         return Fill()
     loops = rows_by_loop(system, active)
@@ -80,12 +83,12 @@ def fill(system: System, active: Sequence[int], part: float = FEW_ENTRIES) -> Fi
 
 
 def tables_of(f: Fill) -> dict[str, list[int]]:
-    """As a kernel's tables have them."""
+    """The pattern as lists, by name of the kernel's table."""
     return {"fill_order": list(f.order), "fill_start": list(f.start), "fill_below": list(f.below)}
 
 
 def _listed(rows: list[list[int]], sequence: list[int], after: list[set[int]]) -> Fill:
-    """The entries of loops that are eliminated in this sequence, each with those that come after it."""
+    """The pattern for loops that are eliminated in ``sequence``. after: for each loop, the coupled loops eliminated later."""
     order = [r for at in sequence for r in rows[at]]
     place = {r: p for p, r in enumerate(order)}
     start, below = [0], []

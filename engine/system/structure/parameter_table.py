@@ -1,8 +1,8 @@
-"""The numbers in a system's expressions: structural constants, which generated code contains as they are, and run-time parameters,
-which it reads from memory.
+"""The numbers in a system's expressions: structural constants, which generated code contains literally, and run-time parameters,
+which generated code reads from memory.
 
-A component of a vector or matrix that is exactly 0 as written is structure: it removes terms. Every other number, and every
-single-number field whatever its value, is a run-time parameter. ``tunable`` patterns turn zeros into parameters too.
+A component of a vector or matrix that is written as exactly 0 is a structural constant, which removes terms. Every other component,
+and every scalar field, is a run-time parameter. ``tunable`` patterns make zeros parameters too.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Leaves = tuple[Leaf, ...]
 
 
 class ParameterTable:
-    """The run-time parameters in the order in which they were made: path (that of the scene where there is one), value, unit."""
+    """The run-time parameters, in the order of their creation: path (in the scene, if it exists there), value, unit."""
 
     def __init__(self, tunable: Sequence[str] = ()):
         self.paths: list[str] = []
@@ -36,7 +36,7 @@ class ParameterTable:
         self._own: set[str] = set()
 
     def scalar(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter; asking twice for one path gives the same one."""
+        """A run-time parameter. Two calls with the same path return the same parameter."""
         if path not in self._index:
             self._index[path] = len(self.paths)
             self.paths.append(path)
@@ -45,21 +45,21 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that equals the scene's number at this path. The number acts on nothing else, such as scales, start
+        """A run-time parameter that equals the scene's number at this path. This number affects nothing else, such as scales, start
         values, times of kinks or other parameters."""
         self._own.add(path)
         return self.scalar(path, value, unit)
 
     def place(self, path: str) -> int | None:
-        """Index of the parameter that equals a number of the scene. None for other numbers (see ``own``)."""
+        """Index of the parameter made by ``own`` for this path; None if there is none."""
         return self._index[path] if path in self._own else None
 
     def component(self, path: str, value: float, unit: str) -> Leaf:
-        """A component of a vector: a structural 0 when it is exactly zero and not tunable, else a parameter."""
+        """A component of a vector: a structural 0 if the value is exactly 0 and the path is not tunable, else a parameter."""
         if value == 0.0 and not self._tunable(path):
             return 0.0
         return self.scalar(path, value, unit)
 
     def vector(self, path: str, values: Sequence[float], unit: str) -> Leaves:
-        """Leaves of a vector, whose components are named path[1], path[2], …"""
+        """Leaves of a vector. The paths of the components are path[1], path[2], …"""
         return tuple(self.component(f"{path}[{i + 1}]", v, unit) for i, v in enumerate(values))

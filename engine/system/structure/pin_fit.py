@@ -1,4 +1,4 @@
-"""How the two parts of a joint fit into each other."""
+"""Roles of the two parts of a joint: pin and bearing."""
 
 from __future__ import annotations
 
@@ -7,23 +7,25 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Fit:
-    """Which part of a joint is inside, and which has the ends that contacts sit at. pin_out: the outboard part carries the pin;
-    ends: "pin", "bearing" (the part around it has them) or "overlap" (they are where two finite parts end to touch)."""
+    """Roles of a joint's parts.
+
+    pin_out   whether the outboard part carries the pin.
+    ends      where the contacts are: at the ends of the "pin", of the "bearing", or of the "overlap" of two finite parts."""
 
     pin_out: bool = False
     ends: str = "pin"
 
     @property
     def label(self) -> str:
-        """In names of C functions."""
+        """Suffix in names of C functions."""
         return ("pin_out" if self.pin_out else "pin_in") + ("" if self.ends == "pin" else f"_{self.ends}")
 
     @property
     def ends_out(self) -> bool:
-        """Whether the outboard part has the ends."""
+        """Whether the contacts are at the ends of the outboard part."""
         return self.pin_out != (self.ends == "bearing")
 
     @property
     def sign(self) -> int:
-        """+1 where the inboard part carries the pin, −1 where the outboard part does."""
+        """+1 if the inboard part carries the pin, −1 if the outboard part carries it."""
         return -1 if self.pin_out else 1

@@ -65,7 +65,7 @@ WRONG: dict[str, ColumnKind] = {
     "position: no unit": replace(MASS_CENTRE, quantities=(replace(QUANTITY, unit=""),)),
     "position: no text": replace(MASS_CENTRE, quantities=(replace(QUANTITY, text=""),)),
     "position: no output of the expression": replace(MASS_CENTRE, quantities=(replace(QUANTITY, output=""),)),
-    "column names what a body does not have: joint": replace(
+    "column uses words that a body does not have: joint": replace(
         MASS_CENTRE, quantities=(replace(QUANTITY, column="{joint}.position[{component}]"),)
     ),
     "column lacks {component}": replace(MASS_CENTRE, quantities=(replace(QUANTITY, column="{body}.position"),)),

@@ -184,7 +184,7 @@ def test_wheels_follow_a_parameter_of_the_scene() -> None:
 
 
 WRONG = {
-    "the axes of its wheels are 0.06 m apart; teeth and module ask for 0.066 m": MESH.replace("[20, 40]", "[20, 46]"),
+    "the axes of its wheels are 0.06 m apart; teeth and module require 0.066 m": MESH.replace("[20, 40]", "[20, 46]"),
     "needs its teeth or radii": MESH.replace(", teeth: [20, 40], module: 2 mm", ""),
     "a gear with teeth needs a module": MESH.replace(", module: 2 mm", ""),
     "20.5 is no number of teeth": MESH.replace("[20, 40]", "[20.5, 40]"),
