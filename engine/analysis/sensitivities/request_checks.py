@@ -1,4 +1,4 @@
-"""Checks of a request for derivatives: every problem at once, before anything is built."""
+"""Checks a request for derivatives and reports all problems together, before anything is built."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from trunnion.system.construction.system_builder import build
 
 SAMPLES = 100
 TOLERANCE = 1e-9
-"""Default number of samples, and default relative tolerance of the run."""
+"""Defaults: number of samples, and relative tolerance of the run."""
 
 
 def check_request(
     scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float | None
 ) -> tuple[list[Column], float, float, float]:
-    """(columns; end time, s; spacing of samples, s; relative tolerance) of a request. SceneError with every problem."""
+    """Check a request. Returns its columns, end time (s), spacing of samples (s) and relative tolerance. SceneError lists every
+    problem."""
     everything = columns(build(scene).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_column_problems(everything, chosen, outputs)]
