@@ -129,7 +129,7 @@ def _check(error: float, outputs: tuple[str, ...]) -> None:
     if not 1e-9 <= error < 1:
         problems.append(Problem("error", f"{error:g} is out of range", "relative, between 1e-9 and 1; for example 1e-3"))
     if not outputs:
-        problems.append(Problem("outputs", "none is given", "name outputs that must be accurate, for example slider.position[1]"))
+        problems.append(Problem("outputs", "no output is given", "name outputs that must be accurate, such as slider.position[1]"))
     if problems:
         raise SceneError(problems)
 

@@ -73,7 +73,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
                 problems.append(Problem("parameters", said, "choose a number of the mechanism"))
     if not parameters:
-        problems.append(Problem("parameters", "none is given", "for example joints.ball.friction.mu"))
+        problems.append(Problem("parameters", "no parameter is given", "for example joints.ball.friction.mu"))
     return problems
 
 

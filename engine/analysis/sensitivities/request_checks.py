@@ -29,7 +29,7 @@ def check_request(
     end = float(scene.simulation.until if until is None else until)
     spacing = float(every or end / SAMPLES)
     if not (0 < end < math.inf and 0 < spacing <= end):
-        problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
+        problems.append(Problem("every", f"{spacing:g} s is not a valid spacing for a run of {end:g} s", "0 < every <= until"))
     else:
         problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
     if problems:
@@ -39,7 +39,7 @@ def check_request(
 
 def _column_problems(everything: list[Column], chosen: list[Column], outputs: Sequence[str]) -> list[Problem]:
     if not outputs:
-        return [Problem("outputs", "none is given", "see `trunnion check SCENE --columns` for the names")]
+        return [Problem("outputs", "no output is given", "see `trunnion check SCENE --columns` for the names")]
     return pattern_problems(everything, tuple(outputs)) + [
         Problem("outputs", f"{c.name} has no derivative", "choose a column of motion, forces or energies")
         for c in chosen

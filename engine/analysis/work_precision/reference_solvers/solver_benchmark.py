@@ -63,7 +63,7 @@ def choose_smooth_law(ready: dict[FrictionVariant, BenchmarkModel]) -> Benchmark
 
 def _make_solver(kind: type[ReferenceSolver], ready: BenchmarkModel, scene: Snapshot) -> ReferenceSolver:
     if not kind.all_columns and not compares_only_positions(ready, scene):
-        raise SceneNotSupported("only positions of mass centres can be compared with this program")
+        raise SceneNotSupported("only positions of mass centres can be compared with it")
     return kind(ready, scene)
 
 
