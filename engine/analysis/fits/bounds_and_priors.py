@@ -87,7 +87,7 @@ def read_bounds_and_priors(
             a, b = (x if x is None else number(x) for x in ends)
             low[i], high[i] = max(low[i], -math.inf if a is None else a), min(high[i], math.inf if b is None else b)
             if not low[i] < high[i]:
-                read.problems.append(Problem(f"bounds, {name}", "no value lies between them", f"the number {own[i].rule}"))
+                read.problems.append(Problem(f"bounds, {name}", "no value lies between the bounds", f"the number {own[i].rule}"))
         if (text := _given_for(priors, name, path)) is not None and (prior := _read_prior(text, name, units[path], read)):
             found[i] = prior
     read.end()

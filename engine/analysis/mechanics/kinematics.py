@@ -61,7 +61,7 @@ def prescribed(scene: sm.Scene) -> sm.Scene:
         free = [n for n, moves in zip(still.freedoms, np.abs(left).max(axis=1) > 1e-9, strict=True) if moves]
         names = ", ".join(n.replace(".qd", ".q") for n in free)
         what = f"{left.shape[1]} freedom{'s are' if left.shape[1] > 1 else ' is'} not driven, among {names}"
-        raise SceneError([Problem("joints", what, "give as many of these joints a drive (constant, ramp, move, harmonic, table)")])
+        raise SceneError([Problem("joints", what, "add that many drives to these joints (constant, ramp, move, harmonic, table)")])
     return bare
 
 

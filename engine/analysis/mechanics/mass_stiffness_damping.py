@@ -1,5 +1,5 @@
-"""Matrices of a mechanism at rest: the mass matrix, the derivatives of the accelerations by coordinates and rates, and a basis of
-the rates that the loops allow."""
+"""Matrices of a mechanism at rest: the mass matrix, the derivatives of the accelerations, and a basis of the rates that the loops
+allow."""
 
 from __future__ import annotations
 

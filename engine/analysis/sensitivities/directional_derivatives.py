@@ -21,7 +21,7 @@ from trunnion.runtime.abi.c_header import header
 from trunnion.simulation.run import Model
 from trunnion.system.structure.external_value_layout import NOW
 
-lapack = brought("scipy.linalg.lapack", "analysis", "what differentiates runs")
+lapack = brought("scipy.linalg.lapack", "analysis", "sensitivity analysis")
 MOST_ITERATIONS = 20
 RANK = 1e-9
 """A singular value of the scaled matrix counts as zero (redundant constraint) below this multiple of the largest one."""
@@ -230,7 +230,7 @@ def _row_addresses(a: np.ndarray) -> list[int]:
 
 def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
     """Write and compile the unit in a new cache folder."""
-    c_compiler.needed("derivatives by parameters", "those of the scene's equations")
+    c_compiler.needed("derivatives by parameters", "the derivatives of the scene's equations")
     from trunnion.kernel.units.sensitivity_unit import parameter_unit
 
     system, parameters, quadratures, redundant = model.kernel.structure

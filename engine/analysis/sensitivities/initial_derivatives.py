@@ -65,7 +65,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
     for name in parameters:
         if name not in known:
             near = next((k for k in known if k.startswith(f"{name}[")), None) or closest(name, list(known))
-            hint = f'did you mean "{near}"?' if near else "paths are those of --set, one number each"
+            hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if name in known else ():
             if path.startswith("simulation.") or ".table." in path:
@@ -78,8 +78,8 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
 
 
 def dependent_paths(following: DependentNumbers, name: str) -> list[str]:
-    """Paths of the scene's numbers that depend on the number ``name``: the path itself, or all expressions that use this
-    parameter."""
+    """Paths of the scene's numbers that depend on ``name``. For a number, this is its own path; for a parameter, all numbers whose
+    expressions depend on it."""
     return following.of([parameter(name)]) if parameter(name) else [name]
 
 

@@ -110,6 +110,6 @@ def _check_audit(model: Model, until: float) -> None:
 
 
 def _have_same_signs(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether flags and modes agree in sign. Frozen directions of several components may differ in size, because every step renews
-    them."""
+    """Whether flags and modes agree in sign. Frozen directions of several components may differ in magnitude, because every step
+    renews them."""
     return bool(np.array_equal(np.sign(a), np.sign(b)))

@@ -28,7 +28,7 @@ C = np.array(RK8.C, float)
 JUMP = 1e-9
 """ẏ counts as continuous at an event if its relative change is below this value."""
 AT_REST = 1e-6
-"""A sliding speed at an event counts as zero below this multiple of the largest speed of the joint during the run."""
+"""A sliding speed at an event counts as zero below this multiple of the largest speed of the joint in the run so far."""
 AT_CAPACITY = 1e-7
 """Pairs count as released together if the scaled residuals at release are below this multiple of the largest multiplier."""
 SLIP_SPEED = 1e-7

@@ -81,7 +81,7 @@ def _blocks_all(w: np.ndarray, null: np.ndarray) -> bool:
 
 
 def _add(found: list[Motion], rates: np.ndarray, every: list[np.ndarray]) -> None:
-    """Append a new motion. every: for each pair its rates in each direction of the motion (k × directions)."""
+    """Append a motion, if it is new. every: for each pair, the pair's rates in each direction of the motion (k × directions)."""
     slides = [v[:, 0] if v.shape[1] == 1 else np.linalg.norm(v, axis=1) for v in every]
     size = max(float(np.abs(v).max(initial=0.0)) for v in slides)
     clean = tuple(np.where(np.abs(v) > RANK * size, v / size, 0.0) for v in slides)

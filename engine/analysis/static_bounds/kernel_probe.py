@@ -60,7 +60,7 @@ class Probe:
         return constant + by_lambda @ z[:a] + by_eta @ z[a:]
 
     def rates(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(rates of the freedoms of frictional joints, rates of the loops' rows) for the free rates v (nv)."""
+        """(rates of the freedoms of frictional joints, rates of the loop constraints) for the free rates v (nv)."""
         s = self.sizes
         a, e, n, y = s["active"], s["neta"], s["nn"], self.y.copy()
         y[s["nq"] : s["nq"] + s["nv"]] = v

@@ -15,7 +15,7 @@ import numpy as np
 from trunnion.analysis.static_bounds.norm_program import FAR, Program, Row
 from trunnion.basics.optional_packages import brought
 
-optimize = brought("scipy.optimize", "analysis", "bounds of friction at rest")
+optimize = brought("scipy.optimize", "analysis", "the analysis of friction bounds")
 LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False}
 """The smallest tolerances of the solver, relative to the loads. They limit the accuracy of certified values. For small programs,
 presolving costs more time than it saves."""

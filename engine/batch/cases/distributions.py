@@ -81,7 +81,7 @@ def _wrong_normal(n: Sequence[float]) -> str:
     if len(n) == 3:
         return "truncation needs both ends"
     if len(n) == 4 and not n[2] < n[3]:
-        return "the ends of the truncation must rise"
+        return "the ends of the truncation must increase"
     if len(n) == 4 and not NORMAL.cdf((n[3] - n[0]) / n[1]) - NORMAL.cdf((n[2] - n[0]) / n[1]) > 1e-6:
         return "the truncated range has less than 1e-6 of the probability"
     return ""
@@ -96,7 +96,7 @@ KINDS: dict[str, Kind] = {
     "triangular": Kind(
         ("low", "mode", "high"),
         3,
-        lambda n: "" if n[0] <= n[1] <= n[2] and n[0] < n[2] else "low, mode and high must rise",
+        lambda n: "" if n[0] <= n[1] <= n[2] and n[0] < n[2] else "low, mode and high must increase",
         _triangular,
     ),
 }

@@ -69,7 +69,7 @@ def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases
     problems: list[Problem] = []
     paths = tuple(cases[0]) if cases else ()
     odd = [i for i, case in enumerate(cases) if case.keys() != cases[0].keys()]
-    hint = f"every case names {names_of(paths)}"
+    hint = f"every case must name {names_of(paths)}"
     problems += [Problem(f"{where}[{i + 1}]", f"names {names_of(cases[i]) or 'nothing'}", hint) for i in odd[:MOST]]
     _end(problems, paths, where, len(odd[MOST:]))
     readers = [Reader(scene, p, f"{where}.{p}", problems) for p in paths]
@@ -167,6 +167,6 @@ def _span(reader: Reader, text: str) -> np.ndarray:
         reader.complain(f"{text!r} is not first:last:count", 'such as "0.1:0.6:26" or "0 deg:90 deg:91"')
         return np.zeros(1)
     if not 1 <= int(parts[2][:12]) <= MOST_VALUES:
-        reader.complain(f"{text!r} asks for {parts[2][:12]} values", f"from 1 to {MOST_VALUES}")
+        reader.complain(f"{text!r} requests {parts[2][:12]} values", f"from 1 to {MOST_VALUES}")
         return np.zeros(1)
     return np.linspace(reader.number(parts[0]), reader.number(parts[1]), int(parts[2]))

@@ -23,7 +23,7 @@ from trunnion.simulation.settings.run_settings import Run
 CAPACITY = 256
 """Number of rows in the buffer. A full buffer is reduced."""
 STORED_BUFFERS = 8
-"""Capacity for stored rows, in buffers, before Python takes them."""
+"""Capacity for stored rows, in multiples of CAPACITY. Python takes the rows at the latest when this memory is full."""
 
 
 class CaseBlocks:

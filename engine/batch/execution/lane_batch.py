@@ -65,7 +65,7 @@ class Ensemble:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 20), 1_000_000))
                 self._drop_slow_cases()
             else:
-                raise RuntimeError("a case exceeded its stack; this is a defect of Trunnion, please report its scene")
+                raise RuntimeError("a case exceeded its stack; this is a defect of Trunnion, please report the scene")
             try:
                 if tick is not None and not tick(int(self.all.finished)):
                     return ended, True

@@ -105,7 +105,7 @@ class Preparer:
         return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
 
     def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """``rows`` for values of the scene's own numbers."""
+        """As ``rows``, for values of ``self.paths``, which ``Followers.values`` computes."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)
@@ -217,7 +217,7 @@ def same_tables(a: Tables, b: Tables) -> bool:
 
 
 def owner(path: str) -> tuple[str, ...]:
-    """The owner of a path: paths of different owners act on different numbers of the system."""
+    """The owner of a path. Paths of different owners act on different numbers of the system."""
     steps = path.replace("[", ".[").split(".")
     if steps[0] in ("gravity", "simulation", "friction"):
         return (steps[0],)

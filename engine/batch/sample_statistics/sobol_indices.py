@@ -156,7 +156,7 @@ def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list
     if whole < points:
         notes.append(
             f"{cases - known} of {cases} cases have no value, in {points - whole} of {points} points. The estimates use the other "
-            "points. The intervals include the estimates with the least, mean and largest value in place of missing ones; other "
+            "points. The intervals include the estimates with the least, mean and largest value in place of missing values; other "
             "missing values may give other estimates"
         )
     return notes
@@ -170,7 +170,7 @@ def around(a: Estimate, b: Estimate) -> Estimate:
 
 
 def _jackknifed(f: np.ndarray, group: np.ndarray) -> list[Estimate]:
-    """Every number of ``_numbers`` with its jackknife interval. group (points): replicate."""
+    """The estimates of ``_numbers`` with jackknife intervals. group: replicate of each point."""
     return jackknifed(lambda kept: _numbers(f[kept]), group)
 
 

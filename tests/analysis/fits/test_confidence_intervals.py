@@ -121,7 +121,7 @@ def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> No
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"priors": {QD: "cauchy(1, 2)"}}, "no prior"),
+        ({"priors": {QD: "cauchy(1, 2)"}}, "not a valid prior"),
         ({"priors": {Q: "lognormal(0, 1)"}}, "must be positive"),
         ({"bounds": {QD: (0.6, 0.7)}}, "outside the bounds"),
         ({"bounds": {QD: (1, 0)}}, "no value lies"),

@@ -66,7 +66,7 @@ class Exudyn(ReferenceSolver):
         kind = exu.DynamicSolverType.GeneralizedAlpha if s.method == self.methods[0] else exu.DynamicSolverType.TrapezoidalIndex2
         started = time.perf_counter()
         if not system.SolveDynamic(settings, solverType=kind):
-            raise RuntimeError("its solver failed")
+            raise RuntimeError("Exudyn's solver failed")
         seconds = time.perf_counter() - started
         rows = [np.array(system.GetSensorStoredData(k)) for k in sensors]
         return self.by_position(np.stack([_rows_at(r, self.times) for r in rows], axis=1)), seconds
