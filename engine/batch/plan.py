@@ -1,4 +1,5 @@
-"""Plans of batches: scene, cases, reductions, settings; and runners of their chunks. A chunk has the same rows on any machine."""
+"""Plans of batches (scene, cases, reductions, settings), and runners of chunks of a plan. A chunk has the same rows on any
+machine."""
 
 from __future__ import annotations
 
@@ -41,12 +42,12 @@ class Plan:
     """The plan of a batch.
 
     Attributes:
-        scene: the scene with the fixed changes.
+        scene: the scene, including the changes that apply to all cases.
         cases: the cases.
         reductions: reductions of each case.
         run: settings of the runs.
         about: metadata of the table.
-        series: stored rows of each case; None without any.
+        series: the rows to store for each case; None if no rows are stored.
     """
 
     scene: Scene
@@ -58,7 +59,7 @@ class Plan:
 
     @cached_property
     def kernel(self) -> str:
-        """The kind of kernel of all its cases."""
+        """The kind of kernel for all cases."""
         wanted = self.run.kernel
         return wanted if wanted == "lanes" else kernel_for(wanted, build(self.scene).system, self.cases.count)
 
@@ -85,10 +86,13 @@ def plan(
     certify: bool = False,
     wrong: Sequence[Problem] = (),
 ) -> Plan:
-    """The plan of a batch, from exactly one of ``vary`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count``,
-    ``seed``). keep: reductions as text; run: settings of all cases; trajectories: patterns of columns whose rows are stored;
-    spacing: spacing of the stored rows, s; most: largest number of cases; certify: whether errors of the reductions are
-    estimated, too; wrong: problems that were found earlier. SceneError with every problem."""
+    """The plan of a batch, from exactly one of ``vary`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and
+    ``seed``).
+
+    keep: reductions as text; run: settings of all cases; trajectories: patterns of columns whose rows are stored; spacing: spacing
+    of the stored rows, s; most: largest number of cases; certify: whether to estimate errors of the reductions also; wrong:
+    problems that were found earlier. SceneError lists every problem.
+    """
     run = run or Run()
     ways = [w for w in (vary, cases, sample) if w is not None]
     if len(ways) != 1:
@@ -115,12 +119,12 @@ def plan(
 
 
 def _current_cases(cases: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """The cases with current names of paths. All cases have the same paths, so the first decides."""
+    """The cases with current names of paths. All cases have the same paths, so only the first case is checked."""
     return cases if not cases or list(current_paths(cases[0])) == list(cases[0]) else [current_paths(c) for c in cases]
 
 
 def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
-    """The result of ``work``; None where it raises SceneError, whose problems are appended."""
+    """The result of ``work``. If ``work`` raises SceneError, its problems are appended and the result is None."""
     try:
         return work()
     except SceneError as e:
@@ -129,7 +133,7 @@ def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
 
 
 def check_run(scene: Scene, run: Run) -> None:
-    """SceneError with every problem of the settings of a run."""
+    """Raise SceneError with every problem of the settings of a run."""
     until, every, rtol = run.of(scene)
     unlimited = [
         Problem(n, f"{v:g} is not finite") for n, v in (("until", until), ("every", every), ("rtol", rtol)) if not isfinite(v)
@@ -148,7 +152,7 @@ class Stopped(Exception):
 
 
 class Runner:
-    """Runs chunks of a plan with common kernels, blocks and built values. For one thread at a time."""
+    """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time."""
 
     def __init__(self, plan: Plan):
         self.plan = plan
@@ -163,8 +167,11 @@ class Runner:
         return sum(x.build_seconds for x in self.loops)
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases; where it returns False, Stopped is
-        raised. With stored rows, ``rows`` is their table afterwards."""
+        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases. If ``tick`` returns False, Stopped
+        is raised.
+
+        If rows are stored, ``rows`` holds their table afterwards.
+        """
         values = self.plan.cases.values(start, stop)
         rows, wrong = self.preparer.rows(values)
         ended = ChunkResults(stop - start, len(self.plan.reductions), wrong)
@@ -191,7 +198,7 @@ class Runner:
         return made
 
     def _loop(self, rows: Rows) -> Loop | ErrorEstimateLoop:
-        """The loop for cases of this structure, new where none fits."""
+        """The loop for cases of this structure. A new loop is made if no existing loop fits."""
         for loop in self.loops:
             if fits(loop, rows):
                 return loop

@@ -1,4 +1,4 @@
-"""``sweep``: many cases of a scene on this machine's cores."""
+"""``sweep``: runs many cases of a scene on this machine's cores."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from trunnion.simulation.settings.run_settings import Run, described, settings_r
 CHUNK_SECONDS = 0.25
 FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
 LOOK_SECONDS = 0.1
-"""Interval of the main thread's checks for Ctrl-C."""
+"""Interval at which the main thread checks for Ctrl-C, s."""
 SweepProgress = Callable[[int, int], None]
-"""progress(finished cases, cases), called a few times a second."""
+"""progress(number of finished cases, number of all cases), called a few times a second."""
 
 
 @described("trunnion.sweep")
@@ -54,8 +54,8 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    A failed case is a row with its outcome. Reductions are over the rows that ``simulate`` gives with the same settings. Ctrl-C
-    returns the finished cases, with ``cancelled`` set; before the first one it raises KeyboardInterrupt.
+    A failed case has a row with its outcome. Reductions use the rows that ``simulate`` gives with the same settings. After
+    Ctrl-C, the result holds the finished cases, and ``cancelled`` is set. If no case has finished, KeyboardInterrupt is raised.
 
     Args:
         scene: as for ``simulate``.
@@ -65,14 +65,14 @@ def sweep(
             "triangular(low, mode, high)".
         count: number of cases of the sample.
         seed: seed of the sample.
-        sampling: "latin", "random", "sobol" or "saltelli", which ``indices`` needs.
+        sampling: "latin", "random", "sobol" or "saltelli". ``indices`` needs "saltelli".
         reductions: "max:PATTERN", min, mean or final of columns, "first:EVENT", "count:EVENT", or "error:…" of any of these.
         trajectories: patterns of columns whose rows are stored.
         spacing: spacing of the stored rows, s; default: all rows.
-        certify: whether the errors of all reductions are estimated, with two runs of each case.
-        overrides: fixed changes of the scene, {path: value}.
-        workers: number of threads; default: one a core.
-        progress: progress(finished cases, cases).
+        certify: whether to estimate the errors of all reductions, by two runs of each case.
+        overrides: changes of the scene for all cases, {path: value}.
+        workers: number of threads; default: one thread per core.
+        progress: called with (number of finished cases, number of all cases).
 
     Returns:
         The sweep with a row for each case. Exactly one of vary, cases and sample must be given.
@@ -92,7 +92,8 @@ def sweep(
 
 
 def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | None = None) -> Sweep:
-    """Run a plan on threads; the C loop releases the interpreter's lock. KeyboardInterrupt where Ctrl-C precedes the first case."""
+    """Run a plan on threads. The C loop releases the interpreter's lock. KeyboardInterrupt if Ctrl-C comes before a case has
+    finished."""
     brought("pyarrow", "tables", "a table of cases")
     started = time.perf_counter()
     threads = max(1, min(workers or os.cpu_count() or 1, of.cases.count))
@@ -110,7 +111,7 @@ def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | Non
 
 
 def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
-    """Wait for the threads. KeyboardInterrupt after Ctrl-C; later errors of threads are ignored."""
+    """Wait for the threads. KeyboardInterrupt after Ctrl-C; errors of threads after Ctrl-C are ignored."""
     left: set[Future[None]] = set(waiting)
     while left:
         done, left = wait(left, LOOK_SECONDS, FIRST_EXCEPTION)
@@ -121,7 +122,8 @@ def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
 
 
 class _Work:
-    """The work of a sweep: chunks in order, sized by the cost of the last ones, and their tables by first case."""
+    """The work of a sweep: its chunks in order, and their tables by first case. The cost of the previous chunk determines the size
+    of a chunk."""
 
     def __init__(self, of: Plan, progress: SweepProgress | None):
         self.plan, self.progress = of, progress

@@ -1,4 +1,4 @@
-"""Results of sweeps: tables, files, statistics, and single cases again."""
+"""Results of sweeps: tables, files, statistics, and repeated runs of single cases."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Sweep:
         stepping_time: time of stepping, summed over cores, s.
         build_time: time of symbolic build and compilation, s.
         counts: number of cases by outcome.
-        cancelled: whether Ctrl-C ended it; the table then has the finished cases.
-        trajectories: stored rows with a column ``case``; None without any.
+        cancelled: whether Ctrl-C ended the sweep; the table then holds the finished cases.
+        trajectories: stored rows with a column ``case``; None if no rows are stored.
     """
 
     plan: Plan
@@ -62,7 +62,7 @@ class Sweep:
 
     @property
     def missing_error_reasons(self) -> dict[str, int]:
-        """Number of cases without stated errors by reason (``simulation.results.error_statement.REASONS``); {} without
+        """{reason (``simulation.results.error_statement.REASONS``): number of cases without stated errors}; {} without
         ``certify``."""
         import pyarrow.compute as pc
 
@@ -71,51 +71,52 @@ class Sweep:
         return {c["values"]: c["counts"] for c in pc.value_counts(self.table[WHY]).to_pylist() if c["values"]}
 
     def to_arrow(self) -> pyarrow.Table:
-        """The Arrow table; units and descriptions in its fields' metadata."""
+        """The Arrow table. The metadata of its fields hold units and descriptions."""
         return self.table
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A pandas frame indexed by case; units in ``frame.attrs["units"]``."""
+        """A pandas frame indexed by case. Units are in ``frame.attrs["units"]``."""
         brought("pandas", "pandas", "to_pandas()")
         frame = self.table.to_pandas().set_index("case")
         frame.attrs["units"] = {f.name: f.metadata[b"unit"].decode() for f in self.table.schema}
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """An xarray dataset with a dimension for each path of a grid, otherwise with the dimension ``case``; units in ``attrs``."""
+        """An xarray dataset. If the cases are a grid, every path is a dimension; otherwise the dimension is ``case``. Units are in
+        ``attrs``."""
         about = {"scene": self.plan.scene.name}
         return dataset(self.table, self.plan.cases.paths, self.plan.cases.count, about)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write CSV or Parquet, by suffix, atomically. SceneError for another suffix or an unwritable folder."""
+        """Write the table atomically, as CSV or Parquet by the suffix. SceneError for another suffix or an unwritable folder."""
         return _saved(self.table, path)
 
     def save_trajectories(self, path: str | os.PathLike[str]) -> Path:
-        """Write the stored rows: CSV or Parquet, by suffix; without one a Parquet data set with a folder for each case
-        (``case=0/part-0.parquet``, …). SceneError without stored rows."""
+        """Write the stored rows, as CSV or Parquet by the suffix. Without a suffix, write a Parquet data set with a folder for
+        each case (``case=0/part-0.parquet``, …). SceneError if no rows are stored."""
         if self.trajectories is None:
             raise SceneError([Problem("trajectories", "no rows are stored", "name their columns in trajectories")])
         return _saved(self.trajectories, path) if Path(path).suffix else save_dataset(self.trajectories, path)
 
     def indices(self, of: Names = ()) -> list[Indices]:
-        """Sobol indices of results (default: all) with intervals: shares of the varied numbers in the variance. SceneError unless
-        the sampling is "saltelli"."""
+        """Sobol indices of results (default: all results) with intervals. The indices are shares of the varied numbers in the
+        variance. SceneError unless the sampling is "saltelli"."""
         return indices_of(self.plan.cases, self.plan.reductions, self.table, names_given(of))
 
     def spreads(
         self, of: Names = (), at: Sequence[float] = USUAL, above: Mapping[str, Sequence[Any]] | None = None
     ) -> list[Spread]:
-        """Quantiles of results (default: all) at probabilities, and probabilities above bounds, {result: bounds}, with intervals.
-        SceneError where the cases are not a sample."""
+        """Quantiles of results (default: all results) at probabilities, and probabilities of exceeding bounds ({result: bounds}),
+        with intervals. SceneError if the cases are not a sample."""
         return spreads_of(self.plan.cases, self.plan.reductions, self.table, names_given(of), at, above)
 
     def trajectory(self, case: int, outputs: Sequence[str] | None = None, certify: bool = False) -> Result:
-        """One case, run again with all its rows; certify: whether the global error of each number is estimated."""
+        """One case, run again with all its rows. certify: whether to estimate the global error of each number."""
         return trajectory(self.plan, case, outputs, certify=certify)
 
 
 def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
-    """Write a table as CSV or Parquet, by suffix, atomically."""
+    """Write a table atomically, as CSV or Parquet by the suffix."""
     with writing(path, SUFFIXES) as work:
         if work.suffix.lower() == ".csv":
             from pyarrow import csv
@@ -131,8 +132,8 @@ def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
 def trajectory(
     of: Plan, case: int, outputs: Sequence[str] | None = None, changes: Mapping[str, float] | None = None, certify: bool = False
 ) -> Result:
-    """One case of a plan, run by ``simulate`` with the batch's kernel. changes: its numbers, default: those of the plan; certify:
-    whether errors are estimated."""
+    """One case of a plan, run by ``simulate`` with the batch's kernel. changes: its varied numbers, default: those of the
+    plan; certify: whether to estimate errors."""
     from trunnion.simulation.run import simulate
 
     r = of.run

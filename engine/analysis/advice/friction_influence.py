@@ -1,4 +1,5 @@
-"""The influence of each joint's friction on outputs: their first-order change when its coefficient goes to zero."""
+"""The influence of each joint's friction on the outputs: the first-order change of the outputs when the friction coefficient
+becomes zero."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ from trunnion.scene.data_classes.scene import Scene
 
 @dataclass(frozen=True)
 class FrictionInfluence:
-    """A joint with friction. predicted: relative change of the outputs when its friction is removed; NaN where there is no
-    sensitivity."""
+    """A joint with friction. predicted: predicted relative change of the outputs when the joint loses its friction; NaN if there
+    is no sensitivity."""
 
     joint: str
     predicted: float
@@ -25,7 +26,8 @@ class FrictionInfluence:
 def rank_influences(
     scene: Scene, joints: list[str], measure: ErrorMeasure, until: float, samples: int
 ) -> tuple[list[FrictionInfluence], str]:
-    """(joints by falling influence; notes of the sensitivities, or why there are none). until, s: end of the run."""
+    """(joints in order of decreasing influence; text). The text holds the notes of the sensitivities, or the reason why there are
+    no sensitivities. until: end of the run, s."""
     names = {j: _friction_coefficient(scene, j) for j in joints}
     given = {j: n for j, n in names.items() if n}
     try:
@@ -44,7 +46,7 @@ def rank_influences(
 
 
 def _friction_coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:
-    """(path, value) of the coefficient of a joint's friction; None where it is zero."""
+    """(path, value) of the friction coefficient of a joint; None if the coefficient is zero."""
     friction = scene.joints[joint].friction
     assert friction is not None
     scale = LAWS[scene.law_of(friction)].scale

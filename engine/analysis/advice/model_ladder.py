@@ -1,4 +1,5 @@
-"""``advise``: a ladder of models from ideal joints up, the error and cost of every rung, and the cheapest sufficient one."""
+"""``advise``: a ladder of models (rungs) with increasing friction detail, the error and cost of each rung, and the cheapest
+sufficient rung."""
 
 from __future__ import annotations
 
@@ -29,19 +30,19 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.construction.system_builder import build
 
 TIGHT = 1e-10
-"""Relative tolerance of runs that measure a model's own error, at which the method's error is negligible."""
+"""Relative tolerance of runs that measure the error of a model itself. At this tolerance the integration error is negligible."""
 RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
-"""A predicted error above this multiple of the requested error excludes a rung without a run."""
+"""A rung is excluded without a run if its predicted error exceeds the requested error by this factor."""
 TOO_SLOW = 10.0
-"""A method that takes this multiple of the best time is slower by itself, not by other load of the machine."""
+"""A method whose time exceeds the best time by this factor is slower by itself, and not because of other load of the machine."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A method at a tolerance. error: total; minimum, median: stepping time, s.
+    """A method at a tolerance. error: total error; minimum, median: stepping time, s.
 
-    integration: the integration's part of the error, as the run estimates it (theory, "Global error").
+    integration: the part of the error that comes from integration, as the run estimates it (theory, "Global error").
     """
 
     method: str
@@ -54,14 +55,14 @@ class Setting:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model.
+    """A model of the ladder.
 
     Attributes:
         joints: joints with friction.
-        form: form of their friction; None without any.
-        flat: ideal ball joints replaced by revolutes.
+        form: form of friction in these joints; None if no joint has friction.
+        flat: ideal ball joints that are replaced by revolutes.
         model_error: error of the model itself.
-        setting: the cheapest setting that meets the requested error; None where none does.
+        setting: the cheapest setting that meets the requested error; None if no setting does.
         predicted: whether ``model_error`` comes from sensitivities alone.
     """
 
@@ -81,8 +82,8 @@ class Rung:
 
 @dataclass(frozen=True)
 class Advice:
-    """The answer of ``advise``. error: the requested one; chosen: None where no rung meets it; scene: the scene reduced to the
-    chosen rung, with its method and tolerance."""
+    """The answer of ``advise``. error: the requested error; chosen: the cheapest sufficient rung, None if no rung meets the error;
+    scene: the scene reduced to the chosen rung, with its method and tolerance."""
 
     error: float
     measure: ErrorMeasure
@@ -96,7 +97,7 @@ class Advice:
 
 @dataclass
 class _Partial(BenchmarkModel):
-    """A reduced model; compared columns that it lacks count as zero."""
+    """A reduced model. A compared column that the model lacks counts as zero."""
 
     names: tuple[str, ...] = ()
 
@@ -113,10 +114,10 @@ def advise(
     scene: Scene, error: float, outputs: tuple[str, ...], until: float | None = None, norm: str = "rms", repeats: int = 7,
     samples: int = 200, progress: Progress = lambda *_: None,
 ) -> Advice:
-    """Find the cheapest model, method and tolerance whose outputs stay within ``error`` of the scene's.
+    """Find the cheapest model, method and tolerance whose outputs stay within ``error`` of the outputs of the full scene.
 
-    error: relative (``ErrorMeasure``); until: end of the runs, s. SceneError for wrong input; SimulationError where no two methods
-    run the scene to its end.
+    error: relative error (``ErrorMeasure``); until: end of the runs, s. SceneError for wrong input. SimulationError if fewer than
+    two methods run the scene to its end.
     """
     _check(error, outputs)
     what, end = make_error_measure(scene, outputs, norm), float(until or scene.simulation.until)
@@ -128,7 +129,7 @@ def _check(error: float, outputs: tuple[str, ...]) -> None:
     if not 1e-9 <= error < 1:
         problems.append(Problem("error", f"{error:g} is out of range", "relative, between 1e-9 and 1; for example 1e-3"))
     if not outputs:
-        problems.append(Problem("outputs", "none is given", "name outputs that must be accurate, for example slider.position[1]"))
+        problems.append(Problem("outputs", "no output is given", "name outputs that must be accurate, such as slider.position[1]"))
     if problems:
         raise SceneError(problems)
 
@@ -145,7 +146,7 @@ class _Ladder:
         self.notes: list[str] = []
 
     def climb(self) -> Advice:
-        """All rungs from ideal joints up to the first sufficient model."""
+        """Add all rungs, from ideal joints up to the first sufficient model."""
         self.progress("reference", 0, 0)
         found = find_reference(self._compile(self.scene))
         if found is None:
@@ -167,7 +168,8 @@ class _Ladder:
         return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
 
     def _add_rungs(self, keep: tuple[str, ...], dropped: list[FrictionInfluence]) -> bool:
-        """Add the rungs with friction in these joints; returns whether one meets the error. Sensitivities exclude runs."""
+        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the error. A large predicted error
+        replaces the run."""
         worst = max((i.predicted for i in dropped if math.isfinite(i.predicted)), default=0.0)
         if worst > SURE * self.error:
             self.rungs.append(Rung(keep, self.forms[-1] if keep else None, (), worst, None, predicted=True))
@@ -194,7 +196,7 @@ class _Ladder:
         return setting.median if setting else math.inf
 
     def _add_rung(self, keep: tuple[str, ...], form: FrictionForm | None, flat: tuple[str, ...], scene: Scene) -> Rung:
-        """Run a model, measure its own error, find its cheapest setting; adds and returns the rung."""
+        """Run a model, measure the error of the model itself and find its cheapest setting; adds the rung and returns it."""
         rung = Rung(keep, form, flat, math.nan, None)
         self.progress(rung.describe(), len(self.rungs), 0)
         try:
@@ -213,7 +215,7 @@ class _Ladder:
         return rung
 
     def _choose_setting(self, ready: BenchmarkModel) -> Setting | None:
-        """The cheapest setting, with the integration's part of its error."""
+        """The cheapest setting, with the part of its error that comes from integration."""
         chosen = self._find_cheapest(ready)
         if chosen is None:
             return None
@@ -224,8 +226,8 @@ class _Ladder:
         return replace(chosen, integration=estimate_integration_error(ready, settings, result, self.what))
 
     def _find_cheapest(self, ready: BenchmarkModel) -> Setting | None:
-        """The method that reaches the requested error in the least time. Each method is tried at the loosest tolerance that
-        suffices. A method that takes TOO_SLOW times the best time is not tried at tighter tolerances."""
+        """The method that reaches the requested error in the least time. Each method is tried from the loosest tolerance on, until
+        the tolerance suffices or the method takes TOO_SLOW times the best time."""
         found: list[Setting] = []
         for method in methods():
             best = min((s.median for s in found), default=math.inf)
@@ -248,7 +250,7 @@ class _Ladder:
         return result.stats.wall_time if result is not None else math.inf
 
     def _compile(self, scene: Scene) -> BenchmarkModel:
-        """The scene compiled with those compared columns that it has."""
+        """The scene, compiled with those compared columns that the scene has."""
         there = {c.name for c in columns(build(scene).system)}
         model = Model(scene, tuple(n for n in self.what.names if n in there) or None)
         model.block.attach_jacobian()

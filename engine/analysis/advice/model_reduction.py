@@ -1,4 +1,4 @@
-"""Reduced models of a scene: joints without friction, simpler friction laws, planar joints for planar motion."""
+"""Reduced models of a scene: joints without friction, simpler friction laws, and planar joints where the motion is planar."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 PLANAR = 1e-9
-"""Out-of-plane motion, relative to in-plane motion, below which a mechanism is planar."""
+"""A mechanism counts as planar if its out-of-plane motion is below this multiple of its in-plane motion."""
 
 
 @dataclass(frozen=True)
 class FrictionForm:
-    """A form of friction. law: its name; adams: whether the normal force is Adams' approximation, else exact."""
+    """A form of friction. law: name of the friction law; adams: whether the normal force is Adams' approximation instead of the
+    exact value."""
 
     law: str
     adams: bool
@@ -32,7 +33,7 @@ class FrictionForm:
 
 
 def friction_forms(scene: Scene) -> list[FrictionForm]:
-    """Forms of friction to try, from the coarsest to the scene's own."""
+    """The forms of friction to try, from the coarsest form to the form of the scene."""
     exact = exact_law(scene)
     order = [law for law in (twin_of(exact), exact) if law]
     own = {law for j in scene.joints.values() if j.friction and (law := scene.law_of(j.friction))}
@@ -47,7 +48,7 @@ def frictional_joints(scene: Scene) -> list[str]:
 
 
 def keep_friction(scene: Scene, keep: Iterable[str]) -> Scene:
-    """The scene with friction in these joints alone."""
+    """The scene with friction only in the joints ``keep``."""
     kept = set(keep)
     return replace(scene, joints={n: j if n in kept else replace(j, friction=None) for n, j in scene.joints.items()})
 
@@ -64,9 +65,10 @@ def apply_form(scene: Scene, form: FrictionForm) -> Scene:
 
 
 def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
-    """(scene whose ideal ball joints are revolutes about the normal of the plane of motion; those joints).
+    """The scene with ideal ball joints replaced by revolutes about the normal of the plane of motion, and the names of these
+    joints.
 
-    Returns the scene itself and [] where its motion until ``until``, s, is not planar.
+    until: end of the run that tests the motion, s. If the motion is not planar, returns the scene itself and [].
     """
     able = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
     axis = _plane_normal(scene, until) if able else None
@@ -78,14 +80,14 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
 
 def _has_start(scene: Scene, name: str) -> bool:
-    """Whether the joint has given start coordinates. The frames of its parts then need not agree."""
+    """Whether the joint has given start coordinates. In this case the two frames of the joint need not agree at the start."""
     return scene.joints[name].start is not None
 
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:
-    """The world axis along which nothing moves and about which everything turns.
+    """The world axis without velocity components along it and with all rotations about it.
 
-    None where there is no such axis, or where some body's frame is not aligned with it.
+    None if there is no such axis, or if the axis is not an axis of every body's frame.
     """
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))

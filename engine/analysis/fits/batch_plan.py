@@ -1,4 +1,4 @@
-"""The fits of a request as cases of a batch, one row a fit, so that the executor of batches runs fits, too."""
+"""The fits of a request as cases of a batch, with one row for each fit. The executor of batches can then also run fits."""
 
 from __future__ import annotations
 
@@ -22,25 +22,26 @@ if TYPE_CHECKING:
     import pyarrow
 
 UNSETTLED, NO_FIT = "not_converged", "no_fit"
-"""Outcomes besides ``done``: the search did not converge; there is no fit, for the reason in ``outcome.advice``."""
-FIT_COLUMNS = {"candidate": "which law, by its name", "answer": "the fit and the experiments ranked by it, as JSON"}
-"""Text columns of a fit's row, before ``steps``, with their descriptions."""
+"""Outcomes in addition to ``done``. UNSETTLED: the search did not converge; NO_FIT: there is no fit, and ``outcome.advice`` gives
+the reason."""
+FIT_COLUMNS = {"candidate": "name of the candidate model", "answer": "the fit and the experiments ranked at its estimate, as JSON"}
+"""Text columns of a fit's row with their descriptions. They come before the column ``steps``."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitPlan(Plan):
-    """Fits of a scene: one case for each candidate, or one fit of the scene as it is."""
+    """Fits of a scene: one case for each candidate model, or one fit of the unchanged scene."""
 
     request: FitRequest
 
     @property
     def kernel(self) -> str:  # type: ignore[override]
-        """The kernel of its runs."""
+        """The kind of kernel for the runs of the fits."""
         return "parts"
 
     @property
     def schema(self) -> pyarrow.Schema:
-        """The Arrow schema of its table."""
+        """The Arrow schema of the table of fits."""
         import pyarrow as pa
 
         made = schema((), (), (), dict(self.about))
@@ -50,13 +51,14 @@ class FitPlan(Plan):
 
 
 def make_fit_plan(scene: Scene, q: FitRequest) -> FitPlan:
-    """The plan of a request without problems (``request_problems``)."""
+    """The plan of a request, which must have no problems (``request_problems``)."""
     cases = Cases((), (), len(q.names), lambda start, stop: np.zeros((stop - start, 0)))
     return FitPlan(scene, cases, (), Run(), request=q)
 
 
 class FitRunner:
-    """Makes the fits of a plan, as ``Runner`` runs cases. It keeps no state between fits, so that each is reproducible."""
+    """Makes the fits of a plan, in the same way as ``Runner`` runs cases. It stores no state between fits, so that each fit is
+    reproducible."""
 
     def __init__(self, plan: FitPlan):
         self.plan = plan
@@ -64,7 +66,8 @@ class FitRunner:
         self.rows: pyarrow.Table | None = None
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Table of the fits start … stop − 1. ``tick`` receives the number done; where it returns False, Stopped is raised."""
+        """Table of the fits from start to stop − 1. ``tick`` receives the number of finished fits. If ``tick`` returns False,
+        Stopped is raised."""
         rows: list[dict[str, Any]] = []
         for case in range(start, stop):
             if tick is not None and not tick(len(rows)):
@@ -80,7 +83,7 @@ class FitRunner:
             told = answer_fit(self.plan.scene, self.plan.request, name)
         except (SceneError, SimulationError) as e:
             return row | {"outcome": NO_FIT, "outcome.advice": str(e)}
-        except (ValueError, np.linalg.LinAlgError) as e:  # numbers out of range
+        except (ValueError, np.linalg.LinAlgError) as e:  # a number out of range
             return row | {"outcome": NO_FIT, "outcome.advice": f"the search broke off: {e}"}
         outcome = "done" if told["fit"]["converged"] else UNSETTLED
         return row | {"outcome": outcome, "steps": told["fit"]["rounds"], "answer": json.dumps(finite(told), allow_nan=False)}
@@ -92,7 +95,7 @@ class FitRunner:
 
 
 def combine_rows(plan: FitPlan, rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """The request's answer from the rows so far."""
+    """The answer of the request from the rows so far."""
     kept = list(rows)
     made = {r["candidate"]: json.loads(r["answer"]) for r in kept if r["answer"]}
     return combine_answers(plan.request, made, {r["candidate"]: r["outcome.advice"] for r in kept if not r["answer"]})

@@ -1,4 +1,4 @@
-"""Bounds and priors of parameters: knowledge about their values before the measurement."""
+"""Bounds and priors of parameters, which express knowledge about their values before the measurement."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from trunnion.scene.units.python_arguments import Amounts
 
 PRIOR_FORMS = "normal(mean, deviation) or lognormal(mean, deviation)"
 LEAST_POSITIVE = 1e-6
-"""Least value of a number that must be positive, relative to its start value."""
+"""Least value of a parameter that must be positive, relative to its start value."""
 RUN_SEPARATOR = " @ "
 """Separates path and run in the name of a parameter that has its own value in each run."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal or log-normal prior. mean, deviation: of the number itself, for the log-normal one, too (as in samples)."""
+    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself, also for the log-normal
+    prior (as in samples)."""
 
     kind: str
     mean: float
@@ -39,7 +40,7 @@ class Prior:
         return self.deviation if self.kind == "normal" else math.sqrt(math.log(1.0 + (self.deviation / self.mean) ** 2))
 
     def residual(self, value: float) -> tuple[float, float]:
-        """(distance of a value from the mean in standard deviations; its derivative by the value)."""
+        """(distance of a value from the mean in standard deviations, derivative of this distance by the value)."""
         s = self.scale
         if self.kind == "normal":
             return (value - self.mean) / s, 1.0 / s
@@ -49,7 +50,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class BoundsAndPriors:
-    """names (m) of the parameters; low, high (m): their bounds; priors: by the parameter's index."""
+    """names: the m parameters; low, high (m): their bounds; priors: {index of the parameter: prior}."""
 
     names: tuple[str, ...]
     low: np.ndarray
@@ -60,8 +61,10 @@ class BoundsAndPriors:
 def read_bounds_and_priors(
     scene: Scene, names: Sequence[str], bounds: Mapping[str, Sequence[Any]] | None, priors: Mapping[str, str] | None
 ) -> BoundsAndPriors:
-    """Bounds of the scene's numbers, narrowed by the given bounds, and priors. An entry for a path holds for its value in every
-    run. SceneError with every problem."""
+    """The bounds of the scene's numbers, narrowed by the given bounds, and the priors.
+
+    An entry for a path applies to the values of this parameter in all runs. SceneError lists every problem.
+    """
     numbers = list_parameters(scene)
     units, values = {p.path: p.unit for p in numbers}, {p.path: p.value for p in numbers}
     paths = [n.partition(RUN_SEPARATOR)[0] for n in names]
@@ -84,7 +87,7 @@ def read_bounds_and_priors(
             a, b = (x if x is None else number(x) for x in ends)
             low[i], high[i] = max(low[i], -math.inf if a is None else a), min(high[i], math.inf if b is None else b)
             if not low[i] < high[i]:
-                read.problems.append(Problem(f"bounds, {name}", "no value lies between them", f"the number {own[i].rule}"))
+                read.problems.append(Problem(f"bounds, {name}", "no value lies between the bounds", f"the number {own[i].rule}"))
         if (text := _given_for(priors, name, path)) is not None and (prior := _read_prior(text, name, units[path], read)):
             found[i] = prior
     read.end()
@@ -92,7 +95,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """Comparisons of a number with others of the same owner: (path of the other, whether this one must not be below it)."""
+    """Order constraints of a number with other numbers of the same owner: (path of the other number, whether this number is the
+    upper number)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:
@@ -107,7 +111,7 @@ def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool
 
 
 def order_constraints(names: Sequence[str], scene: Scene) -> list[tuple[int, int]]:
-    """Index pairs (low, high) of parameters whose second must not be below the first."""
+    """Index pairs (low, high) of parameters: the second parameter must not be below the first."""
     values = {p.path: p.value for p in list_parameters(scene)}
     out = []
     for i, name in enumerate(names):
@@ -126,7 +130,7 @@ def _read_prior(text: str, name: str, unit: str, read: Amounts) -> Prior | None:
     written = WRITTEN.match(text) if isinstance(text, str) else None
     numbers = [x.strip() for x in written[2].split(",")] if written else []
     if written is None or written[1] not in ("normal", "lognormal") or len(numbers) != 2:
-        read.problems.append(Problem(where, f"{text!r} is no prior", PRIOR_FORMS))
+        read.problems.append(Problem(where, f"{text!r} is not a valid prior", PRIOR_FORMS))
         return None
     before = len(read.problems)
     mean, deviation = (read.number(x, where, unit) for x in numbers)
@@ -136,7 +140,7 @@ def _read_prior(text: str, name: str, unit: str, read: Amounts) -> Prior | None:
 
 
 def check_start(scene_values: np.ndarray, known_: BoundsAndPriors) -> None:
-    """SceneError where a search would start outside the bounds; scene_values (m)."""
+    """Raise SceneError if a start value is outside its bounds. scene_values: the m start values."""
     problems = [
         Problem("bounds", f"the start value {n} = {v:g} is outside the bounds", "change it in the scene (overrides)")
         for n, v, a, b in zip(known_.names, scene_values, known_.low, known_.high, strict=True) if not a <= v <= b

@@ -1,4 +1,4 @@
-"""Experiment design: rank experiments by the information that they would add about a fit's parameters."""
+"""Experiment design: ranks experiments by the information that they would add about the parameters of a fit."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from trunnion.scene.units.python_arguments import Amounts, Names, names_given
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment that could be made. An attribute without a value is as in the fit's first run.
+    """A possible experiment. If an attribute has no value, the value of the fit's first run applies.
 
     Attributes:
         overrides: changes of the scene, {path: value}.
         outputs: patterns of the measured columns.
-        noise: standard deviation of the curves, in their SI units, one for all or by column.
+        noise: standard deviation of the curves in SI units: one value for all curves, or {column: value}.
         until: end time, s.
         every: spacing of the measured times, s.
     """
@@ -37,13 +37,14 @@ class Experiment:
 
 @dataclass(frozen=True)
 class RankedExperiment:
-    """An experiment and the information that it would add.
+    """A possible experiment and the information that it would add.
 
     Attributes:
-        name: its name.
-        gain: information, bits: log2 of the ratio of the parameters' confidence volumes; −∞ where it cannot be run.
-        deviation: local standard deviation of each parameter after it, in the parameter's SI unit.
-        why: why it cannot be run; "" where it can.
+        name: name of the experiment.
+        gain: information, bits: log2 of the ratio of the parameters' confidence volumes before and after the experiment; −∞ if
+            the experiment cannot be simulated.
+        deviation: local standard deviation of each parameter after the experiment, in the parameter's SI unit.
+        why: the reason why the experiment cannot be simulated; "" if there is none.
     """
 
     name: str
@@ -52,32 +53,32 @@ class RankedExperiment:
     why: str = ""
 
     def document(self) -> dict[str, Any]:
-        """The object as plain data; infinite numbers are None."""
+        """The same data as plain lists and numbers. Infinite numbers become None."""
         gain = self.gain if math.isfinite(self.gain) else None
         deviation = {n: d if math.isfinite(d) else None for n, d in self.deviation.items()}
         return {"name": self.name, "gain": gain, "deviation": deviation, "why": self.why}
 
 
 def propose(found: Fit, trials: Mapping[str, Experiment | Mapping[str, Any]]) -> tuple[RankedExperiment, ...]:
-    """Rank experiments by their D-optimal gain at a fit's estimate, the best first.
+    """Rank experiments by their D-optimal gain at the estimate of a fit, best first.
 
-    The gain concerns the parameters that all runs share; a run's own parameters would have to be found from the new run, too.
-    Each parameter has a prior standard deviation equal to its own size, so that the gain is finite even where the data do not
-    determine a parameter.
+    The gain concerns the parameters that all runs share. Parameters with an own value in each run would have to be estimated
+    from the new run as well. Each parameter has a prior standard deviation equal to its own magnitude. The gain is therefore
+    finite even if the data do not determine a parameter.
 
     Args:
         found: the fit.
-        trials: experiments by name; overrides alone suffice for one.
+        trials: {name: experiment}; a mapping of overrides can stand for an experiment.
 
     Returns:
-        The experiments with their gains, the best first.
+        The experiments with their gains, best first.
 
     Raises:
-        SceneError: with every problem of every experiment.
+        SceneError: lists every problem of every experiment.
     """
     asked = {n: t if isinstance(t, Experiment) else Experiment(t) for n, t in trials.items()}
     if not asked:
-        raise SceneError([Problem("trials", "none is given", 'for example {"from higher": {"joints.pivot.start.q": "120 deg"}}')])
+        raise SceneError([Problem("trials", "no trial is given", 'such as {"from higher": {"joints.pivot.start.q": "120 deg"}}')])
     assert found.solution is not None
     objective = found.solution.objective
     shared = len(objective.curves.shared)
@@ -97,14 +98,14 @@ def propose(found: Fit, trials: Mapping[str, Experiment | Mapping[str, Any]]) ->
 
 
 def _parameter_sizes(found: Fit) -> np.ndarray:
-    """The size of every parameter (m), in units of its start value; 1 for parameters near zero."""
+    """Magnitude of every parameter (m), in units of its start value; 1 for parameters near zero."""
     assert found.solution is not None
     u = np.abs(found.solution.u)
     return np.where(u > 1e-6, u, 1.0)
 
 
 def _schur_complement(M: np.ndarray, shared: int) -> np.ndarray:
-    """Information about the first ``shared`` parameters where the others are estimated, too."""
+    """The information about the first ``shared`` parameters if the other parameters are estimated as well."""
     A, B, C = M[:shared, :shared], M[:shared, shared:], M[shared:, shared:]
     return A - B @ np.linalg.pinv(C) @ B.T if C.size else A
 
@@ -131,7 +132,7 @@ def _evaluate(name: str, found: Fit, trial: Experiment, now: np.ndarray) -> Rank
 
 
 def _noise_of(column: str, trial: Experiment, known: Mapping[str, float]) -> float:
-    """Standard deviation with which an experiment measures a column. SceneError where it is unknown."""
+    """Standard deviation with which an experiment measures a column. SceneError if it is unknown."""
     given = trial.noise.get(column) if isinstance(trial.noise, Mapping) else trial.noise
     found = known.get(column) if given is None else given
     if found is None or not found > 0.0:

@@ -1,7 +1,7 @@
-"""Groups of parameters that the data cannot distinguish, and the combinations that they do determine.
+"""Groups of parameters that the data cannot distinguish, and the combinations of these parameters that the data determine.
 
-The groups are the near-null directions of the slopes in relative steps of the parameters (theory, "Intervals of fits"). A flat
-profile of each parameter confirms a group.
+A group is a near-null direction of the derivatives by relative changes of the parameters (theory, "Intervals of fits"). The group
+is confirmed if the profile of each of its parameters is flat.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ from typing import Any
 import numpy as np
 
 NULL_THRESHOLD = {True: 1e-5, False: 1e-3}
-"""Singular values that count as zero, relative to the largest, for exact slopes and for differences. Slopes are scaled to columns
-of one size; the errors of either kind are about a hundred times smaller."""
+"""A singular value counts as zero below this multiple of the largest: the first value for exact derivatives, the second for finite
+differences. The columns of the derivatives are scaled to equal norm. The errors of the derivatives are about a hundred times
+smaller."""
 LEAST_PART = 0.05
-"""Component of a null direction, relative to its largest, below which a parameter does not belong to it."""
+"""A parameter belongs to a null direction if its component exceeds this multiple of the largest component."""
 FLAT = 0.1
-"""Rise of a flat profile over a relative step of FLAT_STEP, relative to the rise at the ends of an interval."""
+"""A profile is flat if a relative step FLAT_STEP raises it by less than this multiple of the rise at the ends of an interval."""
 FLAT_STEP = 0.2
 ROUNDING = 0.1
-"""Largest distance of an exponent from a multiple of ½ at which this multiple is printed in its place."""
+"""An exponent is printed as a multiple of ½ if it differs from this multiple by at most this value."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,10 @@ class UnidentifiableGroup:
 
     Attributes:
         names: names of the parameters (p).
-        determined: combinations that the data determine: (exponents (p), relative standard deviation).
-        product: whether combinations are products of powers; else sums, and ``determined`` has coefficients.
-        exact: whether the group exists for any noise, not only for this noise.
-        confirmed: whether the parameters' profiles are flat.
+        determined: (exponents (p), relative standard deviation) of each combination that the data determine.
+        product: whether combinations are products of powers. Otherwise they are sums, and ``determined`` holds coefficients.
+        exact: whether the group is indistinguishable for any noise, and not only for the present noise.
+        confirmed: whether the profiles of all its parameters are flat.
     """
 
     names: tuple[str, ...]
@@ -50,8 +51,8 @@ class UnidentifiableGroup:
             return f"the data hardly determine {self.names[0]}: fix its value, or measure a quantity that it changes"
         which = f"{', '.join(self.names[:-1])} and {self.names[-1]}"
         combined = " and ".join(f"{self._combination(e)} (± {100 * s:.2g} %)" for e, s in self.determined)
-        only = f"only {combined} {'is' if len(self.determined) == 1 else 'are'} determined" if combined else "none is determined"
-        remedy = "fix the value of one, or measure a quantity that only one of them changes"
+        only = f"only {combined} {'is' if len(self.determined) == 1 else 'are'} determined" if combined else "all are undetermined"
+        remedy = "fix the value of one parameter, or measure a quantity that only one of them changes"
         if not self.confirmed:
             remedy += "; far from the estimate the data do bound them, because their likelihood profiles are not flat"
         return f"the data cannot tell {which} apart: {only}; {remedy}"
@@ -65,7 +66,7 @@ class UnidentifiableGroup:
         return " · ".join(parts) + (f", about {' · '.join(about)}" if about != parts else "")
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         combined = [{"exponents": list(e), "deviation": s} for e, s in self.determined]
         return {"names": list(self.names), "determined": combined, "product": self.product, "exact": self.exact,
                 "confirmed": self.confirmed, "told": self.describe()}  # fmt: skip
@@ -78,12 +79,12 @@ def _round(exponent: float) -> float:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """The identifiability of m parameters in relative steps.
+    """The identifiability of m parameters, for relative changes of the parameters.
 
     Attributes:
-        null: directions that the data do not determine with this noise (m × d).
+        null: directions that the data do not determine with the present noise (m × d).
         blind: directions that the data do not determine for any noise (m × b).
-        deviations: relative local standard deviations (m), infinite along blind directions.
+        deviations: relative local standard deviations (m); infinite for parameters in blind directions.
         covariance: covariance of the determined directions (m × m).
     """
 
@@ -94,11 +95,12 @@ class Spectrum:
 
 
 def slope_spectrum(J: np.ndarray, count: int, t: float, exact: bool) -> Spectrum:
-    """The spectrum of slopes J ((N + priors) × m), in units of the noise, by relative steps.
+    """The spectrum of the derivatives J ((N + priors) × m), in units of the noise, by relative changes of the parameters.
 
-    The first ``count`` rows are data. Null directions are those of the data alone; deviations include priors.
+    The first ``count`` rows of J belong to the data. The null directions follow from the data only; the deviations include the
+    priors.
 
-    t: threshold of the intervals; exact: whether the slopes are exact.
+    t: threshold of the intervals; exact: whether the derivatives are exact.
     """
     blind, _ = _null_space(J[:count], exact)
     _, weak, W = np.linalg.svd(J[:count], full_matrices=False)
@@ -112,10 +114,11 @@ def slope_spectrum(J: np.ndarray, count: int, t: float, exact: bool) -> Spectrum
 
 
 def _null_space(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
-    """(null space of J with columns of one size, unit vectors, m × b; root of the covariance of the other directions, m × rest)."""
+    """(null space of J, unit vectors, m × b; root of the covariance of the other directions, m × rest). The columns of J are
+    scaled to equal norm."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # of the rows alone: as large as their square
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U has rows² entries
     s = np.append(s, np.zeros(len(V) - len(s)))
     zero = s <= NULL_THRESHOLD[exact] * s.max(initial=0.0)
     lost = V[zero].T / size[:, None]
@@ -135,8 +138,8 @@ def find_unidentifiable(
 ) -> tuple[UnidentifiableGroup, ...]:
     """The groups of parameters in the null directions of a spectrum.
 
-    positive (m): whether a parameter can be a factor of a product; units (m): sizes of relative steps; flat(i): whether the profile
-    of parameter i is flat.
+    positive (m): whether a parameter can be a factor of a product; units (m): magnitudes of relative steps; flat(i): whether the
+    profile of parameter i is flat.
     """
     basis, groups = _reduce_columns(found.null), []
     left = list(range(basis.shape[1]))
@@ -154,7 +157,7 @@ def find_unidentifiable(
         inner = found.covariance[np.ix_(at, at)]
         determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
         exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
-        if len(at) > 1 or confirmed:  # a single parameter whose profile rises is known, though not to within its own size
+        if len(at) > 1 or confirmed:  # if its profile rises, a single parameter is determined, though with a relative error above 1
             groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
     return tuple(groups)
 
@@ -165,7 +168,7 @@ def _members(columns: np.ndarray) -> set[int]:
 
 
 def _reduce_columns(basis: np.ndarray) -> np.ndarray:
-    """A basis of the same space, column-reduced with pivots, so that independent groups have separate columns."""
+    """A basis of the same space, reduced by column operations with pivots. Independent groups then have separate columns."""
     B = basis.copy()
     for c in range(B.shape[1]):
         rows = np.abs(B[:, c])
@@ -178,7 +181,7 @@ def _reduce_columns(basis: np.ndarray) -> np.ndarray:
 
 
 def _orthogonal_complement(basis: np.ndarray) -> list[np.ndarray]:
-    """The orthogonal complement of a basis (p × d): p − d vectors, row-reduced, each with its largest component 1."""
+    """The orthogonal complement of a basis (p × d): p − d row-reduced vectors, each scaled so that its largest component is 1."""
     _, s, V = np.linalg.svd(basis.T, full_matrices=True)
     rows = _reduce_columns(V[len(s) :].T).T
     return [np.where(np.abs(r) < LEAST_PART * np.abs(r).max(), 0.0, r) / r[np.abs(r).argmax()] for r in rows]

@@ -1,4 +1,4 @@
-"""Information criteria for fits of different models to the same data, and a test whether the misfit is white noise."""
+"""Information criteria for fits of different models to the same data, and a test of whether the misfit is white noise."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from trunnion.analysis.fits.measurements import CurveComparison
 
 CORRELATED = 4.0
-"""Correlation of neighbouring misfits, in its standard deviations for white noise (1/√n), above which the misfit is not noise."""
+"""The misfit is not white noise if the correlation of neighbouring misfits exceeds this multiple of 1/√n, its standard deviation
+for white noise."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Criteria:
 
     Attributes:
         likelihood: −2 log of the maximum likelihood.
-        numbers: number of estimated numbers, noises among them.
+        numbers: number of estimated parameters, including estimated noise levels.
         values: number of measured values.
         aicc: Akaike's criterion with its small-sample correction; infinite for too few values.
         bic: Schwarz's criterion.
@@ -35,12 +36,13 @@ class Criteria:
     bic: float
 
     def document(self) -> dict[str, Any]:
-        """The object as plain data; infinite numbers are None."""
+        """The same data as plain lists and numbers. Infinite numbers become None."""
         return {k: v if math.isfinite(v) else None for k, v in asdict(self).items()}
 
 
 def compute_criteria(misfit: np.ndarray, noise: np.ndarray, groups: np.ndarray, given: bool, parameters: int) -> Criteria:
-    """Criteria of a fit with ``misfit`` (N) and ``noise`` (N), which is given, or estimated for each of the ``groups`` (N)."""
+    """Criteria of a fit with ``misfit`` (N) and ``noise`` (N). ``given`` says whether the noise was given, or estimated for each
+    of the ``groups`` (N)."""
     n, numbers = len(misfit), parameters
     if given:
         total = float(np.sum((misfit / noise) ** 2 + np.log(2.0 * math.pi * noise**2)))
@@ -57,7 +59,8 @@ def compute_criteria(misfit: np.ndarray, noise: np.ndarray, groups: np.ndarray, 
 
 
 def note_correlated_misfits(runs: Iterable[CurveComparison]) -> list[str]:
-    """A note for every curve whose misfit is not white noise: then the model is wrong, and intervals are too narrow."""
+    """A note for every curve whose misfit is not white noise. In this case the model is wrong, and the intervals are too
+    narrow."""
     out = []
     for r in runs:
         for c, v in r.measured.items():

@@ -1,4 +1,4 @@
-"""The least-squares objective of a fit: misfits and priors in units of their standard deviations; its minimisation."""
+"""The least-squares objective of a fit (misfits and priors in units of their standard deviations), and its minimisation."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 
 MOST_EVALUATIONS = 50
 CONVERGED = 1e-9
-"""Relative change of the parameters or of the sum of squares at which the search ends."""
+"""The search ends if the relative change of the parameters or of the sum of squares is below this value."""
 NO_INFLUENCE = 1e-11
-"""Change of the curves when a parameter doubles, relative to their largest value, that counts as round-off."""
+"""A parameter has no influence if doubling it changes the curves, relative to their largest value, by less than this round-off."""
 NOISE_FLOOR = 10.0
-"""Least standard deviation of the noise, in rtol times the largest value; smaller misfits are the run's own error."""
+"""Least estimated standard deviation of the noise, in multiples of rtol times the largest value. Smaller misfits are errors of the
+run."""
 SETTLED = 1e-2
-"""Relative change of estimated noise below which its weights stay; intervals then change by less than half of it."""
+"""The weights are final if the estimated noise changes by less than this relative value. The intervals then change by less than
+half of it."""
 NOISE_ROUNDS = 8
 
 
 class Objective:
     """The sum of squares as a function of u (m), the parameters in units of their start values.
 
-    Residuals r (N + priors) are misfits over the noise, then priors; J are their derivatives by u.
+    The residuals r (N + priors) are the misfits divided by the noise, followed by the residuals of the priors. J are the
+    derivatives of r by u.
 
     Attributes:
         noise: standard deviation of every value (N).
-        groups: index of the estimated noise that each value shares (N).
-        given: whether the noise is given.
+        groups: for each value, the index of its estimated noise (N); values with the same index share their noise.
+        given: whether the noise is given instead of estimated.
         nu: degrees of freedom of the estimated noise.
-        least: the search's sum of squares so far.
+        least: the least sum of squares that the search has found.
     """
 
     def __init__(self, curves: ModelCurves, known: BoundsAndPriors, start: np.ndarray, groups: np.ndarray):
@@ -59,7 +62,7 @@ class Objective:
         return len(self.unit)
 
     def residuals(self, u: np.ndarray) -> np.ndarray:
-        """r at u, from plain runs. SceneError or SimulationError where the runs fail."""
+        """The residuals r at u, from plain runs. SceneError or SimulationError if the runs fail."""
         return self._with_priors(self.curves.values(u * self.unit), u)
 
     def slopes(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,8 +78,11 @@ class Objective:
         return np.concatenate([(values - self.data) / self.noise, misses])
 
     def search(self, u: np.ndarray) -> Any:
-        """SciPy's result of a search from u within the bounds. For two ordered numbers, the search varies the lower one and the
-        excess of the higher one."""
+        """SciPy's result of a search from u within the bounds.
+
+        For two parameters that must be in order, the search variables are the lower parameter and the excess of the higher
+        parameter.
+        """
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
         T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()
         for a, b in self.curves.pairs:
@@ -92,8 +98,10 @@ class Objective:
         return found
 
     def _trial_residuals(self, u: np.ndarray) -> np.ndarray:
-        """Residuals of a trial step; infinite where its scene is invalid or its run fails, so that the search shortens its step.
-        Plain runs suffice here: a step that does not decrease the sum of squares needs no slopes."""
+        """Residuals of a trial step; infinite if its scene is invalid or its run fails, so that the search shortens its step.
+
+        Derivatives are computed only for a step that decreases the sum of squares.
+        """
         try:
             r = self.residuals(u)
             if r @ r >= self.least:
@@ -107,7 +115,7 @@ class Objective:
             return np.full(len(self.data) + len(self.known.priors), np.inf)
 
     def check_influence(self) -> None:
-        """SceneError that names every parameter which changes none of the measured curves."""
+        """Raise SceneError if a parameter does not change any measured curve; the error names all such parameters."""
         by = self.slopes(self.start / self.unit)[1][: len(self.data)] * self.noise[:, None]
         most = np.abs(self.data).max()
         still = [n for n, c in zip(self.known.names, by.T, strict=True) if np.abs(c).max() <= NO_INFLUENCE * most]
@@ -116,7 +124,8 @@ class Objective:
             raise SceneError([Problem("parameters", f"{n} changes none of the measured curves", hint) for n in still])
 
     def minimise(self, u: np.ndarray) -> tuple[np.ndarray, int, bool]:
-        """(u at the minimum, number of runs, whether the search converged). Noise that is not given is estimated iteratively."""
+        """(u at the minimum, number of trial points, whether the search converged). Noise that is not given is estimated
+        iteratively."""
         found = self.search(u)
         rounds, alone = found.nfev, not self.known.priors and len(set(self.groups.tolist())) == 1
         if not self.given:
@@ -129,7 +138,7 @@ class Objective:
         return self.curves.apply_order(found.x * self.unit) / self.unit, rounds, found.status > 0
 
     def _estimate(self, u: np.ndarray) -> float:
-        """Estimate noise and degrees of freedom from the misfit at u; returns the largest relative change of the noise."""
+        """Estimate the noise and its degrees of freedom from the misfit at u; returns the largest relative change of the noise."""
         r, J = self.slopes(u)
         n = len(self.data)
         size = np.linalg.norm(J, axis=0)
@@ -145,7 +154,7 @@ class Objective:
 
 
 def noise_groups(units: Sequence[str], runs: Sequence[MeasuredRun]) -> np.ndarray:
-    """For every value, the index of its estimated noise (N): curves of one unit share one."""
+    """For each of the N values, the index of its estimated noise. All curves of one unit share their noise."""
     which = {unit: i for i, unit in enumerate(dict.fromkeys(units))}
     lengths = [len(v) for r in runs for v in r.curves.values()]
     return np.repeat([which[unit] for unit in units], lengths)

@@ -1,4 +1,4 @@
-"""Measured runs from files: CSV with a header line of names and optional units in brackets, or result tables."""
+"""Measured runs from files: result tables, or CSV files with a header line of names and optional units in brackets."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from trunnion.simulation.results.external_tables import columns_of
 from trunnion.system.construction.system_builder import build
 
 HEAD = re.compile(r"^(?P<name>.*\S)\s+[\[(](?P<unit>[^\])]*)[\])]$")
-"""A name, a blank and a unit in brackets: ``angle [deg]``; ``pivot.q[1]`` is a name without a unit."""
+"""A name, a blank and a unit in brackets, such as ``angle [deg]``. ``pivot.q[1]`` is a name without a unit."""
 
 
 def read_measured_run(
     file: str, scene: Scene, renamed: Mapping[str, str] | None = None, overrides: Mapping[str, Any] | None = None,
     noise: float | Mapping[str, float] | None = None, where: str = "--data",
 ) -> tuple[MeasuredRun, tuple[str, ...]]:  # fmt: skip
-    """(the run in a file, the file's unused columns). Units in the header convert numbers to SI.
+    """(the measured run in a file, the unused columns of the file). The units in the header convert the numbers to SI.
 
-    renamed: {column of the scene: its name in the file}; default: columns named as the scene's. SceneError with every problem.
+    renamed: {column of the scene: name of the column in the file}; default: both names are equal. SceneError lists every problem.
     """
     heads, numbers = columns_of(file, where)
     if len(heads) != numbers.shape[1]:
@@ -38,7 +38,7 @@ def read_measured_run(
     wanted = dict(renamed) if renamed else {n: n for n in found if n in units}
     has = f"it has {', '.join(found)}"
     problems = [Problem("--column", f"{file!r} has no column {n!r}", has) for n in wanted.values() if n not in found]
-    problems += [Problem("--column", f"{c!r} is no column of the scene", "see `trunnion check SCENE --columns`")
+    problems += [Problem("--column", f"{c!r} is not a column of the scene", "see `trunnion check SCENE --columns`")
                  for c in wanted if c not in units]  # fmt: skip
     if "time" not in found:
         problems.append(Problem(where, f"{file!r} has no column time", has))
@@ -53,7 +53,7 @@ def read_measured_run(
 
 
 def _split_unit(head: str) -> tuple[str, str]:
-    """(name, unit) of a header; "" without a unit."""
+    """(name, unit) of a header entry; the unit is "" if there is none."""
     match = HEAD.match(head)
     return (match["name"], match["unit"]) if match else (head, "")
 

@@ -1,4 +1,4 @@
-"""Measured runs: times, curves, noise, and their differences from the scene; every problem in them at once."""
+"""Measured runs (times, curves, noise), checks of these runs, and their differences from the fitted model."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from trunnion.scene.findings.name_suggestions import closest
 from trunnion.system.construction.system_builder import build
 
 EVEN_SPACING = 1e-9
-"""Largest spread of the spacings at which times count as evenly spaced, relative to the last time."""
+"""Times count as evenly spaced if the deviations of their spacings, relative to the last time, are below this value."""
 LARGEST = 1e100
-"""Largest measured value: its square must be finite."""
+"""Largest measured value. The square of a value must be finite."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class MeasuredRun:
     """A measured run.
 
     Attributes:
-        time: times (n), s, evenly spaced from 0.
+        time: n times, s, evenly spaced from 0.
         curves: measured columns (n) by column name, SI units.
         overrides: numbers of the scene that differ in this run, such as its start, {path: value}.
-        noise: standard deviation of the curves, SI units, one for all or by column name; None: it is estimated.
+        noise: standard deviation of the curves, SI units: one value for all, or {column name: value}; None means estimated.
         name: name of the run; default: "run" and its number.
     """
 
@@ -40,16 +40,16 @@ class MeasuredRun:
 
     @property
     def until(self) -> float:
-        """Its last time, s."""
+        """The last time, s."""
         return float(self.time[-1])
 
     @property
     def every(self) -> float:
-        """The spacing of its times, s."""
+        """The spacing of the times, s."""
         return float(np.diff(self.time).mean())
 
     def deviations(self) -> dict[str, float] | None:
-        """The given noise of each curve, SI units; None where it is estimated."""
+        """The given noise of each curve, SI units; None if the noise is to be estimated."""
         if self.noise is None:
             return None
         return {c: float(self.noise[c] if isinstance(self.noise, Mapping) else self.noise) for c in self.curves}
@@ -61,10 +61,10 @@ class CurveComparison:
 
     Attributes:
         name: name of the run.
-        time: times (n), s.
+        time: the n times, s.
         measured: measured curves (n) by column name.
-        model: the model's curves (n) by column name.
-        noise: standard deviation of each column, given or estimated.
+        model: curves of the model (n) by column name.
+        noise: standard deviation of the noise of each column, given or estimated.
     """
 
     name: str
@@ -75,9 +75,9 @@ class CurveComparison:
 
 
 def normalise_runs(scene: Scene, runs: Sequence[MeasuredRun]) -> list[MeasuredRun]:
-    """The runs as arrays with distinct names. SceneError with every problem in them."""
+    """The runs as arrays with distinct names. SceneError lists every problem of the runs."""
     if not runs:
-        raise SceneError([Problem("runs", "none is given", "give time and measured curves")])
+        raise SceneError([Problem("runs", "no run is given", "give time and measured curves")])
     named = [
         replace(r, time=np.asarray(r.time, float), curves={k: np.asarray(v, float) for k, v in r.curves.items()},
                 name=r.name or f"run {i + 1}")
@@ -112,14 +112,14 @@ def _run_problems(r: MeasuredRun, units: Mapping[str, str], name: str) -> list[P
         if len(v) != len(time):
             found.append(Problem(f"{where}measured", f"{k} has {len(v)} values for {len(time)} times"))
         elif not (np.abs(v) < LARGEST).all():
-            found.append(Problem(f"{where}measured", f"{k} has values that are no numbers", "leave gaps out, or fill them"))
+            found.append(Problem(f"{where}measured", f"{k} has values that are not finite numbers", "leave gaps out, or fill them"))
         if k not in units:
             near = closest(k, list(units))
             hint = f"did you mean {near}?" if near else "see `trunnion check SCENE --columns` for the names"
             found.append(Problem(f"{where}measured", f"{k} is not a column with a derivative", hint))
     if isinstance(r.noise, Mapping) and (absent := [c for c in r.curves if c not in r.noise]):
         hint = "give a standard deviation for every curve"
-        found.append(Problem(f"{where}noise", f"none is given for {', '.join(absent)}", hint))
+        found.append(Problem(f"{where}noise", f"no noise is given for {', '.join(absent)}", hint))
     elif r.noise is not None and not all(0.0 < s < np.inf for s in (r.deviations() or {}).values()):
         found.append(Problem(f"{where}noise", "must be positive", "give the standard deviation of each curve, in its unit"))
     return found

@@ -1,4 +1,4 @@
-"""Model comparison: fit each candidate model to the same data and rank them by information criteria."""
+"""Model comparison: fits each candidate model to the same data and ranks the models by information criteria."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.scene.overrides import Given, apply, law_changes, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
 
 CLEAR = 2.0
-"""Difference of a criterion below which it does not decide: the better model is less than e times as likely."""
+"""If a criterion differs by less than this value, it does not decide: the better model is less than e times as likely."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Candidate:
     """A model to compare.
 
     Attributes:
-        parameters: paths of parameters that it fits besides the common ones.
-        law: friction law of all frictional joints; "": the scene's own.
-        overrides: other changes of the scene, {path: value}, such as first guesses.
+        parameters: paths of the parameters of this model, in addition to the common parameters.
+        law: friction law of all frictional joints; "" means the laws of the scene.
+        overrides: other changes of the scene, {path: value}, such as start values of parameters.
         bounds: as for ``fit``.
         priors: as for ``fit``.
     """
@@ -41,14 +41,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class ModelScore:
-    """A candidate and its fit.
+    """A candidate with its fit and rank.
 
     Attributes:
-        fit: None where the candidate could not be fitted.
-        worse_by_bic: difference of BIC to the best candidate.
-        worse_by_aicc: difference of AICc to the best candidate.
-        weight: share of the candidates' likelihood, by AICc.
-        why: why there is no fit; "" where there is one.
+        fit: the fit; None if the candidate could not be fitted.
+        worse_by_bic: BIC minus the lowest BIC of all candidates.
+        worse_by_aicc: AICc minus the lowest AICc of all candidates.
+        weight: Akaike weight: the candidate's share of the total likelihood, by AICc.
+        why: the reason why there is no fit; "" if there is a fit.
     """
 
     name: str
@@ -59,7 +59,7 @@ class ModelScore:
     why: str = ""
 
     def document(self) -> dict[str, Any]:
-        """The object as plain data; infinite numbers are None."""
+        """The same data as plain lists and numbers. Infinite numbers become None."""
         said = {"name": self.name, "weight": self.weight, "why": self.why}
         numbers = {"worse_by_bic": self.worse_by_bic, "worse_by_aicc": self.worse_by_aicc}
         shown = {k: v if math.isfinite(v) else None for k, v in numbers.items()}
@@ -71,7 +71,7 @@ class ModelComparison:
     """Ranked models.
 
     Attributes:
-        candidates: the candidates with their fits, the best by BIC first, then those without a fit.
+        candidates: the candidates with their fits, ordered by BIC (best first), then the candidates without a fit.
         notes: notes about the certainty of the ranking, and notes of the fits.
     """
 
@@ -84,7 +84,7 @@ class ModelComparison:
         return self.candidates[0]
 
     def document(self) -> dict[str, Any]:
-        """As plain data, ready for JSON."""
+        """The same data as plain lists and numbers for JSON."""
         return {"candidates": [c.document() for c in self.candidates], "notes": list(self.notes)}
 
 
@@ -102,11 +102,11 @@ def compare(
 
     Args:
         scene: as for ``simulate``.
-        candidates: models by name; a name of a friction law with parameters alone stands for ``Candidate(parameters, law)``.
+        candidates: {name: model}. {law: parameters}, with the name of a friction law, stands for ``Candidate(parameters, law)``.
         parameters: paths of parameters that every candidate fits.
         time: as for ``fit``.
         measured: as for ``fit``.
-        overrides: fixed changes of the scene, {path: value}.
+        overrides: changes of the scene for all candidates, {path: value}.
         rtol: relative tolerance of the runs.
         options: further arguments of ``fit``.
 
@@ -114,8 +114,8 @@ def compare(
         The ranked models.
 
     Raises:
-        SceneError: with every problem of every candidate.
-        SimulationError: where no candidate can be fitted.
+        SceneError: lists every problem of every candidate.
+        SimulationError: if no candidate can be fitted.
     """
     loaded = scene_given(scene, overrides)
     asked = {n: c if isinstance(c, Candidate) else Candidate(c, n) for n, c in candidates.items()}
@@ -129,7 +129,7 @@ def compare(
         except SceneError as e:
             problems += [Problem(f"candidate {name}, {p.where}", p.what, p.hint) for p in e.problems]
     if problems or not asked:
-        raise SceneError(problems or [Problem("candidates", "none is given", f"laws are {', '.join(LAWS)}")])
+        raise SceneError(problems or [Problem("candidates", "no candidate is given", f"laws are {', '.join(LAWS)}")])
     fits: dict[str, Fit | str] = {}
     for name, (where, names, extra) in each.items():
         try:
@@ -142,7 +142,7 @@ def compare(
 def apply_candidate(
     scene: Scene, c: Candidate, parameters: Sequence[str], options: Mapping[str, Any]
 ) -> tuple[Scene, tuple[str, ...], dict[str, Any]]:
-    """(scene, parameters, bounds and priors) of a candidate. parameters, options: what all candidates share.
+    """(scene, parameters, bounds and priors) of a candidate. parameters, options: those that all candidates share.
 
     SceneError for a wrong law or wrong changes.
     """
@@ -152,13 +152,14 @@ def apply_candidate(
 
 def _candidate_scene(scene: Scene, c: Candidate) -> Scene:
     if c.law and c.law not in LAWS:
-        raise SceneError([Problem("law", f"{c.law!r} is no friction law", f"one of {', '.join(LAWS)}")])
+        raise SceneError([Problem("law", f"{c.law!r} is not a friction law", f"one of {', '.join(LAWS)}")])
     changes = {**(law_changes(scene, c.law) if c.law else {}), **c.overrides}
     return apply(scene, changes) if changes else scene
 
 
 def rank_fits(fits: Mapping[str, Fit | str]) -> ModelComparison:
-    """The comparison of fits by name; a text is the reason of a missing fit. SimulationError where no fit exists."""
+    """The comparison of fits, {name: fit}. A text in place of a fit is the reason why there is no fit. SimulationError if there is
+    no fit at all."""
     found = {n: f for n, f in fits.items() if isinstance(f, Fit) and f.criteria}
     failed = {n: f for n, f in fits.items() if isinstance(f, str)}
     rows, notes = weigh_models(
@@ -170,9 +171,10 @@ def rank_fits(fits: Mapping[str, Fit | str]) -> ModelComparison:
 def weigh_models(
     criteria: Mapping[str, Criteria], notes: Mapping[str, Sequence[str]], failed: Mapping[str, str]
 ) -> tuple[list[ModelScore], tuple[str, ...]]:
-    """(candidates without their fits, the best by BIC first; notes) from criteria and notes of the fits.
+    """The candidates (without their fits) ordered by BIC, best first, and notes.
 
-    failed: reasons of missing fits, by name. SimulationError where no fit exists.
+    criteria, notes: those of each fit, by name; failed: {name: reason why there is no fit}. SimulationError if there is no fit at
+    all.
     """
     if not criteria:
         raise SimulationError("; ".join(f"candidate {n}: {why}" for n, why in failed.items()))
@@ -185,13 +187,13 @@ def weigh_models(
 
 
 def _comparison_notes(rows: Sequence[ModelScore], notes: Mapping[str, Sequence[str]]) -> list[str]:
-    """Notes of a comparison about models of nearly equal quality and about criteria that disagree, and the notes of the fits."""
+    """Notes about models of nearly equal quality, notes about criteria that disagree, and the notes of the fits."""
     best, out = rows[0], []
     near = [c for c in rows[1:] if c.worse_by_bic < CLEAR]
     if near:
         which = ", ".join(f"{c.name} (BIC worse by {c.worse_by_bic:.2g})" for c in near)
         out.append(
-            f"the data do not decide between {best.name} and {which}: take the simpler one, or measure what differs between them"
+            f"the data do not decide between {best.name} and {which}: take the simpler model, or measure what distinguishes them"
         )
     others = [c for c in rows[1:] if c.worse_by_aicc < best.worse_by_aicc - CLEAR]
     out += [f"the criterion AICc prefers {c.name} to {best.name}, by {best.worse_by_aicc - c.worse_by_aicc:.2g}" for c in others]

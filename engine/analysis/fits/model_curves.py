@@ -1,7 +1,7 @@
-"""The measured columns as functions of the parameters over all runs: values from plain runs, and derivatives.
+"""The measured columns as functions of the parameters over all runs: values from plain runs, and their derivatives.
 
 With set-valued friction laws, ``sensitivity`` gives exact derivatives across stick events, and plain runs make the same steps.
-Smooth stiff laws (bristles, regularised) run with the scene's own method, and differences give derivatives.
+Smooth stiff laws (bristles, regularised) run with the scene's own method; finite differences give their derivatives.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 MOST_CACHED = 6
-"""Parameter values whose curves and derivatives are cached."""
+"""Number of parameter vectors for which curves and derivatives are cached."""
 DIFFERENCE_STEP = 1e-3
-"""Step of central differences, relative to the parameter; their error is about its square plus rtol over it."""
+"""Step of central differences, relative to the parameter. The error is about the step's square plus rtol divided by the step."""
 STEPS_PER_CALL = 1000
-"""Steps between two checks for Ctrl-C."""
+"""Number of steps between two checks for Ctrl-C."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.NEED_JACOBIAN)
 
 
 class ModelCurves:
-    """Curves of all runs as values (N), ordered by run, curve, time.
+    """The curves of all runs as one vector of N values, ordered by run, curve and time.
 
     Attributes:
-        names: names of the parameters (m): paths, then each run's own as ``PATH @ RUN``.
-        exact: whether derivatives are exact; else central differences.
-        pairs: index pairs of ordered parameters.
+        names: names of the m parameters: paths of the shared parameters, then ``PATH @ RUN`` for separate parameters of each run.
+        exact: whether the derivatives are exact; otherwise they are central differences.
+        pairs: (low, high): index pairs of parameters that must be in order.
     """
 
     def __init__(self, scene: Scene, shared: Sequence[str], own: Sequence[str], runs: Sequence[MeasuredRun], rtol: float):
@@ -57,18 +57,18 @@ class ModelCurves:
 
     @cached_property
     def plain(self) -> list[_PlainRuns]:
-        """One runner of plain runs for each measured run."""
+        """For each measured run, the object that makes its plain runs."""
         return [_PlainRuns(s, list(r.curves), r, self.rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
 
     def apply_order(self, values: np.ndarray) -> np.ndarray:
-        """Parameter values (m) with the higher of each ordered pair raised to the lower one where it is below."""
+        """Parameter values (m) in which the higher parameter of each pair is raised to the lower parameter, if it is smaller."""
         out = np.array(values, float)
         for low, high in self.pairs:
             out[high] = max(out[high], out[low])
         return out
 
     def _indices(self, k: int) -> list[int]:
-        """Indices of run k's parameters."""
+        """Indices of the parameters of run k."""
         first = len(self.shared) + k * len(self.own)
         return [*range(len(self.shared)), *range(first, first + len(self.own))]
 
@@ -77,7 +77,7 @@ class ModelCurves:
         return apply(self.scenes[k], dict(zip(paths, values[self._indices(k)].tolist(), strict=True)))
 
     def values(self, values: np.ndarray) -> np.ndarray:
-        """The curves (N) at parameter values (m). SceneError or SimulationError where the runs fail."""
+        """The curves (N) at the parameter values (m). SceneError or SimulationError if the runs fail."""
         values = self.apply_order(values)
         if values.tobytes() != self._last[0]:
             found = np.concatenate([run(self._scene_with(k, values)) for k, run in enumerate(self.plain)])
@@ -85,16 +85,16 @@ class ModelCurves:
         return self._last[1]
 
     def slopes(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(curves (N), their derivatives by the parameters (N × m)). Errors as for ``values``."""
+        """(curves (N), derivatives of the curves by the parameters (N × m)). Errors as for ``values``."""
         key = np.ascontiguousarray(values).tobytes()
         if key not in self._known:
             at = self.apply_order(values)
             found = self._exact(at) if self.exact else self._differences(at)
             for low, high in self.pairs:
-                if values[high] < values[low]:  # apply_order raised it: it moves with the lower one
+                if values[high] < values[low]:  # apply_order raised the higher parameter: it follows the lower
                     found[1][:, low] += found[1][:, high]
                     found[1][:, high] = 0.0
-            while len(self._known) >= MOST_CACHED:  # the first entry stays: searches start there
+            while len(self._known) >= MOST_CACHED:  # the first entry stays: searches start at its values
                 del self._known[list(self._known)[1]]
             self._known[key] = found
         return self._known[key]
@@ -122,7 +122,7 @@ class ModelCurves:
                 moved[i] += step
                 try:
                     ends.append((moved[i], self.values(moved)))
-                except SceneError:  # outside the number's bounds: a one-sided difference
+                except SceneError:  # outside the parameter's bounds: a one-sided difference
                     ends.append((v, middle))
             (a, up), (b, down) = ends
             columns.append((up - down) / (a - b))
@@ -130,7 +130,7 @@ class ModelCurves:
 
 
 class _PlainRuns:
-    """Runs of one structure, with the chosen columns alone."""
+    """Runs of one structure that compute only the chosen columns."""
 
     def __init__(self, scene: Scene, names: list[str], r: MeasuredRun, rtol: float, like_sensitivity: bool):
         self.names, self.count, self.every, self.until = names, len(r.time), r.every, r.until
@@ -142,7 +142,7 @@ class _PlainRuns:
         self.model = Model(scene, names)
 
     def __call__(self, scene: Scene) -> np.ndarray:
-        """The chosen columns at the measured times, one after the other (flat). SimulationError where the run ends early."""
+        """The chosen columns at the measured times, concatenated to one vector. SimulationError if the run ends early."""
         built = build_with_cut_starts(scene)
         model = self.model
         if built.system != model.system or built.parameters.paths != model.built.parameters.paths:

@@ -1,4 +1,4 @@
-"""``fit``: estimate a scene's numbers from measured curves, with confidence intervals."""
+"""``fit``: estimates numbers of a scene from measured curves, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from trunnion.scene.units.python_arguments import Names, names_given
 
 log = logging.getLogger("trunnion.analysis.fits")
 MOST_SEARCHES = 3
-"""Largest number of searches. Each further search starts from a better fit that a profile of the previous search found."""
+"""Largest number of searches. Each further search starts from a better fit that a profile of the previous search has found."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Estimated parameters.
+    """The result of a fit: estimated parameters.
 
     Attributes:
         values: estimates by parameter, SI units.
-        deviation: local standard deviations by parameter, SI units; infinite where the data do not determine a parameter.
+        deviation: local standard deviations by parameter, SI units; infinite if the data do not determine the parameter.
         correlation: correlation of the estimates (m × m); NaN for parameters that the data do not determine.
         misfit: root mean square of model − measured over all values, in the curves' SI units.
-        rounds: number of runs that the search took.
+        rounds: number of trial points of the search.
         converged: whether the search converged.
-        notes: failed trials, parameters at their bounds, groups that the data cannot distinguish.
+        notes: notes on failed trials, parameters at their bounds, and groups that the data cannot distinguish.
         level: confidence level of the intervals.
         intervals: confidence intervals by parameter.
         inseparable: groups of parameters that the data cannot distinguish.
         runs: measured and model curves of each run.
         criteria: information criteria, for model comparison.
         units: unit of each parameter.
-        solution: the state of the fit at its estimate, which ``propose`` needs.
+        solution: the state of the fit at its estimate, as input for ``propose``.
     """
 
     values: dict[str, float]
@@ -72,7 +72,7 @@ class Fit:
     solution: FitSolution | None = field(default=None, repr=False, compare=False)
 
     def document(self) -> dict[str, Any]:
-        """As plain data for JSON; infinite numbers are None."""
+        """The same data as plain lists and numbers for JSON. Infinite numbers become None."""
         finite = {n: d if math.isfinite(d) else None for n, d in self.deviation.items()}
         correlation = [[c if math.isfinite(c) else None for c in row] for row in self.correlation.tolist()]
         return {
@@ -87,7 +87,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class FitSolution:
-    """The state of a fit at its estimate: u (m) and slopes J ((N + priors) × m). units: units of the measured columns."""
+    """The state of a fit at its estimate: u (m) and the derivatives J ((N + priors) × m). units: units of the measured columns."""
 
     scene: Scene
     objective: Objective
@@ -114,37 +114,38 @@ def fit(
 ) -> Fit:
     """Estimate parameters by weighted least squares from measured curves, starting from the scene's own values.
 
-    A trial whose run fails shortens the search's step.
+    If the run of a trial fails, the search continues with a shorter step.
 
     Args:
         scene: as for ``simulate``.
         parameters: paths of the parameters.
-        time: measured times (n), s, evenly spaced from 0.
+        time: n measured times, s, evenly spaced from 0.
         measured: measured curves (n) by column name, SI units.
-        overrides: fixed changes of the scene, {path: value}.
+        overrides: changes of the scene for all runs, {path: value}.
         rtol: relative tolerance of the runs.
         runs: several measured runs, in place of ``time`` and ``measured``.
-        own: paths of parameters with their own value in each run (named ``PATH @ RUN``), such as its start.
-        noise: standard deviation of the curves, SI units, for all or by column; default: estimated for the curves of each unit.
-        bounds: {path: (low, high)}, within the bounds of the scene's numbers; None for no bound.
+        own: paths of parameters with a separate value in each run, such as start values; these are named ``PATH @ RUN``.
+        noise: standard deviation of the curves, SI units: one value for all, or {column: value}. By default it is estimated, with
+            one value for all curves of the same unit.
+        bounds: {path: (low, high)}, in addition to the bounds of the scene's numbers; None means no bound.
         priors: {path: "normal(mean, deviation)" or "lognormal(mean, deviation)"}.
         level: confidence level of the intervals, a probability.
-        intervals: whether profile-likelihood intervals are computed.
+        intervals: whether to compute profile-likelihood intervals.
 
     Returns:
         The estimates.
 
     Raises:
-        SceneError: for wrong names, lengths and numbers, and for a parameter that changes none of the curves.
-        SimulationError: where the scene's own run does not reach the last time.
+        SceneError: for wrong names, array lengths and numbers, and for a parameter that does not change any curve.
+        SimulationError: if the run with the scene's own values does not reach the last time.
     """
     loaded = scene_given(scene, overrides)
     if not 0.0 < level < 1.0:
-        raise SceneError([Problem("level", f"{level:g} is no probability", "such as 0.95")])
+        raise SceneError([Problem("level", f"{level:g} is not a probability", "such as 0.95")])
     if (time is None) == (not runs):
-        raise SceneError([Problem("runs", "either time and measured, or runs", "give one of them")])
+        raise SceneError([Problem("runs", "give either time and measured, or runs", "give one of them")])
     if runs and noise is not None:
-        raise SceneError([Problem("noise", "is given in addition to runs", "each run has its own: Measured(…, noise=…)")])
+        raise SceneError([Problem("noise", "is given in addition to runs", "each run has its own noise: MeasuredRun(…, noise=…)")])
     given = list(runs) if time is None else [MeasuredRun(time, measured or {}, {}, noise)]
     objective = make_objective(loaded, names_given(parameters), names_given(own), given, rtol, bounds, priors)
     return solve(loaded, objective, level, intervals)
@@ -154,7 +155,7 @@ def make_objective(
     scene: Scene, shared: Sequence[str], own: Sequence[str], runs: Sequence[MeasuredRun], rtol: float,
     bounds: Mapping[str, Sequence[Any]] | None = None, priors: Mapping[str, str] | None = None,
 ) -> Objective:  # fmt: skip
-    """The objective of a fit. SceneError with every problem."""
+    """The objective of a fit. SceneError lists every problem."""
     parameter_values(scene, [*shared, *own])
     named = normalise_runs(scene, runs)
     curves = ModelCurves(scene, shared, own, named, rtol)
@@ -165,7 +166,7 @@ def make_objective(
 
 
 def solve(scene: Scene, objective: Objective, level: float, intervals: bool) -> Fit:
-    """Minimise the objective, then compute intervals and groups at the minimum."""
+    """Minimise the objective, then compute the intervals and the groups of indistinguishable parameters at the minimum."""
     objective.check_influence()
     u, rounds, notes = objective.start / objective.unit, 0, []
     for again in range(MOST_SEARCHES):
@@ -196,7 +197,7 @@ def solve(scene: Scene, objective: Objective, level: float, intervals: bool) -> 
 
 
 def _intervals(profiles: Profiles, deviations: np.ndarray) -> Iterator[tuple[int, Interval]]:
-    """The interval of every parameter, by its index."""
+    """(index, interval) of every parameter."""
     names = profiles.objective.known.names
     for k, name in enumerate(names):
         log.debug("interval %d of %d, %s", k + 1, len(names), name)
@@ -244,7 +245,7 @@ def _make_fit(
 
 
 def _summarise_failures(failed: list[str]) -> list[str]:
-    """Notes of failed runs of the search: the note of a single failure, or the number of failures and the last one."""
+    """Notes on failed runs of the search: the note of a single failure, or the number of failures and the last failure."""
     if len(failed) < 2:
         return failed
     return [
@@ -253,7 +254,7 @@ def _summarise_failures(failed: list[str]) -> list[str]:
 
 
 def _correlation(seen: Spectrum) -> np.ndarray:
-    """The correlation of the parameters (m × m); NaN for those that the data do not determine."""
+    """Correlation matrix of the parameters (m × m); NaN for parameters that the data do not determine."""
     size = np.sqrt(np.diag(seen.covariance))
     size[size == 0.0] = 1.0
     out = seen.covariance / np.outer(size, size)

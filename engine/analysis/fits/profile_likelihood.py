@@ -1,7 +1,8 @@
-"""Profile-likelihood intervals: the values of a parameter at which the best fit of the others is not significantly worse.
+"""Profile-likelihood intervals: the values of a parameter for which the best fit of the other parameters is not significantly
+worse.
 
-The rise of the sum of squares along the profile is χ²(1) for given noise, and F(1, ν) for estimated noise. Both are exact for
-models linear in their parameters; there the interval is the local one.
+The rise of the sum of squares along the profile is distributed as χ²(1) for given noise, and as F(1, ν) for estimated noise. For
+models linear in their parameters this is exact, and the interval equals the local interval.
 """
 
 from __future__ import annotations
@@ -17,25 +18,27 @@ from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import SceneError, SimulationError
 
 END_TOLERANCE = 1e-3
-"""Distance of √rise from its threshold at an end, relative to the threshold; the interval's width is off by no more."""
+"""Largest difference of √rise from its threshold at an end, relative to the threshold. The relative error of the interval's width
+is not larger."""
 LEAST_DECREASE = 1e-4
-"""Expected decrease of the sum of squares, relative to the threshold's square, below which no further step is made."""
+"""Steps end if the expected decrease of the sum of squares, relative to the square of the threshold, is below this value."""
 MOST_TRIALS = 14
 MOST_STEPS = 12
 MOST_LOG_FACTOR = 3.0
-"""Largest logarithm of the factor by which a positive parameter changes in one step when it follows parameter k."""
+"""A positive parameter follows parameter k by a factor in each step. This is the largest absolute logarithm of the factor."""
 MOST_WIDENING = 2.5
 """Largest factor by which the search for an end widens its step."""
 ABRUPT = 30.0
-"""Multiple of the threshold above which √rise is not interpolated linearly."""
+"""If √rise exceeds this multiple of the threshold, it is not interpolated linearly."""
 LEAST_RISE = 0.3
-"""√rise, relative to the threshold, that a tenth of the estimate must reach for a search nearer to zero."""
+"""The search nearer to zero gives up if √rise at a tenth of the estimate, relative to the threshold, is below this value."""
 NEARLY_ZERO = 1e-6
-"""Largest size of an estimate, relative to its start value, that counts as zero."""
+"""An estimate counts as zero if its magnitude, relative to its start value, is below this value."""
 SEARCH_RANGE = 10.0
-"""Multiple of the estimate at which the search for an end gives up; for numbers of any sign, estimate ± this many sizes."""
+"""The search for an end gives up at this multiple of the estimate. For parameters of any sign, it gives up at the estimate ± this
+many magnitudes."""
 LEAST_FALL = 1e-2
-"""Fall of the sum of squares below its minimum, relative to the threshold's square, that counts as a better fit."""
+"""A fit counts as better if its sum of squares is below the minimum by this multiple of the square of the threshold."""
 Rows = np.ndarray
 
 
@@ -44,13 +47,13 @@ class Interval:
     """The confidence interval of a parameter at the fit's level, in the parameter's SI unit.
 
     Attributes:
-        low: lower end, by the profile.
-        high: upper end, by the profile.
+        low: lower end, from the profile.
+        high: upper end, from the profile.
         low_end: kind of the lower end: ``found``, ``bound`` (the data allow all values up to the parameter's bound) or ``open``
             (the data allow all values that were tried).
         high_end: kind of the upper end.
-        local: interval by the curvature at the estimate; infinite where that is zero.
-        values: values of the parameter along the profile (k).
+        local: interval from the curvature at the estimate; infinite if the curvature is zero.
+        values: k values of the parameter along the profile.
         rises: rises of the weighted sum of squares along the profile (k), dimensionless.
     """
 
@@ -63,20 +66,20 @@ class Interval:
     rises: np.ndarray
 
     def document(self) -> dict[str, Any]:
-        """As plain data; infinite ends are None."""
+        """The same data as plain lists and numbers. Infinite ends become None."""
         local = [x if math.isfinite(x) else None for x in self.local]
         return {"low": self.low, "high": self.high, "low_end": self.low_end, "high_end": self.high_end, "local": local,
                 "profile": {"values": self.values.tolist(), "rises": self.rises.tolist()}}  # fmt: skip
 
 
 def threshold(level: float, nu: float) -> float:
-    """√rise at the ends of an interval: by χ²(1), or by F(1, ν) for noise estimated with ν degrees of freedom."""
+    """√rise at the ends of an interval: from χ²(1), or from F(1, ν) for noise estimated with ν degrees of freedom."""
     stats = brought("scipy.stats", "analysis", "fit")
     return float(stats.norm.ppf(0.5 + 0.5 * level) if math.isinf(nu) else stats.t.ppf(0.5 + 0.5 * level, nu))
 
 
 class BetterFitFound(Exception):
-    """A profile found a better fit, at u (m), from which the search has to start again."""
+    """A profile found a better fit at u (m). The search must start again from u."""
 
     def __init__(self, u: np.ndarray):
         super().__init__("a better fit")
@@ -84,7 +87,7 @@ class BetterFitFound(Exception):
 
 
 class Profiles:
-    """Profiles about a minimum u (m), with residuals r and slopes J there. t: threshold of √rise."""
+    """Profiles about a minimum u (m), with the residuals r and the derivatives J at u. t: threshold of √rise."""
 
     def __init__(self, objective: Objective, u: np.ndarray, t: float):
         self.objective, self.u, self.t = objective, u, t
@@ -92,9 +95,9 @@ class Profiles:
         self.least = float(self.r @ self.r)
 
     def fit_others(self, k: int, u: np.ndarray, J: Rows) -> tuple[np.ndarray, Rows, float]:
-        """(u, J, rise) of the best fit with parameter k fixed, from u on; J follows by Broyden's update.
+        """Minimise over all parameters except k, starting from u; returns (u, J, rise). Broyden's update keeps J current.
 
-        BetterFitFound where it is below the minimum. SceneError or SimulationError where the run at u fails.
+        BetterFitFound if the sum of squares is below the minimum. SceneError or SimulationError if the run at u fails.
         """
         others = [i for i in range(len(u)) if i != k]
         r = self.objective.residuals(u)
@@ -104,7 +107,7 @@ class Profiles:
             predicted = float(r @ r - np.sum((r + J @ step) ** 2))
             if predicted <= LEAST_DECREASE * self.t**2:
                 break
-            if trial == MOST_STEPS // 2:  # slow convergence: the slopes have changed by more than the update follows
+            if trial == MOST_STEPS // 2:  # slow convergence: Broyden's update no longer approximates J
                 r, J = self.objective.slopes(u)
             try:
                 tried = self.objective.residuals(u + step)
@@ -122,7 +125,7 @@ class Profiles:
         return u, J, max(rise, 0.0)
 
     def _step(self, u: np.ndarray, others: list[int], J: Rows, r: np.ndarray, damping: float) -> np.ndarray:
-        """The Gauss–Newton step of the other parameters within their bounds, by an active set."""
+        """The Gauss–Newton step of the parameters ``others`` within their bounds, computed with an active set."""
         step, free = np.zeros(len(u)), list(others)
         low, high = self.objective.low, self.objective.high
         while free:
@@ -141,7 +144,8 @@ class Profiles:
         return step
 
     def _predict(self, k: int, u: np.ndarray, J: Rows, to: float) -> np.ndarray:
-        """u with parameter k set to a value. The other parameters follow the slopes: positive ones by factors, the rest by sums."""
+        """u with parameter k set to a value. The derivatives predict the other parameters: positive parameters change by factors,
+        the rest by sums."""
         others = [i for i in range(len(u)) if i != k]
         by_factor = (self.objective.low >= 0.0) & (u > 0.0)
         by_factor[k] &= to > 0.0
@@ -161,7 +165,8 @@ class Profiles:
         return np.clip(moved, self.objective.low, self.objective.high)
 
     def rise_at(self, k: int, to: float) -> float:
-        """The rise of the data's sum of squares, without priors, with parameter k at a value of u; NaN where the run fails."""
+        """The rise of the sum of squares of the data (without priors) if parameter k has the value ``to``, in units of u; NaN if
+        the run fails."""
         n = len(self.objective.data)
         try:
             u = self.fit_others(k, self._predict(k, self.u, self.J, to), self.J)[0]
@@ -171,7 +176,7 @@ class Profiles:
         return float(r @ r - self.r[:n] @ self.r[:n])
 
     def interval(self, k: int, deviation: float) -> Interval:
-        """The interval of parameter k. deviation: its local standard deviation in u; may be infinite."""
+        """The interval of parameter k. deviation: its local standard deviation in units of u, which may be infinite."""
         ends, points = [], [(float(self.u[k]), 0.0)]
         for sign in (-1.0, 1.0):
             end, kind, seen = self._find_end(k, sign, deviation)
@@ -186,7 +191,7 @@ class Profiles:
         return Interval(*ends_, (middle - half, middle + half), values * unit, rises)
 
     def _search_limit(self, k: int, sign: float, deviation: float) -> tuple[float, bool]:
-        """(the value up to which an end is searched, whether it is the parameter's bound)."""
+        """(limit of the search for an end, whether this limit is the parameter's bound)."""
         u, low, high = float(self.u[k]), self.objective.low[k], self.objective.high[k]
         unit = self.objective.unit
         low = max([low, *(self.u[a] * unit[a] / unit[k] for a, b in self.objective.curves.pairs if b == k)])
@@ -206,7 +211,7 @@ class Profiles:
         return (float(bound), True) if sign * (far - bound) >= 0.0 else (far, False)
 
     def _can_run(self, k: int, to: float) -> bool:
-        """Whether the run at a value succeeds."""
+        """Whether the run succeeds if parameter k has the value ``to``."""
         moved = self.u.copy()
         moved[k] = to
         try:
@@ -216,7 +221,8 @@ class Profiles:
         return True
 
     def _find_end(self, k: int, sign: float, deviation: float) -> tuple[float, str, list[tuple[float, float]]]:
-        """(end, kind, points (value, rise) of the profile) on one side, by secant steps on √rise, which is nearly linear."""
+        """(end, kind, points (value, rise) of the profile) on one side, by secant steps on √rise, which is a nearly linear
+        function."""
         far, is_bound = self._search_limit(k, sign, deviation)
         u, J, stalled = self.u, self.J, 0
         inner, outer = (float(u[k]), 0.0), None
@@ -252,11 +258,11 @@ class Profiles:
         return self._interpolate(inner, outer), "found", points
 
     def _is_near_zero(self, k: int, to: float) -> bool:
-        """Whether a positive parameter's value is below a tenth of its estimate, where the search for an end may give up."""
+        """Whether the value of a positive parameter is below a tenth of its estimate. The search for an end may give up there."""
         return bool(self.objective.low[k] == 0.0 < to <= self.u[k] / SEARCH_RANGE)
 
     def _next_value(self, k: int, inner: tuple[float, float], outer: tuple[float, float] | None, tried: float) -> float:
-        """The next value to try: between points below and above the threshold, or further out."""
+        """The next value to try: between the points below and above the threshold, or further out if no point is above it."""
         if outer is None:
             return float(self.u[k]) + (tried - float(self.u[k])) * min(
                 max(1.02 * self.t / max(inner[1], 1e-12), 1.05), MOST_WIDENING

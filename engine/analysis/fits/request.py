@@ -1,4 +1,5 @@
-"""A whole fit request: measured runs, parameters, models to compare, experiments to rank; its problems, and its answer as data."""
+"""A complete fit request (measured runs, parameters, models to compare, experiments to rank), its problems, and its answer as
+plain data."""
 
 from __future__ import annotations
 
@@ -26,9 +27,9 @@ from trunnion.scene.units.python_arguments import Amounts, names_given
 
 @dataclass(frozen=True)
 class FitRequest:
-    """A request about measured runs; attributes as for ``fit``, ``compare`` and ``propose``.
+    """A request about measured runs. Attributes as for ``fit``, ``compare`` and ``propose``.
 
-    candidates: models by name; none: one fit of the scene as it is. trials: experiments by name; none: no ranking.
+    candidates: {name: model}; if empty, one fit of the unchanged scene. trials: {name: experiment}; if empty, no ranking.
     """
 
     parameters: tuple[str, ...]
@@ -44,18 +45,18 @@ class FitRequest:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the fits: those of the candidates, or "" for a single fit of the scene as it is."""
+        """Names of the fits: the names of the candidates, or "" for a single fit of the unchanged scene."""
         return tuple(self.candidates) or ("",)
 
     def of(self, scene: Scene, name: str) -> tuple[Scene, tuple[str, ...], dict[str, Any]]:
-        """(scene, parameters, bounds and priors) of a fit. SceneError for a wrong law or wrong changes."""
+        """(scene, parameters, bounds and priors) of the fit ``name``. SceneError for a wrong law or wrong changes."""
         extra = {"bounds": self.bounds, "priors": self.priors}
         return apply_candidate(scene, self.candidates.get(name, Candidate()), self.parameters, extra)
 
 
 def request_problems(scene: Scene, q: FitRequest) -> list[Problem]:
-    """Every problem of a request; nothing is run."""
-    out = [] if 0.0 < q.level < 1.0 else [Problem("level", f"{q.level:g} is no probability", "such as 0.95")]
+    """All problems of a request. No simulation is run."""
+    out = [] if 0.0 < q.level < 1.0 else [Problem("level", f"{q.level:g} is not a probability", "such as 0.95")]
     runs, wrong = _collect(lambda: normalise_runs(scene, q.runs), "")
     out += wrong
     for name in q.names:
@@ -68,7 +69,7 @@ def request_problems(scene: Scene, q: FitRequest) -> list[Problem]:
 
 
 def _collect(work: Any, said: str) -> tuple[Any, list[Problem]]:
-    """(result of ``work``, None where it raises SceneError; its problems, prefixed by ``said``)."""
+    """(result of ``work``, problems). If ``work`` raises SceneError, the result is None; ``said`` prefixes the problems."""
     try:
         return work(), []
     except SceneError as e:
@@ -78,8 +79,8 @@ def _collect(work: Any, said: str) -> tuple[Any, list[Problem]]:
 def _fit_problems(
     made: tuple[Scene, tuple[str, ...], dict[str, Any]], q: FitRequest, runs: Sequence[MeasuredRun], said: str
 ) -> list[Problem]:
-    """Problems of one fit, given as ``FitRequest.of`` returns it. runs: the measured runs; empty where these have problems
-    themselves."""
+    """Problems of one fit, given as ``FitRequest.of`` returns it. runs: the measured runs; empty if the runs themselves have
+    problems."""
     scene, names, extra = made
     every = [*names, *q.own]
     twice = [n for n in dict.fromkeys(every) if every.count(n) > 1]
@@ -106,7 +107,8 @@ def _fit_problems(
 
 
 def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: MeasuredRun | None, said: str) -> list[Problem]:
-    """Problems of an experiment. first: the first measured run; None where other problems may be the cause of these problems."""
+    """Problems of an experiment. first: the first measured run; None if other problems may cause the problems of the
+    experiment."""
     read = Amounts()
     times = [None if x is None else read.time(x, name) for x, name in ((trial.until, "until"), (trial.every, "every"))]
     changed, wrong = _collect(lambda: apply(scene, dict(trial.overrides)), said)
@@ -125,23 +127,24 @@ def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: 
 
 
 def answer_fit(scene: Scene, q: FitRequest, name: str) -> dict[str, Any]:
-    """One fit and the experiments ranked at it, as plain data. SceneError or SimulationError where the fit fails."""
+    """One fit, and the experiments ranked at its estimate, as plain data. SceneError or SimulationError if the fit fails."""
     own, names, extra = q.of(scene, name)
     found = fit(own, names, None, None, None, q.rtol, runs=q.runs, own=q.own, level=q.level, intervals=q.intervals, **extra)
     told = found.document()
     try:
         ranked = propose(found, q.trials) if q.trials else ()
-    except SceneError as e:  # problems that exist only at the estimate
+    except SceneError as e:  # problems that occur only at the estimate
         ranked = ()
         told["notes"] += [f"experiments: {p}" for p in e.problems]
     return {"fit": told, "experiments": [p.document() for p in ranked]}
 
 
 def combine_answers(q: FitRequest, answers: Mapping[str, Mapping[str, Any]], failed: Mapping[str, str]) -> dict[str, Any]:
-    """The request's answer from the fits so far.
+    """The answer of the request from the fits so far.
 
-    answers: of the fits, as ``answer_fit`` returns them; failed: reasons of missing fits. The answer has ``fit`` (of candidates the
-    best by BIC; None: see ``why``), ``compared`` (the candidates, None without any) and ``experiments`` (the best first).
+    answers: {name: answer of ``answer_fit``}; failed: {name: reason why there is no fit}. The answer contains ``fit`` (the best
+    candidate by BIC; if None, ``why`` gives the reason), ``compared`` (the candidates; None if there are none) and ``experiments``
+    (best first).
     """
     criteria = {n: read_criteria(a["fit"]["criteria"]) for n, a in answers.items()}
     notes = {n: a["fit"]["notes"] for n, a in answers.items()}

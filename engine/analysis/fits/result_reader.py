@@ -1,4 +1,4 @@
-"""Fits, comparisons and rankings read back from their plain data."""
+"""Reads fits, model comparisons and rankings back from their plain data."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trunnion.analysis.fits.profile_likelihood import Interval
 
 
 def read_fit(d: Mapping[str, Any]) -> Fit:
-    """A fit from its document, which has no curves."""
+    """A fit from its document. The document contains no curves."""
     criteria = read_criteria(d["criteria"]) if d["criteria"] else None
     runs = tuple(CurveComparison(name, np.zeros(0), {}, {}, noise) for name, noise in d["noise"].items())
     intervals = {n: _read_interval(i) for n, i in d["intervals"].items()}
@@ -43,7 +43,7 @@ def read_ranking(d: Sequence[Mapping[str, Any]]) -> tuple[RankedExperiment, ...]
 
 
 def read_criteria(d: Mapping[str, Any]) -> Criteria:
-    """Criteria from their document."""
+    """Criteria from a document."""
     return Criteria(**{k: math.inf if v is None else v for k, v in d.items()})  # type: ignore[arg-type]
 
 

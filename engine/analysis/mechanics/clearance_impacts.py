@@ -1,8 +1,9 @@
-"""``knocks``: crossings of pins through the clearance of their bearings, and the speeds at which they hit the other side.
+"""``knocks``: crossings of pins through the clearance of their bearings, and the speeds of the impacts on the other side.
 
-Source: theory, "Clearance". A run with ideal joints gives the force R that a joint transmits. With clearance, R presses the pin
-against its bearing. The pin moves by s̈ = W R, where W is the mobility of the joint's point in the mechanism without the joint. The
-result is exact in the limit of no clearance. Contact dynamics are not modelled."""
+Source: theory, "Clearance". A run with ideal joints gives the force R that a joint transmits. In a joint with clearance, R presses
+the pin against its bearing. The pin moves by s̈ = W R, where W is the mobility of the joint's point in the mechanism without the
+joint. The result is exact in the limit of vanishing clearance. Contact dynamics are not modelled.
+"""
 
 from __future__ import annotations
 
@@ -23,47 +24,51 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model
 
 FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
-"""Number of rotations of a hinge or ball → for each freedom of the joint that also frees its point, whether it is a rotation."""
+"""Number of rotations of a hinge or ball → whether each freedom is a rotation, in the joint that has these rotations and also
+frees the point."""
 PLANES = {1: (2, 1), 3: (0, 2)}
-"""Number of rotations of a hinge or ball → the axes of the cosine and of the sine of a contact's angle."""
+"""Number of rotations of a hinge or ball → axes of the cosine and of the sine of a contact's angle."""
 REVERSES = 0.0
-"""Cosine between the pin's accelerations before and after a dip, below which the pin may cross to the other half of its bearing."""
+"""The pin may cross its bearing at a dip only if the cosine between its accelerations before and after the dip is below this
+value."""
 NEAR = 0.2
-"""Acceleration of a pin, relative to the smaller one beside a dip, below which the motion along the bearing is integrated."""
+"""Relative to the smaller of the accelerations at both ends of a dip. The motion along the bearing is integrated from the instant
+at which the pin's acceleration falls below this value."""
 LEAST = 8
-"""Rows between two maxima of the force below which a dip is too short to be resolved."""
+"""Least number of rows between two maxima of the force. A shorter dip is not resolved and is skipped."""
 STEPS = 400
-"""Number of instants of a flight at which its end is searched."""
+"""Number of instants of a flight that are checked for the impact."""
 ROUND_OFF = 1e-9
-"""Distance inside the bearing, relative to the square of the clearance, from which the pin has left its side."""
+"""The pin has left its side if it is inside the circle by this amount, relative to the square of the clearance."""
 ACROSS = 1.0
-"""Shortest crossing that counts, in clearances: the chord of a sixth of the circle."""
+"""Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""Part of the last acceleration across the first one, below which the acceleration reverses on a straight line."""
+"""The acceleration reverses on a straight line if the part of the last acceleration across the first acceleration is below this
+value."""
 FINE = 1e-9
-"""Relative tolerance of the motion along a bearing."""
+"""Relative tolerance for the motion along a bearing."""
 DEGREE = 5
 """Degree of the splines through the pin's acceleration."""
 USE = "the motion of pins through their clearance"
 LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "end_stops", "latch", "motor", "wear", "start")
-"""Keys of joints that do not affect the accelerations caused by a force."""
+"""Keys of joints that do not affect the acceleration caused by a force."""
 
 
 @dataclass(frozen=True)
 class ClearanceImpact:
-    """A pin that crosses its bearing.
+    """A crossing of a pin through its bearing, which ends with an impact.
 
     Attributes:
         joint: name of the joint.
         time: time at which the pin leaves its side, s.
-        turn: angle around the bearing between the two sides, rad.
-        way: length of the crossing, m.
-        flight: duration, s.
-        speed: speed along the normal at the impact, m/s.
+        turn: angle around the bearing from the departure to the impact, rad.
+        way: distance between the points of departure and impact, m.
+        flight: duration of the crossing, s.
+        speed: normal component of the speed at the impact, m/s.
         mass: effective mass along the normal, kg.
         energy: kinetic energy of ``mass`` at ``speed``, J.
         normal: outward normal on the pin at the impact (3, inboard joint frame).
-        angle: angle of the normal, as in columns of contacts, rad.
+        angle: angle of the normal, rad, defined as in the columns of contacts.
     """
 
     joint: str
@@ -78,21 +83,21 @@ class ClearanceImpact:
     angle: float
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         return asdict(self)
 
 
 def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[ClearanceImpact]:
     """All knocks of a run, ordered by time.
 
-    The result needs coordinates and reactions of the hinges and balls, which the default outputs have.
+    The result needs the coordinates and reactions of the hinges and balls, which the default outputs contain.
 
     Args:
         result: the run.
-        clearance: radial clearance, m, of every hinge and ball, or by joint.
+        clearance: radial clearance, m: one value for all hinges and balls, or {joint: value}.
 
     Raises:
-        SceneError: for other joints, clearances that are not positive, and missing columns.
+        SceneError: for joints that are not hinges or balls, clearances that are not positive, and missing columns.
     """
     able = {n: j for n, j in result.scene.joints.items() if _freed(j)}
     asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
@@ -111,7 +116,7 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Clear
 def _why_not(j: sm.Joint | None) -> str:
     """The reason why a joint's clearance cannot be analysed."""
     if j is None:
-        return "is no joint of this scene"
+        return "is not a joint of this scene"
     kind = REGISTRY[j.type]
     if not kind.friction:
         return f"has no contacts ({j.type} joints have none), and so no clearance"
@@ -119,7 +124,8 @@ def _why_not(j: sm.Joint | None) -> str:
 
 
 def _freed(j: sm.Joint) -> JointKind | None:
-    """The joint type that has the rotations of a hinge or ball and frees its point across the pin; None for other joints."""
+    """For a hinge or ball, the joint type with the same rotations that also frees the point (for a hinge only across the pin).
+    None for other joints."""
     kind = REGISTRY[j.type]
     turning = all(kind.turns(k) for k in range(kind.nv)) and not kind.pitched and kind.rolls is None
     wanted = FREED.get(kind.nv) if turning else None
@@ -127,7 +133,7 @@ def _freed(j: sm.Joint) -> JointKind | None:
 
 
 def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
-    """The impacts of a joint's pin, searched at each dip of its reaction force. c: clearance, m."""
+    """The impacts of a joint's pin, searched at each dip of the joint's reaction force. c: clearance, m."""
     force = np.column_stack([r[f"{name}.reaction.force[{k}]"] for k in (1, 2, 3)])
     size, moves = np.linalg.norm(force, axis=1), mobility(r, name)
     tops = [0, *(i for i in range(1, len(r) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(r) - 1]
@@ -157,10 +163,12 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
 
 
 def mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
-    """A function of a row's number that gives the mobility of a joint's point, m/s² per N (3 × 3, inboard joint frame).
+    """A function that returns the mobility of a joint's point for the row with a given index, m/s² per N (3 × 3, inboard joint
+    frame).
 
-    The mobility is the relative acceleration of the joint's two points, freed from each other, for each force between them. It is
-    zero along the axis of a hinge."""
+    The joint's two points are freed from each other. The mobility maps a force between them to their relative acceleration. It is
+    zero along the axis of a hinge.
+    """
     free = _freed(r.scene.joints[name])
     assert free is not None, name
     ways = [k for k in range(free.nv) if not free.turns(k)]
@@ -189,10 +197,12 @@ def mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
 def _crossing(
     time: np.ndarray, driven: np.ndarray, c: float, begin: float
 ) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
-    """(time at which the pin leaves its side, duration of the flight, normal speed at the impact, positions at both, 3 each, m).
+    """(time of departure, duration of the flight, normal speed at the impact, position at departure, position at impact);
+    positions (3) in m.
 
-    None where the pin does not cross. time (n), s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s,
-    at which the pin rests on the bearing. Its motion along the bearing is critically damped."""
+    None if the pin does not cross. time (n): s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s, at
+    which the pin rests on the bearing. Its motion along the bearing is critically damped.
+    """
     solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
     make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline
 
@@ -228,9 +238,11 @@ def _crossing(
 
 
 def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tuple[float, float, np.ndarray]:
-    """(duration, normal speed, position) of a flight from s0 with velocity v0 and acceleration a(t) to the circle through s0.
+    """(duration, normal speed, position) at the end of a flight to the circle through s0. The flight starts at s0 with velocity v0
+    and has acceleration a(t).
 
-    NaN where the point does not reach the circle before ``end``."""
+    NaN if the point does not reach the circle before ``end``.
+    """
     brentq = brought("scipy.optimize", "analysis", USE).brentq
 
     rate, way = a.antiderivative(1), a.antiderivative(2)
@@ -239,10 +251,10 @@ def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tu
         return np.asarray(v0 * (t - at) + way(t) - way(at) - rate(at) * (t - at))
 
     def outside(t: float) -> float:
-        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancelling
+        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancellation
 
     inside = False
-    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at the beginning, for short flights
+    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at the beginning, to resolve short flights
     for before, t in pairwise(ts):
         inside |= outside(before) < -ROUND_OFF * float(s0 @ s0)
         if inside and outside(t) >= 0.0:

@@ -1,4 +1,5 @@
-"""``equilibrium``: where a mechanism comes to rest, and with friction the band of positions in which it stays."""
+"""``equilibrium``: the pose in which a mechanism comes to rest, and with friction the range of positions in which it stays at
+rest."""
 
 from __future__ import annotations
 
@@ -22,27 +23,29 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
 
 SWINGS = 60
-"""Largest number of swings. Each is stopped at its largest speed, and has about a tenth of the energy of the previous swing."""
+"""Largest number of swings. Each swing is stopped at its largest speed. The next swing then has about a tenth of the energy."""
 SETTLED = 1e-4
-"""Kinetic energy, relative to its scale, below which Newton's method finishes the search."""
+"""Newton's method finishes the search once the kinetic energy, relative to its scale, is below this value."""
 FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
-"""Search for the end of a band: first and longest step and largest distance (rad, or relative to the scene's length), growth of the
-steps. Between three points the share of friction has one maximum."""
+"""Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
+LONGEST: longest step; FAR: largest distance. Within three consecutive points the share of friction has at most one maximum."""
 EXACT = 1e-14
 NEUTRAL = 1e-9
-"""Stiffness, relative to the largest, below which a direction has none (round-off leaves 1e-13)."""
+"""A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
+1e-13)."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """The range of a coordinate in which friction holds the mechanism, the other coordinates at equilibrium and loops closed.
+    """The range of a coordinate in which friction holds the mechanism. The other coordinates are those of the equilibrium, with
+    loops closed.
 
     Attributes:
         coordinate: name of the coordinate.
-        low: lower end, rad or m; None where no end was found. For a ball: rotation from the equilibrium about an axis of its
-            inboard frame.
-        high: upper end.
-        first: the joints that slip first at the two ends.
+        low: lower end, rad or m; None if no end was found. For a ball joint: rotation from the equilibrium about an axis of the
+            joint's inboard frame.
+        high: upper end, as for ``low``.
+        first: the joint that slips first, at each of the two ends.
     """
 
     coordinate: str
@@ -57,8 +60,8 @@ class Equilibrium:
 
     Attributes:
         q: coordinates of tree joints by name, rad or m.
-        kind: "stable", "neutral" (poses beside it are poses of rest, too) or "unstable".
-        bands: ranges of rest with friction, one for each chosen coordinate.
+        kind: "stable", "neutral" (neighbouring poses are also poses of rest) or "unstable".
+        bands: ranges of rest with friction, one range for each chosen coordinate.
     """
 
     q: dict[str, tuple[float, ...]]
@@ -66,22 +69,22 @@ class Equilibrium:
     bands: tuple[Band, ...]
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         return asdict(self)
 
 
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
-    """The pose in which the mechanism comes to rest from its start, without friction, with held drives and the loads of t = 0.
+    """The pose in which the mechanism without friction comes to rest from its start. Drives are held; loads are those of t = 0.
 
     Args:
         scene: as for ``simulate``.
-        along: joints for which bands of rest with friction are computed; default: the tree joints with friction, or all tree
-            joints where none has friction; () for none.
+        along: joints for which bands of rest with friction are computed; () means no joint. Default: the tree joints with
+            friction, or all tree joints if no tree joint has friction.
         overrides: changes of the scene, {path: value}.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: where the mechanism has no rest: it falls, or its loops cannot be closed.
+        SimulationError: if the mechanism does not come to rest (it falls), or if its loops cannot be closed.
     """
     loaded = scene_given(scene, overrides)
     wanted = (along,) if isinstance(along, str) else along
@@ -91,7 +94,7 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
     q = coordinates(still)
     bands, moving = [], [j.name for j in still.system.tree]
     if cut := [n for n in wanted or () if n not in moving]:
-        what, hint = "closes a loop or couples others: it has no coordinate of its own", f"choose among: {', '.join(moving)}"
+        what, hint = "closes a loop or couples joints, so it has no coordinate of its own", f"choose among: {', '.join(moving)}"
         raise SceneError([Problem(f"along {n}", what, hint) for n in cut])
     rubbing = [j for j in still.system.tree if loaded.joints[j.name].friction is not None]
     rubbing = rubbing or [j for j in still.system.tree if any(k in j.free for k in range(j.kind.nv))]
@@ -112,20 +115,22 @@ def _kind(still: Still) -> str:
 
 
 def coordinates(still: Still) -> dict[str, tuple[float, ...]]:
-    """Coordinates of tree joints that are states, rad or m, by joint."""
+    """Coordinates that are states, {tree joint: values in rad or m}."""
     y = still.block.y
     return {j.name: tuple(map(float, y[j.q0 : j.q0 + len(state_coordinates(j))])) for j in still.system.tree if j.kind.nv}
 
 
 def find_rest(scene: sm.Scene) -> Still:
-    """The scene in its pose of rest. Swings are stopped at their largest speed; Newton's method makes the pose exact.
+    """The scene in its pose of rest. Swings are stopped at their largest speed until little energy is left. Newton's method then
+    finds the exact pose.
 
-    SimulationError where no rest is found."""
+    SimulationError if no pose of rest is found.
+    """
     still = Still(scene)
     numbers = still.model.built.numbers
     if np.abs(still.accelerations()).max(initial=0.0) > EXACT * numbers.rate**2:
         watched = ("energy.kinetic", "*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
-        ended = any(x is not None for j in scene.joints.values() for x in (j.end_stops, j.latch))  # shorter than a row lasts
+        ended = any(x is not None for j in scene.joints.values() for x in (j.end_stops, j.latch))  # shorter than row spacing
         for _ in range(SWINGS):
             spell = 1.0 / numbers.rate
             r = simulate(scene, until=8.0 * spell, every=0.0 if ended else 0.02 * spell, rtol=1e-8, outputs=watched)
@@ -146,18 +151,18 @@ def find_rest(scene: sm.Scene) -> Still:
 
 
 def _row_values(r: Result, row: int, of: str, joints: Iterable[str]) -> dict[str, np.ndarray]:
-    """The values of joints' columns ``of`` in a row, by joint."""
+    """In one row, the values of the columns ``of`` of each joint, {joint: values}."""
     return {n: np.array([r[c][row] for c in r.matching(f"{n}.{of}[*]")]) for n in joints}
 
 
 def _fastest(kinetic: np.ndarray) -> int | None:
-    """The row of the first maximum of the kinetic energy; None where it only rises."""
+    """Row of the first maximum of the kinetic energy; None if the energy only rises."""
     slower = np.flatnonzero(np.diff(kinetic) < 0.0)
     return int(slower[0]) if len(slower) else None
 
 
 def start_at(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
-    """The scene with start coordinates q (rad or m, by joint), at rest."""
+    """The scene at rest, with start coordinates q ({joint: values in rad or m})."""
     joints = {}
     for name, j in scene.joints.items():
         values = () if REGISTRY[j.type].bodiless else tuple(map(float, q.get(name, ())))
@@ -167,7 +172,7 @@ def start_at(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
 
 
 def engage_latches(scene: sm.Scene, down: Mapping[str, np.ndarray]) -> sm.Scene:
-    """The scene with latches engaged at its start. down: the tooth of each latch (from 1; 0: disengaged), by joint."""
+    """The scene with latches engaged at its start. down: {joint: tooth of each latch}, counted from 1; 0 means disengaged."""
     joints = {}
     for name, j in scene.joints.items():
         states, latches = iter(down.get(name, ())), j.latch if isinstance(j.latch, tuple) else (j.latch,)
@@ -177,18 +182,18 @@ def engage_latches(scene: sm.Scene, down: Mapping[str, np.ndarray]) -> sm.Scene:
 
 
 def _engage(x: sm.Latch, tooth: int) -> sm.Latch:
-    """A latch that begins on a tooth (from 1; 0: disengaged), which becomes its first."""
+    """The latch, starting on ``tooth`` (counted from 1; 0 means disengaged). This tooth becomes the first tooth of the latch."""
     further = (x.pitch or 0.0) * max(tooth - 1, 0)
     return replace(x, at=x.at + (further if x.keeps == "above" else -further), down=tooth > 0)
 
 
 def copy_latches(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
-    """The scene with the latches of ``still``."""
+    """The scene with the latches of the scene ``still``."""
     return replace(scene, joints={n: replace(j, latch=still.joints[n].latch) for n, j in scene.joints.items()})
 
 
 class _BandSearch:
-    """Searches the ranges of rest with friction near an equilibrium, pose by pose."""
+    """Searches the ranges of rest with friction, starting from an equilibrium."""
 
     def __init__(self, scene: sm.Scene, still: Still):
         held = copy_latches(hold_drives(scene)[0], still.scene)
@@ -196,7 +201,7 @@ class _BandSearch:
         self.built, self.moves = self.model.built, ""
 
     def bands(self, joint: Joint) -> list[Band]:
-        """The bands of a joint's freedoms."""
+        """The bands of all free coordinates of a joint."""
         j = next(x for x in self.model.system.tree if x.name == joint.name)
         return [self._band(j, k) for k in range(j.kind.nv) if k in j.free]
 
@@ -233,8 +238,8 @@ class _BandSearch:
         return None, ""
 
     def _excess(self, j: Joint, k: int, way: float) -> float:
-        """Largest share (friction over capacity) of any pair, minus 1, with freedom k moved by ``way``, rad or m; 1 for
-        impossible poses."""
+        """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. An
+        impossible pose gives 1."""
         q, numbers = self.at.copy(), self.built.numbers
         at = state_coordinates(j)
         if j.kind.coordinate_of(k) >= 0:
@@ -263,7 +268,7 @@ class _BandSearch:
 
 
 def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> tuple[float, float]:
-    """A place between a and b with f > 0, or the maximum of f there, found by golden sections to ``near``; and f at that place."""
+    """(x, f(x)) between a and b: a point with f > 0, or else the maximum of f. Golden sections locate the maximum to ``near``."""
     part = 0.5 * (math.sqrt(5.0) - 1.0)
     x, y = b - part * (b - a), a + part * (b - a)
     fx, fy = f(x), f(y)
@@ -280,10 +285,10 @@ def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> t
 
 
 def _find_root(f: Callable[[float], float], a: float, b: float, near: float) -> float:
-    """The root of f between a and b, at which f has opposite signs. The error is below ``near``; the Illinois method with
-    bisections is used.
+    """The root of f between a and b, where f has opposite signs, to within ``near``. Uses the Illinois method with bisections.
 
-    SciPy's root finders are not part of the plain installation."""
+    SciPy's root finders are not part of the plain installation.
+    """
     fa, fb = f(a), f(b)
     for n in range(200):
         x = 0.5 * (a + b) if n % 3 == 2 or fb == fa else b - fb * (b - a) / (fb - fa)
@@ -299,7 +304,8 @@ def _find_root(f: Callable[[float], float], a: float, b: float, near: float) -> 
 
 
 def _rotate(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:
-    """The quaternion (4), followed by a rotation by ``angle``, rad, about an axis (0 to 2) of the inboard frame."""
+    """The orientation ``quaternion`` (4), followed by a rotation by ``angle``, rad, about an axis (0 to 2) of the inboard
+    frame."""
     c, s = math.cos(angle / 2), math.sin(angle / 2)
     turn = np.zeros(3)
     turn[axis] = s

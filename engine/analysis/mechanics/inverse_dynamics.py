@@ -1,4 +1,4 @@
-"""``inverse``: the drive efforts of a given motion, friction included."""
+"""``inverse``: the drive efforts that produce a given motion, including friction."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
 
 DEGREE = 5
-"""Degree of the splines through coordinates without given rates or accelerations; their error is of fourth order in the spacing."""
+"""Degree of the splines through coordinates whose rates or accelerations are not given. The error of the splines is of fourth
+order in the spacing of the times."""
 ORDERS = ("q", "qd", "qdd")
 
 
 @dataclass(frozen=True)
 class InverseDynamics:
-    """Columns over time.
+    """The computed columns over time.
 
     Attributes:
-        time: times (n), s.
-        names: names of the columns (c).
-        units: units of the columns (c).
-        values: values (n × c), in their units; NaN where the pose or its forces have no solution.
-        missing: the times without a solution, with reasons.
+        time: the n times, s.
+        names: names of the c columns.
+        units: units of the c columns.
+        values: values (n × c) in these units; NaN at times at which the pose or its forces have no solution.
+        missing: one text for each time without a solution, with the reason.
     """
 
     time: np.ndarray
@@ -43,11 +44,11 @@ class InverseDynamics:
     missing: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column (n)."""
+        """Values of a column (n)."""
         return self.values[:, self.names.index(name)]
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         return {
             "time": self.time.tolist(), "names": list(self.names), "units": list(self.units), "values": self.values.tolist(),
             "missing": list(self.missing),
@@ -58,22 +59,22 @@ def inverse(
     scene: Given, time: Sequence[float] | np.ndarray, motion: Mapping[str, Any], outputs: Names | None = None,
     overrides: Mapping[str, Any] | None = None,
 ) -> InverseDynamics:  # fmt: skip
-    """The efforts that drive the joints through a motion.
+    """The drive efforts that move the joints through a prescribed motion.
 
-    The other joints follow; a closed loop needs as many prescribed freedoms as it has. Springs, dampers, end stops, loads and
-    friction act as in a run. The scene's own effort on a prescribed freedom is ignored.
+    The motion of the other joints follows from the equations. In a closed loop all degrees of freedom must be prescribed.
+    Springs, dampers, end stops, loads and friction act as in a run. The scene's own effort on a prescribed freedom is ignored.
 
     Args:
         scene: as for ``simulate``.
-        time: increasing times (n), s.
+        time: n increasing times, s.
         motion: coordinates ``JOINT.q[k]`` (n) of the prescribed freedoms, and optionally rates ``JOINT.qd[k]`` and accelerations
-            ``JOINT.qdd[k]``; rad or m, s. Without them a spline of degree 5 through the coordinates gives them.
+            ``JOINT.qdd[k]``; rad or m, s. Missing rates and accelerations are taken from a spline of degree 5.
         outputs: patterns of columns; default: efforts of the drives, and all columns of contacts.
         overrides: changes of the scene, {path: value}.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: where no time has a solution.
+        SimulationError: if there is no solution at any time.
     """
     loaded = scene_given(scene, overrides)
     t = np.asarray(time, float)
@@ -86,10 +87,10 @@ Freedom = tuple[str, int]
 
 
 def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[Freedom, np.ndarray]:
-    """For each prescribed freedom its coordinate, rate and acceleration (3 × n)."""
+    """The coordinate, rate and acceleration (3 × n) of each prescribed freedom."""
     problems = []
     if t.ndim != 1 or len(t) < 2 or not np.all(np.diff(t) > 0.0):
-        problems.append(Problem("time", "two times at least, increasing"))
+        problems.append(Problem("time", "at least two increasing times are needed"))
     given: dict[Freedom, dict[str, np.ndarray]] = {}
     for name, values in motion.items():
         joint, _, rest = name.rpartition(".")
@@ -133,8 +134,8 @@ def _completed(t: np.ndarray, have: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def _driven(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> sm.Scene:
-    """The scene with a drive on each prescribed freedom: a ramp, to which ``_rows`` gives the coordinate, rate and acceleration of
-    each time."""
+    """The scene with a drive on each prescribed freedom. The drive is a ramp; ``_rows`` sets the ramp to the coordinate, rate and
+    acceleration of each time."""
     joints = dict(scene.joints)
     for (name, k), (q, v, a) in ((f, c[:, 0]) for f, c in curves.items()):
         j = joints[name]
@@ -154,7 +155,7 @@ def _usual(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> tuple[str, 
 
 
 def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> InverseDynamics:
-    """The columns at each time. At each time, assembly of the other joints starts from the previous pose."""
+    """The columns at each time. The assembly of the other joints starts from the pose of the previous time."""
     table = model.built.parameters
     places = {}
     for freedom in curves:
@@ -186,6 +187,6 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
 
 
 def _entry(model: Model, freedom: Freedom) -> str:
-    """The index of a freedom's drive in the scene, "[k]"; "" where the joint has one freedom."""
+    """The index "[k]" of a freedom's drive in the scene; "" if the joint has one freedom."""
     name, k = freedom
     return f"[{k + 1}]" if isinstance(model.built.scene.joints[name].drive, tuple) else ""

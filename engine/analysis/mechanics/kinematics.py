@@ -22,7 +22,7 @@ MOTION = (
     "*.q[*]", "*.qd[*]", "*.qdd[*]", "*.position[*]", "*.velocity[*]", "*.acceleration[*]", "*.orientation[*]",
     "*.angular_velocity[*]", "*.length", "*.offset[*]", "*.turn[*]",
 )  # fmt: skip
-"""Columns that do not depend on masses."""
+"""Patterns of the columns that do not depend on masses."""
 
 
 def kinematics(
@@ -38,14 +38,14 @@ def kinematics(
         until: end time, s.
         every: spacing of the rows, s.
         rtol: relative tolerance.
-        outputs: patterns of columns of motion; default: all.
+        outputs: patterns of columns of motion; default: all columns of motion.
         overrides: changes of the scene, {path: value}.
 
     Returns:
         The motion.
 
     Raises:
-        SceneError: for wrong input, and where the drives leave a freedom open.
+        SceneError: for wrong input, and if a freedom is not determined by the drives.
     """
     bare = prescribed(scene_given(scene, overrides, massless=True))
     wanted = moving_columns(bare) if outputs is None else names_given(outputs)
@@ -53,7 +53,7 @@ def kinematics(
 
 
 def prescribed(scene: sm.Scene) -> sm.Scene:
-    """The scene without loads, friction and stiffnesses. SceneError where its drives leave a freedom open."""
+    """The scene without loads, friction and stiffnesses. SceneError if a freedom is not determined by the drives."""
     bare = without_forces(scene)
     still = Still(bare)
     left = still.allowed()
@@ -61,10 +61,10 @@ def prescribed(scene: sm.Scene) -> sm.Scene:
         free = [n for n, moves in zip(still.freedoms, np.abs(left).max(axis=1) > 1e-9, strict=True) if moves]
         names = ", ".join(n.replace(".qd", ".q") for n in free)
         what = f"{left.shape[1]} freedom{'s are' if left.shape[1] > 1 else ' is'} not driven, among {names}"
-        raise SceneError([Problem("joints", what, "give as many of these joints a drive (constant, ramp, move, harmonic, table)")])
+        raise SceneError([Problem("joints", what, "add that many drives to these joints (constant, ramp, move, harmonic, table)")])
     return bare
 
 
 def moving_columns(scene: sm.Scene) -> tuple[str, ...]:
-    """The columns of motion that a scene has."""
+    """The columns of motion of the scene."""
     return tuple(c.name for c in select(columns(build(scene).system), MOTION))

@@ -1,4 +1,4 @@
-"""``linearize``: the matrices of the linear system near a state of a scene's motion, by exact derivatives."""
+"""``linearize``: the matrices of the linear system near a state of a scene's motion, from exact derivatives."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from trunnion.system.structure.external_value_layout import TABLE
 class Linearization:
     """The linear system δẋ = A δx + B δu, δy = C δx + D δu, in SI units.
 
-    The four coordinates of a quaternion are not independent, nor are the states of closed loops.
+    The states are not independent if they contain the four coordinates of a quaternion or if the mechanism has closed loops.
 
     Attributes:
         time: time, s.
-        states: names of the states (n): coordinates of the tree joints, then their rates.
-        inputs: names of the inputs (m).
-        outputs: names of the outputs (p).
+        states: names of the n states: coordinates of the tree joints, their rates, then friction states of bristles.
+        inputs: names of the m inputs.
+        outputs: names of the p outputs.
         A: state matrix (n × n).
         B: input matrix (n × m).
         C: output matrix (p × n).
@@ -57,7 +57,7 @@ class Linearization:
     dx: np.ndarray
 
     def save(self, file: str | Path) -> Path:
-        """Write matrices and names to a file, .npz or otherwise JSON, by its suffix. Returns the path."""
+        """Write matrices and names to a file: .npz for this suffix, JSON for any other suffix. Returns the path."""
         path = Path(file)
         data = {k: getattr(self, k) for k in self.__dataclass_fields__}
         if path.suffix == ".npz":
@@ -75,24 +75,24 @@ def linearize(
     overrides: Mapping[str, Any] | None = None,
     rtol: Amount | None = None,
 ) -> Linearization:
-    """Run the scene to an instant and linearise there.
+    """Run the scene up to an instant and linearise its equations at this state.
 
-    Integrals, counts and modes of friction have no derivative: their rows are zero. An input that prescribes a motion acts through
-    the acceleration with which the motion follows it.
+    Integrals, counts and friction modes have no derivative: their rows are zero. For an input that prescribes a motion, the
+    columns of B and D refer to the acceleration with which the motion follows the input.
 
     Args:
         scene: as for ``simulate``.
         at: the instant, s.
-        outputs: patterns of columns; default: the scene's.
+        outputs: names or patterns of columns; default: the outputs of the scene.
         overrides: changes of the scene, {path: value}.
         rtol: relative tolerance of the run.
 
     Returns:
-        The matrices and their names.
+        The matrices, with the names of their rows and columns.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: where the run ends before the instant.
+        SimulationError: if the run ends before the instant.
     """
     loaded, read = scene_given(scene, overrides), Amounts()
     time, tolerance = read.time(at, "at"), read.number(rtol or loaded.simulation.rtol, "rtol")
@@ -117,7 +117,7 @@ def _run_to(model: Model, at: float, settings: Settings) -> None:
 
 
 class _Point:
-    """The block at the point of linearisation, with its unit for directional derivatives."""
+    """The block at the point of linearisation, with the compiled unit for directional derivatives."""
 
     def __init__(self, model: Model):
         self.model, self.block = model, model.block
@@ -125,7 +125,7 @@ class _Point:
         self.unit = model.kernel.linear(model.columns)
 
     def along(self, inputs: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(δẋ, δcolumns) for changes ``dy`` of the states and ``inputs`` of the inputs' signals."""
+        """(δẋ, δcolumns) for the changes ``dy`` of the states and ``inputs`` of the signals of the inputs."""
         rates, columns = np.zeros(self.block.ny + 1), np.zeros(len(self.model.columns) + 1)
         inputs, dy = np.append(inputs, 0.0), np.append(dy, 0.0)
         places = [a.ctypes.data_as(ctypes.c_void_p) for a in (inputs, dy, rates, columns)]
@@ -134,12 +134,12 @@ class _Point:
         return rates[:-1], columns[:-1]
 
     def linearization(self) -> Linearization:
-        """The linear system, by unit changes of every state and input."""
+        """The linear system, from unit changes of every state and every input."""
         block, system = self.block, self.model.system
         ny, names = block.ny, system.inputs
         row = np.zeros(block.width)
         if block.row(row) != OK:
-            raise SimulationError("the outputs here are out of the range of numbers: check masses and loads")
+            raise SimulationError("an output at this state is too large for a number: check masses and loads")
         x, (dx, _) = block.y[:ny].copy(), block.evaluate()
         states = [self.along(np.zeros(TABLE * len(names)), e) for e in np.eye(ny)]
         inputs = [self.along(s, np.zeros(ny)) for s in self._input_seeds()]
@@ -151,7 +151,8 @@ class _Point:
         return Linearization(block.time, states_, tuple(names), columns, A, B, C, D, x, u, row[1:], dx.copy())
 
     def _input_seeds(self) -> list[np.ndarray]:
-        """For each input, the effect of a unit change on its signal: on the value, or on the acceleration of a motion."""
+        """For each input, the effect of a unit change on the input's signal: on its value, or on the acceleration of a prescribed
+        motion."""
         out = []
         tables = self.model.built.numbers.tables
         for i in range(len(self.model.system.inputs)):
@@ -164,7 +165,7 @@ class _Point:
 
 
 def state_names(model: Model) -> tuple[str, ...]:
-    """Names of the state: coordinates of the tree joints, rates, friction ratios of bristles (σ0 z)."""
+    """Names of the states: coordinates of the tree joints, rates, and friction ratios of bristles (σ0 z)."""
     tree = model.system.tree
     q = [f"{j.name}.q[{i + 1}]" for j in tree for i in state_coordinates(j)]
     b = [f"{j.name}.friction.bristle_ratio[{k + 1}]" for j in model.system.frictional for k in range(j.kind.nv)

@@ -1,5 +1,5 @@
-"""Matrices of a mechanism at rest: mass matrix, derivatives of the accelerations by coordinates and rates, basis of the rates
-that the loops allow."""
+"""Matrices of a mechanism at rest: the mass matrix, the derivatives of the accelerations, and a basis of the rates that the loops
+allow."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 RANK = 1e-9
-"""Singular value, relative to the largest, below which a direction counts as zero (round-off 1e-14, real directions 1e-6)."""
+"""A singular value counts as zero below this multiple of the largest (round-off is 1e-14; real directions exceed 1e-6)."""
 CLOSE = 1e-13
-"""Step of Newton's method, relative to the scales of rest, that counts as round-off."""
+"""A step of Newton's method, relative to the scales at rest, counts as round-off below this value."""
 
 
 def remove_friction(scene: sm.Scene) -> sm.Scene:
-    """The scene without friction, its drives held at their start."""
+    """The scene without friction, with its drives held at their start."""
     joints = {n: replace(j, friction=None, ends=None) for n, j in scene.joints.items()}
     return hold_drives(replace(scene, joints=joints))[0]
 
 
 class Still:
-    """A scene at rest in its start pose, with closed loops. SimulationError where the loops cannot be closed."""
+    """A scene at rest in its start pose, with closed loops. SimulationError if the loops cannot be closed."""
 
     def __init__(self, scene: sm.Scene):
         self.scene, self.model = scene, Model(scene, ("energy.kinetic",))
@@ -51,26 +51,27 @@ class Still:
 
     @property
     def freedoms(self) -> tuple[str, ...]:
-        """Names of the rates of all tree joints, in the state's order."""
+        """Names of the rates of all tree joints, in the order of the state vector."""
         return state_names(self.model)[self.system.nq : self.system.nq + self.system.nv]
 
     def accelerations(self) -> np.ndarray:
-        """q̈ of all free rates (nv) at rest."""
+        """Accelerations q̈ of all free rates (nv) at rest."""
         return self.block.evaluate()[0][self.system.nq : self.system.nq + self.system.nv].copy()
 
     def derivatives(self) -> tuple[np.ndarray, np.ndarray]:
-        """(derivatives of q̈ by displacements along each rate, ∂q̈/∂q̇), nv × nv each."""
+        """Derivatives of q̈ by displacements along each rate and by the rates q̇, each nv × nv."""
         nq, nv = self.system.nq, self.system.nv
         D = self.block.derivatives()[:, : nq + nv]
         return D[nq : nq + nv, :nq] @ D[:nq, nq:], D[nq : nq + nv, nq:]
 
     def closing(self) -> np.ndarray:
-        """Rates of the loops' constraint rows, by each rate (rows × nv)."""
+        """Jacobian of the loop constraints: rates of the constraint rows per unit of each rate (rows × nv)."""
         nv, probe = self.system.nv, Probe(self.block)
         return np.array([probe.rates(e)[1] for e in np.eye(nv)]).reshape(nv, -1).T
 
     def allowed(self, locked: Sequence[np.ndarray] = ()) -> np.ndarray:
-        """An orthonormal basis of the rates that the loops allow (nv × freedoms). locked: further rows that must be zero."""
+        """An orthonormal basis of the rates that the loops allow (nv × freedoms). locked: further rows (over nv) that must be
+        zero."""
         nv, closing = self.system.nv, self.closing()
         rows = np.vstack([closing, *locked]) if len(locked) else closing
         if not rows.size:
@@ -80,7 +81,7 @@ class Still:
         return Vt[rank:].T
 
     def reduced(self, locked: Sequence[np.ndarray] = ()) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(K, C, basis (nv × freedoms)) of s̈ = K s + C ṡ for the freedoms s that the loops allow."""
+        """(K, C, basis (nv × freedoms)) of the equation s̈ = K s + C ṡ, where s are the freedoms that the loops allow."""
         basis, M = self.allowed(locked), self.mass()
         K, C = self.derivatives()
         if not basis.size:
@@ -93,7 +94,7 @@ class Still:
         return mass_matrix(Probe(self.block), self.system.nv)
 
     def move(self, way: np.ndarray) -> None:
-        """Move the coordinates along rates (nv) for 1 s, and normalise quaternions."""
+        """Move the coordinates along the rates ``way`` (nv) for 1 s, then normalise the quaternions."""
         nq, y = self.system.nq, self.block.y
         T = self.block.derivatives()[:nq, nq : nq + self.system.nv]
         y[:nq] += T @ way
@@ -103,7 +104,7 @@ class Still:
                 y[at : at + 4] /= np.linalg.norm(y[at : at + 4])
 
     def settle(self, rounds: int = 40) -> bool:
-        """Newton's method for a pose without accelerations and with closed loops. Returns whether it converged."""
+        """Find a pose without accelerations and with closed loops by Newton's method. Returns whether it converged."""
         numbers, nq = self.model.built.numbers, self.system.nq
         scale = numbers.rate**2
         last = np.inf

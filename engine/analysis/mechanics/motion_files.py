@@ -1,4 +1,4 @@
-"""Motions from files: columns of coordinates over time."""
+"""Reads motions from files: columns of coordinates over time."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ COLUMN = re.compile(r"(?P<joint>.+)\.(q|qd|qdd)\[(?P<freedom>\d+)\]")
 
 
 def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """(times (n), s; coordinates, rates and accelerations (n) by column name) of a result table or of a CSV file with names.
+    """Read a motion from a result table, or from a CSV file with column names. Returns the times (n), s, and the coordinates,
+    rates and accelerations (n) by column name.
 
-    only: joints to read; default: all joints with columns of freedoms that can be prescribed. SceneError for an unusable file."""
+    only: joints to read; default: all joints with columns of freedoms that can be prescribed. SceneError for an unusable file.
+    """
     names, values = columns_of(file, "--motion")
     if "time" not in names:
         raise SceneError([Problem("--motion", f"{file!r} has no column time", f"it has {', '.join(names[:6])}")])

@@ -1,4 +1,4 @@
-"""The rows of a run once more, with further ones inside steps that are shorter than the spacing of the rows."""
+"""Repeats a run and adds rows inside the steps that are shorter than the spacing of the rows."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
 PARTS = 4
-"""Parts of a short step, at whose ends there is a row."""
+"""Number of equal parts of a short step. There is a row at the end of each part."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
 def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> Result:
-    """The same run with the columns ``names`` (names or patterns), at its times and at those inside its short steps.
+    """The same run with the columns ``names`` (names or patterns), at the times of its rows and at times inside its short steps.
 
-    The motion is repeated to the bit: rows are read from the dense output of its steps.
+    The motion is the same bit for bit, because the rows are read from the dense output of the steps.
     """
     used, end = result.settings, float(result.time[-1])
     jams = result.scene.simulation.jams == "impact"
@@ -34,7 +34,8 @@ def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> Result:
 
 
 def _rows_at(model: Model, settings: bl.Settings, times: np.ndarray) -> np.ndarray:
-    """Rows (times × 1 + columns) of a run at these times, of which the first is its start; fewer where it ends early."""
+    """Rows (times × 1 + columns) of a run at these times. The first time is the start of the run. If the run ends early, there are
+    fewer rows."""
     block, end = model.block, float(times[-1])
     block.configure(settings)
     rows, buffer = [np.zeros(block.width)], np.zeros((1, block.width))

@@ -1,4 +1,4 @@
-"""Evaluate a scene at one instant: every column at given coordinates and rates, without stepping."""
+"""Evaluates a scene at one instant: every column at given coordinates and rates, without stepping."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 
 def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequence[float]], t: float = 0.0) -> dict[str, float]:
-    """Columns by name, SI units, at one state, without stepping.
+    """All columns at one state, {name: value in SI units}, without stepping.
 
     Args:
-        model: the scene made ready to run.
-        q: all coordinates of tree joints by joint, rad or m; those of driven freedoms are ignored. Other joints keep their start
-            values. The state must close the loops: no assembly corrects it.
-        qd: all rates by joint, rad/s or m/s.
+        model: the compiled scene.
+        q: for each tree joint in the mapping, all its coordinates, rad or m. Coordinates of driven freedoms are ignored. Joints
+            that are not in the mapping keep their start values. The state must close the loops, because it is not assembled.
+        qd: for each tree joint in the mapping, all its rates, rad/s or m/s.
         t: time, s.
 
     Raises:
         ValueError: for unknown joints and wrong counts of numbers.
-        SimulationError: where the state has no solution.
+        SimulationError: if the state has no solution.
     """
     block, system = model.block, model.system
     _check_names(model, q, qd)
@@ -47,13 +47,13 @@ def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Se
 
 
 def _check_names(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Sequence[float]]) -> None:
-    """ValueError for joints outside the tree, and for wrong counts of numbers."""
+    """Raise ValueError for unknown joints and for wrong numbers of values."""
     kinds = {j.name: j.kind for j in model.system.tree}
     cut = {j.name for j in model.system.cuts}
     for what, given in (("coordinates", q), ("rates", qd)):
         for name, values in given.items():
             if name in cut:
-                continue  # a cut joint's coordinates follow from the tree
+                continue  # coordinates of the tree determine those of a cut joint
             if name not in kinds:
                 raise ValueError(f"{what} of {name!r}: the joints of the tree are {', '.join(kinds)}")
             wanted = kinds[name].nq if what == "coordinates" else kinds[name].nv

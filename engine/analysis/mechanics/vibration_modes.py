@@ -1,4 +1,5 @@
-"""``modes``: vibrations about a pose of rest: frequencies, damping, shapes, without friction or with the frictional joints held."""
+"""``modes``: vibrations about a pose of rest (frequencies, damping, shapes), either without friction or with the frictional joints
+held."""
 
 from __future__ import annotations
 
@@ -16,20 +17,21 @@ from trunnion.scene.overrides import Given, scene_given
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 REST = 1e-7
-"""Largest acceleration that counts as zero in a pose of rest, relative to the square of the scene's rate."""
+"""A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
 SLOW = 1e-7
-"""Eigenvalue, relative to the largest, below which a mode does not vibrate: its freedom has no stiffness."""
+"""A mode does not vibrate if its eigenvalue, relative to the largest eigenvalue, is below this value: its freedom has no
+stiffness."""
 
 
 @dataclass(frozen=True)
 class VibrationMode:
-    """One mode.
+    """One vibration mode.
 
     Attributes:
-        frequency: frequency of the damped vibration, Hz; 0 for a mode that creeps or diverges.
+        frequency: frequency of the damped vibration, Hz; 0 for a mode that does not oscillate.
         damping: ratio to critical damping; negative for a growing mode.
         rate: real part of the eigenvalue, 1/s.
-        shape: complex amplitude of each freedom of the tree, the largest 1.
+        shape: complex amplitude of each freedom of the tree; the largest amplitude is 1.
     """
 
     frequency: float
@@ -55,7 +57,7 @@ class VibrationModes:
     scene: sm.Scene
 
     def document(self) -> dict[str, Any]:
-        """As plain data; shapes as [real, imaginary]."""
+        """The same data as plain lists and numbers. Each amplitude of a shape becomes [real, imaginary]."""
         each = [
             {"frequency": m.frequency, "damping": m.damping, "rate": m.rate}
             | {"shape": {n: [x.real, x.imag] for n, x in m.shape.items()}}
@@ -67,17 +69,18 @@ class VibrationModes:
 def modes(
     scene: Given, stick: bool = False, at_start: bool = False, overrides: Mapping[str, Any] | None = None
 ) -> VibrationModes:
-    """Modes about a pose of rest, without friction, with held drives and the loads of t = 0.
+    """Vibration modes about a pose of rest without friction. Drives are held; loads are those of t = 0.
 
     Args:
         scene: as for ``simulate``.
-        stick: whether joints with friction are held, as in vibrations too small to make them slip.
-        at_start: whether the pose is the scene's start, which must be a pose of rest; default: the pose it comes to rest in.
+        stick: whether joints with friction are held, which is valid for vibrations too small to cause slip.
+        at_start: whether the pose is the start of the scene, which must be a pose of rest. Otherwise the pose is that in which
+            the mechanism comes to rest.
         overrides: changes of the scene, {path: value}.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: where no pose of rest exists.
+        SimulationError: if no pose of rest exists.
     """
     loaded = scene_given(scene, overrides)
     bare = remove_friction(loaded)
@@ -92,7 +95,7 @@ def modes(
     values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
     fastest = float(np.abs(values).max(initial=0.0))
     found: list[VibrationMode] = []
-    idle = 0  # a freedom without stiffness has the eigenvalue 0 twice
+    idle = 0  # counts eigenvalues 0: a freedom without stiffness has two
     for value, vector in sorted(zip(values, vectors.T, strict=True), key=lambda p: (abs(p[0].imag), -p[0].real)):
         creeps = abs(value) <= SLOW * fastest
         idle += creeps
@@ -113,7 +116,7 @@ def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: floa
 
 
 def _locked(still: Still, held: Sequence[str]) -> list[np.ndarray]:
-    """Rows over the rates (nv) that must be zero where these joints are held. SimulationError for a cut joint."""
+    """Rows over the rates (nv) that must be zero if the joints ``held`` are held. SimulationError for a cut joint."""
     rows, nv = [], still.system.nv
     for j in still.system.joints:
         if j.name not in held:
@@ -122,13 +125,13 @@ def _locked(still: Still, held: Sequence[str]) -> list[np.ndarray]:
             rows += [np.eye(nv)[j.v0 + i][None, :] for i in range(len(j.free))]
     cut = [j for j in still.system.cuts if j.name in held]
     if cut:
-        raise SimulationError(f"{cut[0].name} is the cut joint of a loop and cannot be held: set cut: true on another joint of it")
+        raise SimulationError(f"{cut[0].name} is a loop's cut joint and cannot be held: set cut: true on another joint of the loop")
     return rows
 
 
 def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scene:
-    """The scene at the largest excursion of a mode. size: excursion of the freedom that moves most, rad or relative to the
-    scene's length."""
+    """The scene at the largest excursion of a mode. size: excursion of the freedom with the largest amplitude, rad or relative to
+    the scene's length."""
     still = Still(remove_friction(result.scene))
     shape = result.modes[number].shape
     way = np.array([shape[n].real for n in still.freedoms])

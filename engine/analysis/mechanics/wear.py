@@ -1,4 +1,4 @@
-"""``wear``: sliding distance, friction load and worn volume of a run's contacts, by Archard's law V = k ∫ N |v| dt."""
+"""``wear``: sliding distance, friction load and worn volume of a run's contacts, from Archard's law V = k ∫ N |v| dt."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface.c_signatures import library
 
 BINS = 72
-"""Directions around a pin for depths of wear: 5° each."""
+"""Number of directions around a pin for which the depth of wear is computed (5° each)."""
 
 DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch")
 FEW = 24
-"""Rows between two such events, below which the run is repeated with rows inside its steps: four polynomials of six rows."""
+"""If there are fewer rows than this between two such events, the run is repeated with rows inside its steps. The number
+corresponds to four polynomials of six rows."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,14 @@ class ContactWear:
         joint: name of the joint.
         contact: number of the contact, from 1.
         distance: sliding distance, m.
-        load: ∫ N |v| dt, J.
-        volume: worn volume, m³; NaN without k.
-        depth: largest depths on pin and bearing, m; NaN without k or for an unknown contact area.
+        load: ∫ N |v| dt (normal force N, sliding speed v), J.
+        volume: worn volume, m³; NaN without wear coefficient k.
+        depth: largest depths on pin and bearing, m; NaN without wear coefficient k or for an unknown contact area.
         pv: largest product of pressure (projected area) and sliding speed, W/m².
-        energy: work of friction over that area, J/m².
-        angles: directions around the pin (n), rad; empty where the contact does not go around it.
+        energy: work of friction per projected area, J/m².
+        angles: directions around the pin (n), rad; empty if the contact does not extend around the pin.
         on_pin: depths on the pin (n), m.
-        on_bearing: depths on the bearing (n), m, in directions of the pin's frame at q = 0.
+        on_bearing: depths on the bearing (n), m; its directions are those of the pin's frame at q = 0.
     """
 
     joint: str
@@ -58,12 +59,12 @@ class ContactWear:
     on_bearing: np.ndarray
 
     def cycles(self, depth: float) -> float:
-        """Number of runs after which the deepest place is worn by ``depth``, m; infinite without wear."""
+        """Number of runs after which the deepest place is worn by ``depth``, m; infinite if there is no wear."""
         deepest = max(self.depth)
         return depth / deepest if deepest > 0.0 else math.inf
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in asdict(self).items()} | {"depth": list(self.depth)}
 
 
@@ -73,8 +74,8 @@ class Wear:
 
     Attributes:
         contacts: the contacts.
-        time: times (n), s.
-        columns: cumulated volumes (n), m³, or without k the loads, J, by column name.
+        time: the n times, s.
+        columns: by column name, the worn volume up to each time (n), m³; without wear coefficient k the load, J.
     """
 
     contacts: tuple[ContactWear, ...]
@@ -82,20 +83,21 @@ class Wear:
     columns: dict[str, np.ndarray]
 
     def __getitem__(self, name: str) -> ContactWear:
-        """A contact by "joint.contact[i]"."""
+        """The contact with the name "joint.contact[i]"."""
         return next(c for c in self.contacts if f"{c.joint}.contact[{c.contact}]" == name)
 
 
 def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     """Wear of every contact of a run.
 
-    The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs have. Where
-    an end stop or a latch presses more briefly than rows can show, the run is repeated with rows inside its steps; ``time`` has
-    these, too.
+    The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs contain.
+    If an end stop or a latch acts too briefly for the spacing of the rows, the run is repeated with rows inside its steps.
+    ``time`` then includes these rows.
 
     Args:
         result: the run.
-        k: wear coefficient, m²/N, of every joint or by joint; default: those of the scene (``wear: {k: …}``).
+        k: wear coefficient, m²/N: one value for all joints, or {joint: value}; default: the coefficients of the scene
+            (``wear: {k: …}``).
 
     Raises:
         SceneError: for missing columns.
@@ -121,13 +123,13 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
 
 
 def _has_brief_forces(r: Result) -> bool:
-    """Whether an end stop or a latch presses for a time in which there are few rows."""
+    """Whether an end stop or a latch acts for a time in which there are few rows."""
     times = np.array([e.time for e in r.events if e.kind in DEVICES])
     return bool(np.any(np.diff(np.searchsorted(r.time, times)) < FEW))
 
 
 def _columns(name: str, j: sm.Joint) -> list[str]:
-    """Columns from which wear is computed, if there are any contacts."""
+    """The columns from which wear is computed; [] without contacts."""
     needed = _needed(name, j)
     return [*needed, "q[*]", "contact[*].normal[*]"] if needed else []
 
@@ -143,7 +145,7 @@ Found = list[tuple[int, ContactWear, np.ndarray]]
 
 
 def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None) -> Found:
-    """(number, wear, cumulated volume (n), m³, or without k the load, J) of each contact."""
+    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J)."""
     assert j.friction is not None
     sizes = sizes_given(j.friction, element) | {"pitch": float(j.pitch or 0.0)}
     if REGISTRY[j.type].rolls is not None:
@@ -176,12 +178,12 @@ def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, floa
     if element.elevates:  # sliding speed of a ball: r |ω × n|
         normal = np.array([r[f"{name}.contact[1].normal[{i}]"] for i in (1, 2, 3)])
         return [sizes["radius"] * np.linalg.norm(np.cross(np.array(rates).T, normal.T), axis=1)]
-    pairs: Any = element.velocity(rates, sizes)  # type: ignore[arg-type]  # its arithmetic is that of numbers, too
+    pairs: Any = element.velocity(rates, sizes)  # type: ignore[arg-type]  # ``velocity`` also accepts arrays
     return [np.sqrt(sum(np.asarray(x, float) ** 2 for x in pair)) for pair in pairs]
 
 
 def _around(r: Result, name: str, i: int, volume: np.ndarray, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(middles of directions, depth on the pin, depth on the bearing) around a pin; volume: up to each row, m³."""
+    """(middles of directions, depth on the pin, depth on the bearing) around a pin. volume: worn volume up to each row, m³."""
     joint = r.scene.joints[name]
     kind = REGISTRY[joint.type]
     spin = next(x for x in range(kind.nv) if kind.turns(x)) if kind.second_axis < 0 else (i - 1) // 2
@@ -196,9 +198,11 @@ def _around(r: Result, name: str, i: int, volume: np.ndarray, place: Place) -> t
 
 
 def integral(time: np.ndarray, values: np.ndarray, events: Iterable[float]) -> np.ndarray:
-    """∫ values dt up to each row (columns × rows, as values). time (rows): increasing, s; events: times, s.
+    """∫ values dt up to each row (columns × rows, as for ``values``). time (rows): increasing times, s; events: times of events,
+    s.
 
-    Polynomials of degree 5 through neighbouring rows are integrated. None of them crosses an event."""
+    Polynomials of degree 5 through neighbouring rows are integrated. No polynomial extends across an event.
+    """
     time, values = np.ascontiguousarray(time), np.ascontiguousarray(values)
     ends = np.array(sorted({float(time[0]), float(time[-1]), *(e for e in events if time[0] < e < time[-1])}))
     out, total = np.zeros_like(values), np.zeros(len(values))

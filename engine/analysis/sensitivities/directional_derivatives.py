@@ -1,4 +1,4 @@
-"""The sensitivity unit at one state: the motion's values, its multipliers, and their directional derivatives."""
+"""Evaluates a scene's sensitivity unit at one state: its values, the multipliers, and their directional derivatives."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ from trunnion.runtime.abi.c_header import header
 from trunnion.simulation.run import Model
 from trunnion.system.structure.external_value_layout import NOW
 
-lapack = brought("scipy.linalg.lapack", "analysis", "what differentiates runs")
+lapack = brought("scipy.linalg.lapack", "analysis", "sensitivity analysis")
 MOST_ITERATIONS = 20
 RANK = 1e-9
-"""Singular values of redundant constraints, relative to the largest, with rows and columns scaled."""
+"""A singular value of the scaled matrix counts as zero (redundant constraint) below this multiple of the largest one."""
 REGULAR = 1e-4
-"""Least pivot, relative to the largest, of a matrix that counts as regular. Its triangular factors take a third of the time of
-least squares."""
+"""A matrix counts as regular if its smallest pivot exceeds this multiple of its largest. Triangular factors then take a third of
+the time of least squares."""
 FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_point": 8, "so_along": 9}
-"""The unit's functions and their numbers of arguments, all arrays."""
+"""The number of arguments of each of the unit's functions. Every argument is an array."""
 
 
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
-    Its values f are [F; R; V; H] (``kernel.units.sensitivity_unit``): F has the rates of the ny states and nquad integrals. Other
-    sizes: na active constraint rows, ne friction multipliers, np parameters (the kernel's, then the external inputs).
+    The unit returns the values f = [F; R; V; H] (``kernel.units.sensitivity_unit``). F holds the rates of the ny states and of the
+    nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np parameters (the kernel's, then the
+    external inputs).
     """
 
     def __init__(self, model: Model, chosen: list[Column]):
@@ -55,20 +56,20 @@ class SensitivityUnit:
         self.wo = np.zeros(self.n["o_point"] + 1)
         self.nz = self.na + self.ne
         self.width = self.ny + self.nz + self.np + 1
-        self._by_each = np.zeros((self.nz, self.width))  # unit directions of the multipliers
+        self._by_each = np.zeros((self.nz, self.width))  # one unit seed for each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
-        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # reused for the derivatives along these
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along _by_each
         self._factored: tuple[Any, ...] | None = None
         self._places = tuple(map(_address, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
 
     def prepare(self, p: np.ndarray) -> None:
-        """Compute the constants of parameter values p (those of the kernel)."""
+        """Compute the unit's constants from the values p of the kernel's parameters."""
         self.p = np.ascontiguousarray(p)
         self.functions.prepare(_address(self.p), _address(self.c), _address(self.co))
 
     def evaluate(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """All values f at (x, y, z). Derivatives refer to this point until the next call."""
+        """All values f at external values x, state y and multipliers z. Later derivatives refer to this point."""
         c, w, f = self._places
         self._now = (_address(x), _address(y), c, _address(z), w)
         self._keep = (x, y, z)
@@ -76,13 +77,14 @@ class SensitivityUnit:
         return self.f[: self.n["values"]]
 
     def directional_derivatives(self, seeds: np.ndarray) -> np.ndarray:
-        """Derivatives of f (values × k) along the rows of ``seeds`` (k × [y | z | p | t])."""
+        """Derivatives of f (values × k) along the k rows of ``seeds``, each of the form [y | z | p | t]."""
         out = np.empty((len(seeds), self.n["values"] + 1))
         self.functions.along(self._now, seeds, out)
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(f, z) at the root of the residuals, by Newton's method from guess z. SimulationError where it finds no root."""
+        """Solve the residuals for the multipliers by Newton's method from the guess z; returns (f, z). SimulationError if Newton's
+        method does not converge."""
         if self.nz == 0:
             return self.evaluate(x, y, z).copy(), z
         a = self.ny + self.nquad
@@ -93,7 +95,7 @@ class SensitivityUnit:
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, 1e-300)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:  # the slopes do not change over so small a step
+            if most <= 1e-13 * size or most < 1e-200:  # the Jacobian is constant over so small a step
                 return f - self.Rz @ step, z
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")
@@ -102,13 +104,14 @@ class SensitivityUnit:
         return f, z
 
     def multiplier_derivatives(self) -> np.ndarray:
-        """Derivatives of f by the multipliers (values × nz), at the point of the last ``evaluate``, until the next call."""
+        """Derivatives of f by the multipliers (values × nz) at the point of the last ``evaluate``. The next call overwrites this
+        array."""
         self._factored = None
         self.functions.along(self._now, self._by_each, self._by_z_rows)
         return self._by_z_rows[:, : self.n["values"]].T
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
-        """A⁺ b with A the scaled derivatives of the residuals by the multipliers: least norm for redundant constraints."""
+        """Solve ∂R/∂z Δz = b for Δz. Redundant constraints give the solution of least (scaled) norm."""
         A, rows, columns, lu, pivots = self._factorise()
         if len(A) == 1:
             return b / rows[0] / A[0, 0]
@@ -122,7 +125,8 @@ class SensitivityUnit:
         return (found.T / columns).T
 
     def _factorise(self) -> tuple[Any, ...]:
-        """(A scaled, row scales, column scales, triangular factors, pivots); the last two are None unless A is clearly regular."""
+        """(∂R/∂z scaled, row scales, column scales, triangular factors, pivots). Factors and pivots are None unless the matrix is
+        clearly regular."""
         if self._factored is None:
             a = self.ny + self.nquad
             A = self.Rz[a : a + self.nz]
@@ -139,9 +143,9 @@ class SensitivityUnit:
         return self._factored
 
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """(df, dz): changes of f and of the multipliers for changes S of y (ny × m), dp of p (np × m) and dt of time.
+        """Total derivatives (df, dz) of f and of the multipliers, for seeds S of y (ny × m), dp of p (np × m) and dt of time.
 
-        They refer to the point of the last ``solve``.
+        The point of differentiation is that of the last ``solve``.
         """
         m = S.shape[1]
         seeds = np.zeros((m, self.width))
@@ -160,7 +164,7 @@ class SensitivityUnit:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Values (columns) of the chosen outputs and their derivatives (columns × m).
 
-        y: states and integrals; rate: their rates F, with v̇; seeds: derivatives (rows × m) of y, z, F and p.
+        y: states and integrals; rate: F, the rates of y; seeds: derivatives (rows × m) of y, z, F and p, in this order.
         """
         S, dz, dF, dp = seeds
         rows, m, v = self.system.rows, S.shape[1], slice(self.system.nq, self.system.nq + self.system.nv)
@@ -191,30 +195,30 @@ class CompiledFunctions:
         self.lib, self.point, self.output_point = lib, lib.s_point, lib.so_point
 
     def prepare(self, p: int, c: int, co: int) -> None:
-        """Compute constants c and co from parameters p; all are addresses."""
+        """Compute the constants c and co from the parameters p. All arguments are addresses."""
         self.lib.s_prepare(p, c)
         self.lib.so_prepare(p, co)
 
     def along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
-        """Write derivatives of the motion's values along the rows of ``seeds`` into the rows of ``out``."""
+        """Write the derivatives of f along each row of ``seeds`` into the same row of ``out``."""
         for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
             self.lib.s_along(*now, s, o)
 
     def outputs_along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
-        """Write derivatives of the columns along the rows of ``seeds`` into the rows of ``out``."""
+        """Write the derivatives of the chosen columns along each row of ``seeds`` into the same row of ``out``."""
         for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
             self.lib.so_along(*now, s, o)
 
 
 def _interpreted_functions(kernel: Kernel, chosen: list[Column]) -> Sensitivities:
-    """A unit's functions, interpreted from primitives."""
+    """The unit's functions without compilation: numerical code of the scene's parts evaluates them."""
     system, parameters, quadratures, redundant = kernel.structure
     active = list(range(system.rows)) if redundant else kernel.facts["active_rows"]
     return Sensitivities(system, parameters, active, chosen, quadratures and needs_quadratures(chosen))
 
 
 def _address(a: np.ndarray) -> int:
-    """Address of a contiguous, writable array, much faster than by ``a.ctypes``: an integration takes millions of them."""
+    """Address of a contiguous, writable array. An integration needs millions of addresses, and ``a.ctypes`` is much slower."""
     return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0
 
 
@@ -226,7 +230,7 @@ def _row_addresses(a: np.ndarray) -> list[int]:
 
 def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
     """Write and compile the unit in a new cache folder."""
-    c_compiler.needed("derivatives by parameters", "those of the scene's equations")
+    c_compiler.needed("derivatives by parameters", "the derivatives of the scene's equations")
     from trunnion.kernel.units.sensitivity_unit import parameter_unit
 
     system, parameters, quadratures, redundant = model.kernel.structure

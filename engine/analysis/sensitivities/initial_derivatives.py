@@ -1,7 +1,7 @@
-"""Derivatives of a run's initial data by a scene's parameters: run-time numbers, start state, times of kinks in signals.
+"""Derivatives of a run's initial data by a scene's parameters: run-time parameters, start state, times of kinks in signals.
 
-These data are algebraic functions (mass from density, loop assembly). Differences of order six at steps of a hundredth are exact to
-about 1e-12. The trajectory itself is never differenced.
+The initial data are algebraic functions of the parameters (mass from density, loop assembly). Finite differences of order six with
+a relative step of a hundredth give their derivatives to about 1e-12. The trajectory itself is never differenced.
 """
 
 from __future__ import annotations
@@ -30,17 +30,18 @@ STEP = 1e-2
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
 BACKWARD = tuple((-k, -w) for k, w in FORWARD)
-"""(offset, weight) of sixth-order first differences at unit spacing; FORWARD at a lower bound, BACKWARD at an upper one."""
+"""(offset, weight) pairs of sixth-order first differences at unit spacing. FORWARD is for a parameter at its lower bound, BACKWARD
+at its upper bound."""
 
 
 @dataclass(frozen=True)
 class InitialDerivatives:
-    """Derivatives by m parameters of a run's initial data.
+    """Derivatives of a run's initial data by m parameters.
 
     Attributes:
-        p: of the run-time numbers, then of the external inputs (np × m).
-        y: of the start state (ny × m).
-        breaks: of the times of kinks (kinks × m).
+        p: derivatives of the run-time parameters, then of the external inputs (np × m).
+        y: derivatives of the start state (ny × m).
+        breaks: derivatives of the times of kinks in signals (kinks × m).
     """
 
     p: np.ndarray
@@ -49,7 +50,7 @@ class InitialDerivatives:
 
 
 def parameter_values(scene: Scene, parameters: Sequence[str]) -> list[float]:
-    """Values of the parameters, SI units. SceneError that names every path which is not a single number of the scene."""
+    """Values of the parameters, SI units. SceneError names every path that is not a single number of the scene."""
     if problems := parameter_problems(scene, parameters):
         raise SceneError(problems)
     known = {p.path: p.value for p in list_parameters(scene)}
@@ -57,14 +58,14 @@ def parameter_values(scene: Scene, parameters: Sequence[str]) -> list[float]:
 
 
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
-    """A problem for every path that is not a number of the scene or has no derivative."""
+    """A problem for every path that is not a number of the scene or by which a run has no derivative."""
     known = {p.path: p.value for p in list_parameters(scene)}
     following = DependentNumbers(scene)
     problems = []
     for name in parameters:
         if name not in known:
             near = next((k for k in known if k.startswith(f"{name}[")), None) or closest(name, list(known))
-            hint = f'did you mean "{near}"?' if near else "paths are those of --set, one number each"
+            hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if name in known else ():
             if path.startswith("simulation.") or ".table." in path:
@@ -72,17 +73,18 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
                 problems.append(Problem("parameters", said, "choose a number of the mechanism"))
     if not parameters:
-        problems.append(Problem("parameters", "none is given", "for example joints.ball.friction.mu"))
+        problems.append(Problem("parameters", "no parameter is given", "for example joints.ball.friction.mu"))
     return problems
 
 
 def dependent_paths(following: DependentNumbers, name: str) -> list[str]:
-    """Paths of the scene's numbers that depend on the number: the number itself, or those with its name in their expression."""
+    """Paths of the scene's numbers that depend on ``name``. For a number, this is its own path; for a parameter, all numbers whose
+    expressions depend on it."""
     return following.of([parameter(name)]) if parameter(name) else [name]
 
 
 def differentiate_start(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> InitialDerivatives:
-    """Derivatives of the initial data. Afterwards the block is assembled at the scene's own numbers."""
+    """Derivatives of the initial data. Afterwards the block is assembled again with the scene's own values."""
     values = parameter_values(scene, parameters)
     following = DependentNumbers(scene)
     columns = []
@@ -94,8 +96,8 @@ def differentiate_start(model: Model, scene: Scene, parameters: Sequence[str], t
 
 
 class _ParameterLine:
-    """Scenes along which one number varies. Numbers that depend on it by expressions vary along their exact tangent. size: unit
-    of steps."""
+    """Scenes in which one number varies. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
+    size: scale of the finite-difference steps."""
 
     def __init__(self, scene: Scene, name: str, value: float, following: DependentNumbers):
         self.scene, self.name = scene, name
@@ -106,15 +108,15 @@ class _ParameterLine:
         self.size = min(_parameter_size(value), *reach) if parameter(name) and reach else _parameter_size(value)
 
     def at(self, step: float) -> Scene:
-        """The scene with the number changed by a step."""
+        """The scene with the number changed by ``step``."""
         return apply(self.scene, {path: v + step * slope for path, (v, slope) in self.moves.items()})
 
 
 def _step_limit(path: str, value: float, slope: float, size: float) -> float:
-    """Largest change of a parameter (of size ``size``) for which a number that follows it changes by at most its own size.
+    """Largest change of a parameter for which a dependent number at ``path`` changes by at most its own magnitude.
 
-    slope: of the number by the parameter. A number without bounds may be small by chance: its size counts as at least a tenth of
-    the change that ``size`` causes.
+    value: the dependent number; slope: its derivative by the parameter; size: magnitude of the parameter. A number without bounds
+    may be small by chance. Its magnitude therefore counts as at least a tenth of the change that ``size`` causes.
     """
     free = bound_of(parse_path(path) or ()) == ANY
     return max(abs(value), 0.1 * abs(slope) * size if free else 0.0) / abs(slope) if value else size
@@ -144,7 +146,7 @@ def _differences(model: Model, line: _ParameterLine, h: float, weights) -> tuple
 
 
 def _structural_problem(line: _ParameterLine) -> Problem:
-    """The problem of a number whose change alters the structure, such as one that is zero in the scene."""
+    """The problem of a number whose change alters the structure, such as a number that is zero in the scene."""
     zero = [path for path, (v, slope) in line.moves.items() if not v and slope]
     if not parameter(line.name):
         zero = [line.name]
@@ -159,7 +161,7 @@ def _structural_problem(line: _ParameterLine) -> Problem:
 
 
 def _start_numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
-    """Initial data of a scene of the same structure: (run-time numbers and inputs, assembled state, times of kinks)."""
+    """Initial data of a scene of the same structure: (run-time parameters and inputs, assembled state, times of kinks)."""
     block, p = model.block, np.array(built.parameters.values, float)
     block.take(built.numbers, p)
     block.configure(Settings())

@@ -23,7 +23,7 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.settings.run_settings import described, settings_given
 
 UNIQUE = 1e-6
-"""Relative agreement of two choices of reactions up to which a column counts as unique."""
+"""A column counts as unique if its values for two different solutions for the reactions agree to this relative tolerance."""
 
 
 @dataclass(frozen=True)
@@ -31,15 +31,15 @@ class Sensitivity:
     """Outputs and their derivatives at the sample times, in SI units.
 
     Attributes:
-        time: sample times (n), s.
-        names: names of the outputs (c).
-        units: units of the outputs (c).
-        parameters: paths of the parameters (m).
-        parameter_units: units of the parameters (m).
+        time: the n sample times, s.
+        names: names of the c outputs.
+        units: units of the c outputs.
+        parameters: paths of the m parameters.
+        parameter_units: units of the m parameters.
         values: outputs (n × c).
         derivatives: derivatives of the outputs by the parameters (n × c × m), output unit per parameter unit.
-        events: events whose time depends on the parameters, with the derivatives of that time.
-        notes: events whose cause is unknown, after which derivatives are not reliable.
+        events: events whose times depend on the parameters, with the derivatives of these times.
+        notes: notes on events of unknown cause; derivatives after such an event are not reliable.
     """
 
     time: np.ndarray
@@ -56,7 +56,7 @@ class Sensitivity:
         return f"<Sensitivity of {', '.join(self.names)} to {', '.join(self.parameters)}: {len(self.time)} times>"
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """An output over time (n)."""
+        """Values of an output over time (n)."""
         return self.values[:, self.names.index(name)]
 
     def d(self, name: str, parameter: str) -> np.ndarray:
@@ -68,7 +68,7 @@ class Sensitivity:
         return [[_derivative_unit(u, p) for p in self.parameter_units] for u in self.units]
 
     def document(self) -> dict[str, Any]:
-        """As plain data for JSON."""
+        """The same data as plain lists and numbers for JSON."""
         return {
             "time": self.time.tolist(), "outputs": list(self.names), "units": list(self.units),
             "parameters": list(self.parameters), "parameter_units": list(self.parameter_units),
@@ -89,23 +89,23 @@ def sensitivity(
     overrides: Mapping[str, Any] | None = None,
     tick: Tick | None = None,
 ) -> Sensitivity:
-    """Differentiate outputs of a run by parameters of its scene, exactly along its steps and across its events.
+    """Differentiate outputs of a run by parameters of its scene, exactly along the run's steps and across its events.
 
-    Derivatives are about a hundred times less accurate than the run.
+    The relative error of the derivatives is about a hundred times that of the run.
 
     Args:
         scene: as for ``simulate``.
-        parameters: paths of single numbers, start values among them.
-        outputs: patterns of columns.
-        overrides: fixed changes of the scene, {path: value}.
-        tick: called at least once a step; an exception that it raises ends the work.
+        parameters: paths of single numbers; start values are allowed.
+        outputs: names or patterns of columns.
+        overrides: changes of the scene for the whole analysis, {path: value}.
+        tick: called at least once a step; any exception raised in ``tick`` ends the analysis.
 
     Returns:
         Outputs and derivatives at the sample times.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: where the run does not reach its end, or has no derivative.
+        SimulationError: if the run does not reach its end or has no derivative.
     """
     loaded, tick = scene_given(scene, overrides), tick or _continue
     parameters, outputs = names_given(parameters), names_given(outputs)
@@ -129,7 +129,7 @@ def sensitivity(
 
 
 def _continue() -> None:
-    """The default tick: it never ends the work."""
+    """The default tick: does nothing."""
 
 
 def _derivative_unit(unit: str, by: str) -> str:
@@ -140,8 +140,8 @@ def _derivative_unit(unit: str, by: str) -> str:
 
 
 def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: np.ndarray) -> None:
-    """SceneError where a chosen column shows reactions that redundant constraints do not determine: the runtime chooses one
-    solution, and a choice has no derivative."""
+    """Raise SceneError if redundant constraints leave the reactions in a chosen column undetermined. The runtime then reports one
+    solution of many, which has no derivative."""
     open_joints = redundancy(model.block).joints
     problems = []
     for i, c in enumerate(chosen):

@@ -1,4 +1,4 @@
-"""Checks of a request for derivatives: every problem at once, before anything is built."""
+"""Checks a request for derivatives and reports all problems together, before anything is built."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from trunnion.system.construction.system_builder import build
 
 SAMPLES = 100
 TOLERANCE = 1e-9
-"""Default number of samples, and default relative tolerance of the run."""
+"""Defaults: number of samples, and relative tolerance of the run."""
 
 
 def check_request(
     scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float | None
 ) -> tuple[list[Column], float, float, float]:
-    """(columns; end time, s; spacing of samples, s; relative tolerance) of a request. SceneError with every problem."""
+    """Check a request. Returns its columns, end time (s), spacing of samples (s) and relative tolerance. SceneError lists every
+    problem."""
     everything = columns(build(scene).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_column_problems(everything, chosen, outputs)]
     end = float(scene.simulation.until if until is None else until)
     spacing = float(every or end / SAMPLES)
     if not (0 < end < math.inf and 0 < spacing <= end):
-        problems.append(Problem("every", f"{spacing:g} s is no spacing within {end:g} s", "0 < every <= until"))
+        problems.append(Problem("every", f"{spacing:g} s is not a valid spacing for a run of {end:g} s", "0 < every <= until"))
     else:
         problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
     if problems:
@@ -38,7 +39,7 @@ def check_request(
 
 def _column_problems(everything: list[Column], chosen: list[Column], outputs: Sequence[str]) -> list[Problem]:
     if not outputs:
-        return [Problem("outputs", "none is given", "see `trunnion check SCENE --columns` for the names")]
+        return [Problem("outputs", "no output is given", "see `trunnion check SCENE --columns` for the names")]
     return pattern_problems(everything, tuple(outputs)) + [
         Problem("outputs", f"{c.name} has no derivative", "choose a column of motion, forces or energies")
         for c in chosen

@@ -1,4 +1,4 @@
-"""A run recorded step by step: state and modes of each step, and mode changes at its end."""
+"""Records a run step by step: the state and modes of each step, and the mode changes at its end."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 Tick = Callable[[], None]
-"""Called at least once a step; an exception that it raises ends the work."""
+"""Called at least once a step. Any exception raised in the function ends the analysis."""
 MOST_STEPS = 100_000
 LEAST_STEPS = 100
-"""Least number of steps of a run: error control does not cover integrals such as friction's work, and driven mechanisms need no
-steps."""
+"""Least number of steps of a run. Error control does not cover integrals such as friction work, and for driven mechanisms it would
+allow a single step."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class RecordedStep:
     Attributes:
         x: external values during the step, with frozen modes.
         x1: external values after its end.
-        flags: slice of the stop flags and modes in them.
-        sample: whether it ends at a sample time.
+        flags: slice of x and x1 that holds the stop flags and modes.
+        sample: whether the step ends at a sample time.
     """
 
     t0: float
@@ -44,13 +44,14 @@ class RecordedStep:
 
     @property
     def changes_mode(self) -> bool:
-        """Whether a flag or mode changes at the end of the step; signals do not count."""
+        """Whether a flag or mode changes at the end of the step. Changes of signals do not count."""
         return not np.array_equal(self.x[self.flags], self.x1[self.flags])
 
 
 @dataclass(frozen=True)
 class StepRecord:
-    """A recorded run: its steps, output rows at the sample times from the start, start state y0 and external values x0."""
+    """A recorded run: its steps, one output row for each sample time (the start included), start state y0 and start external
+    values x0."""
 
     steps: tuple[RecordedStep, ...]
     rows: np.ndarray
@@ -59,7 +60,8 @@ class StepRecord:
 
 
 def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> StepRecord:
-    """Run from the assembled start through all sample times, s, with rk8. SimulationError where it fails or is inaccurate."""
+    """Run with rk8 from the assembled start through all sample times (s). SimulationError if the run fails or its audit finds it
+    inaccurate."""
     settings = bl.Settings(rtol=rtol, method=RK8.name, max_step=samples[-1] / LEAST_STEPS)
     model.block.configure(settings)
     row = np.zeros(model.block.width)
@@ -100,7 +102,7 @@ def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick
 
 
 def _check_audit(model: Model, until: float) -> None:
-    """SimulationError where the audit finds a finished run inaccurate. until: its end, s."""
+    """Raise SimulationError if the audit finds the finished run inaccurate. until: end of the run, s."""
     audit = audit_of(model.block.judgement(), [j.name for j in model.system.frictional])
     ended = judged(Outcome(DONE, until), audit)
     if not ended.ok:
@@ -108,5 +110,6 @@ def _check_audit(model: Model, until: float) -> None:
 
 
 def _have_same_signs(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether flags and modes agree in sign. Frozen directions of several components may differ, because every step renews them."""
+    """Whether flags and modes agree in sign. Frozen directions of several components may differ in magnitude, because every step
+    renews them."""
     return bool(np.array_equal(np.sign(a), np.sign(b)))

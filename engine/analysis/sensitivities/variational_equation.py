@@ -1,7 +1,9 @@
-"""The variational equation Ṡ = f_y S + f_p along a recorded run, by the run's own Runge–Kutta steps, with jumps at events.
+"""The variational equation Ṡ = f_y S + f_p along a recorded run, integrated with the run's own Runge–Kutta steps, with jumps at
+events.
 
-The time of an event g(y, p) = 0 that makes ẏ jump depends on the parameters: dt = −(g_y S + g_p)/ġ. Then S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt.
-Kinks of a continuous law cause no jump. A release causes one only where static friction exceeds sliding friction.
+S is the derivative of the state y by the parameters p, and f = ẏ. If ẏ jumps at an event g(y, p) = 0, the parameters shift the
+event's time by dt = −(g_y S + g_p)/ġ per unit. Then S jumps: S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt. Kinks of a continuous friction law cause no
+jump. A release causes a jump only if static friction exceeds sliding friction.
 """
 
 from __future__ import annotations
@@ -24,18 +26,19 @@ A = [np.array(row, float) for row in RK8.A]
 B = np.array(RK8.B, float)
 C = np.array(RK8.C, float)
 JUMP = 1e-9
-"""Relative change of ẏ at an event below which ẏ counts as continuous."""
+"""ẏ counts as continuous at an event if its relative change is below this value."""
 AT_REST = 1e-6
-"""Sliding speed at an event, relative to the run's speeds, that counts as zero."""
+"""A sliding speed at an event counts as zero below this multiple of the largest speed of the joint in the run so far."""
 AT_CAPACITY = 1e-7
-"""Residual, relative to the multipliers and scaled by its slopes, up to which a group of pairs counts as released together."""
+"""Pairs count as released together if the scaled residuals at release are below this multiple of the largest multiplier."""
 SLIP_SPEED = 1e-7
-"""Speed given to a pair at the instant at which it begins or ends to slide, relative to the run's rate scale."""
+"""Speed, relative to the run's rate scale, that replaces the zero speed of a pair at the instant at which its sliding begins or
+ends."""
 
 
 @dataclass(frozen=True)
 class EventShift:
-    """An event whose time depends on the parameters. time, s; shift: dt/dp (m), s per parameter unit."""
+    """An event whose time depends on the parameters. time: s; shift: dt/dp (m), s per parameter unit."""
 
     time: float
     joint: str
@@ -48,7 +51,7 @@ class SensitivityIntegrator:
     Attributes:
         S: derivatives of states and integrals by the parameters ((ny + nquad) × m).
         z: multipliers.
-        events: shifts of event times so far.
+        events: the event shifts found so far.
     """
 
     def __init__(self, unit: SensitivityUnit, block: Block, start: InitialDerivatives):
@@ -64,7 +67,8 @@ class SensitivityIntegrator:
         self.turning = _directional_pairs(unit.system)
 
     def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, dz) at a state: the unit's values, and derivatives by the parameters of values and multipliers."""
+        """(f, df, dz) at a state: the unit's values, and the derivatives of these values and of the multipliers by the
+        parameters."""
         self.block.signals(t, x)
         y, S = self._with_slip_direction(y, S, x)
         f, self.z = self.unit.solve(x, y, self.z)
@@ -72,10 +76,11 @@ class SensitivityIntegrator:
         return f, df, dz
 
     def _with_slip_direction(self, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(y, S) with SLIP_SPEED along the frozen direction for sliding pairs of several components that are momentarily at rest.
+        """(y, S) in which each sliding pair of several components that is momentarily at rest has SLIP_SPEED along its frozen
+        direction.
 
-        At the onset or end of sliding the direction of friction has a limit, but no derivative. Velocities across that direction
-        vanish with the speed, since friction turns against them, and so do their derivatives.
+        At the onset or end of sliding, the direction of friction has a limit but no derivative. The velocity across this direction
+        vanishes with the speed, and so does its derivative, because friction turns against the velocity.
         """
         y = np.array(y)
         for flag, places in self.turning:
@@ -135,7 +140,7 @@ class SensitivityIntegrator:
         self.events.append(EventShift(step.t1, joint, shift))
 
     def _cross_kink(self, step: RecordedStep, k: int) -> None:
-        """Update S at kink k of a signal, whose time depends on a parameter."""
+        """Update S at kink k of a signal. The time of this kink depends on a parameter."""
         n, sides = self.unit.ny + self.unit.nquad, []
         for side in (-1e-9, 1e-9):
             x = step.x1.copy()
@@ -146,10 +151,10 @@ class SensitivityIntegrator:
     def _find_cause(
         self, step: RecordedStep, f: np.ndarray, df: np.ndarray, x: np.ndarray, z_after: np.ndarray
     ) -> tuple[str, np.ndarray, float] | None:
-        """(joint, dg, ġ) of the event function g that is zero at the step's end; None where no pair causes the event.
+        """(joint, dg, ġ) of the event function g that is zero at the step's end; None if no friction pair causes the event.
 
-        Event function g is the speed of a pair that came to rest, or the friction ratio of a released pair, or that of pairs that
-        are released together. Its rate ġ is that before the event, where f was last evaluated. z_after: multipliers after it.
+        g is the speed of a pair that came to rest, the friction ratio of a released pair, or a combination for pairs released
+        together. dg and ġ are taken just before the event, where f was last evaluated. z_after: multipliers after the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
@@ -184,11 +189,12 @@ class SensitivityIntegrator:
     def _release_together(
         self, released: list[tuple[str, Slider]], flow: np.ndarray, y: np.ndarray, x: np.ndarray, z: np.ndarray
     ) -> tuple[str, np.ndarray, float] | None:
-        """(first joint, dg, ġ) of pairs that are released together; None if no multipliers bring each to its capacity.
+        """(first joint, dg, ġ) of pairs that are released together; None if no multipliers bring each pair to its capacity.
 
-        At rest the pairs share their load in many ways. At the instant of release there is one: each is at its capacity. Let r be
-        the residuals and the friction ratios less one. Then r(z, t, p) = 0 has one equation more than unknowns, and g = nᵀ r for n
-        with nᵀ ∂r/∂z = 0. Further such n belong to redundant rows, along which r does not change. z: the multipliers first tried.
+        At rest, the equations leave the distribution of load among the pairs undetermined. At the instant of release each pair is
+        at its capacity, so the distribution is unique. The vector r holds the residuals and each friction ratio less one. r(z, t,
+        p) = 0 has one equation more than unknowns. Hence g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows
+        add further vectors n, along which r does not change. z: initial guess of the multipliers.
         """
         u = self.unit
         a = u.ny + u.nquad
@@ -218,7 +224,7 @@ class SensitivityIntegrator:
 
 
 def _directional_pairs(system: System) -> list[tuple[int, list[int]]]:
-    """(flag index, state indices of its rates) of each pair of several components whose friction has a frozen direction."""
+    """(flag index, state indices of the pair's rates) of each pair of several components whose friction has a frozen direction."""
     found = []
     for j in system.frictional:
         assert j.friction is not None
@@ -231,8 +237,8 @@ def _directional_pairs(system: System) -> list[tuple[int, list[int]]]:
 def integrate_sensitivities(
     unit: SensitivityUnit, block: Block, start: InitialDerivatives, run: StepRecord, tick: Tick
 ) -> tuple[np.ndarray, np.ndarray, SensitivityIntegrator]:
-    """Integrate over a whole run. Returns (the unit's values, samples × columns; derivatives, samples × columns × m; the
-    integrator)."""
+    """Integrate along a whole run. Returns the unit's values (samples × columns), the derivatives (samples × columns × m) and the
+    integrator."""
     integrator = SensitivityIntegrator(unit, block, start)
     out = [_columns(integrator, 0.0, run.y0, run.x0)]
     for step in run.steps:

@@ -1,4 +1,5 @@
-"""Results of bounds at rest: intervals, the states that attain their ends, loads at which sliding begins."""
+"""Results of bounds at rest: intervals, the states that attain the ends of the intervals, and the loads at which sliding
+begins."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ class JointState:
 
     Attributes:
         reaction: reaction components by name, N or N m (notation, "Reactions, friction and contacts").
-        friction: friction along each freedom, on the inboard part, N or N m.
-        shares: friction of each pair over its capacity.
+        friction: friction on the inboard part along each freedom, N or N m.
+        shares: friction of each pair divided by its capacity.
     """
 
     reaction: dict[str, float]
@@ -26,7 +27,7 @@ class JointState:
 
 @dataclass(frozen=True)
 class State:
-    """A state that attains an end.
+    """A state that attains an end of an interval.
 
     Attributes:
         joints: the joints with friction.
@@ -47,8 +48,8 @@ class End:
 
     Attributes:
         value: value that ``state`` attains; infinite for an endless state, None where no state was found.
-        certified: value beyond which certainly no state exists.
-        state: the state.
+        certified: value beyond which no state exists; this is certain.
+        state: the state that attains ``value``.
         cells: number of cells of the search.
     """
 
@@ -59,7 +60,7 @@ class End:
 
     @property
     def gap(self) -> float:
-        """Distance between the attained and the certified value; 0 for infinite ends and without a state."""
+        """Distance between the attained and the certified value; 0 if the end is infinite or if no state was found."""
         return abs(self.certified - self.value) if self.value is not None and math.isfinite(self.value) else 0.0
 
 
@@ -71,23 +72,23 @@ class Interval:
     largest: End
 
     def contains(self, x: float, tolerance: float = 1e-9) -> bool:
-        """Whether a value lies between the certified ends, within a relative and absolute tolerance."""
+        """Whether a value lies between the certified ends, within ``tolerance`` (relative, and absolute for values below 1)."""
         slack = tolerance * max(1.0, abs(x))
         return self.least.certified - slack <= x <= self.largest.certified + slack
 
 
 @dataclass(frozen=True)
 class PairBounds:
-    """A frictional pair.
+    """Bounds of a frictional pair.
 
     Attributes:
         joint: name of the joint.
         part: number of the pair in the joint.
         type: type of the joint.
-        normal_force: sum of the contacts' normal forces with friction at the limit, N; the capacity is μ_s times it.
-        friction: friction at the surface, N; signed for pairs of one freedom, else its size.
-        share: friction over capacity.
-        exact: whether the capacity is exact; that of a shaft is an upper bound.
+        normal_force: sum of the contacts' normal forces with friction at the limit, N; the capacity is μ_s times this sum.
+        friction: friction at the surface, N; signed for pairs of one freedom, otherwise the magnitude.
+        share: friction divided by capacity.
+        exact: whether the capacity is exact; the capacity of a shaft is an upper bound.
     """
 
     joint: str
@@ -100,16 +101,16 @@ class PairBounds:
 
     @property
     def margins(self) -> tuple[float, float]:
-        """(least, largest) of 1 − share, certified."""
+        """The certified least and largest value of 1 − share."""
         return 1.0 - self.share.largest.certified, 1.0 - self.share.least.certified
 
 
 @dataclass(frozen=True)
 class Breakaway:
-    """The onset of sliding as a load changes one way.
+    """The onset of sliding while a load increases, or while it decreases.
 
     Attributes:
-        guaranteed: amount up to which no motion can begin; NaN where the present load is not held.
+        guaranteed: amount up to which no motion can begin; NaN if the present load is not held.
         possible: amount beyond which no state holds.
         joints: joints that slide in the first motion.
     """
@@ -124,11 +125,11 @@ class LoadBounds:
     """Bounds of a load.
 
     Attributes:
-        name: its path in the scene.
-        unit: its unit.
-        now: its amount at the start; None for the effort of a drive.
-        more: onset of sliding as it grows.
-        less: onset of sliding as it falls.
+        name: path of the load in the scene.
+        unit: unit of the load.
+        now: amount of the load at the start; None for the effort of a drive.
+        more: onset of sliding as the load increases.
+        less: onset of sliding as the load decreases.
     """
 
     name: str
@@ -144,15 +145,15 @@ class HoldBounds:
 
     Attributes:
         holds: "certain" (no motion can begin), "possible" (some states hold, in others a motion begins) or "no".
-        first: joints that slide in the first motion, or in the one nearest to its onset.
+        first: joints that slide in the first motion; if no motion can begin, the joint nearest to its limit.
         open: number of directions that equilibrium does not determine.
-        self_stress: bound on self-stress, N; None: none.
+        self_stress: bound on self-stress, N; None means no bound.
         pairs: bounds of every pair.
         loads: bounds of every load, input and drive.
         answer: the ``HoldReport`` of one state.
         notes: limits of the results.
-        ended: "done", "budget" (out of time) or "cancelled" (Ctrl-C); ends without a value are then only certified.
-        misfit: bound on the misalignment, m; None: none.
+        ended: "done", "budget" (out of time) or "cancelled" (Ctrl-C). If not "done", some ends may have only a certified value.
+        misfit: bound on the misalignment, m; None means no bound.
     """
 
     holds: str
@@ -167,16 +168,16 @@ class HoldBounds:
     misfit: float | None = None
 
     def __getitem__(self, name: str) -> PairBounds:
-        """The first pair of a joint."""
+        """The bounds of the first pair of a joint."""
         return next(p for p in self.pairs if p.joint == name)
 
     def load(self, name: str) -> LoadBounds:
-        """A load by name."""
+        """The bounds of the load with this name."""
         return next(p for p in self.loads if p.name == name)
 
     @property
     def gap(self) -> float:
-        """The largest gap left at any end."""
+        """The largest gap of all ends."""
         ends = [e for p in self.pairs for i in (p.normal_force, p.friction, p.share) for e in (i.least, i.largest)]
         ends += [e for p in self.loads for b in (p.more, p.less) for e in (b.guaranteed, b.possible)]
         return max((e.gap for e in ends), default=0.0)

@@ -13,24 +13,25 @@ from trunnion.analysis.static_bounds.norm_program import FAR, Program
 from trunnion.analysis.static_bounds.search_budget import Effort
 
 CLOSE = 1e-9
-"""Gap between attained and certified value at which a search ends, relative to the value and to the loads."""
+"""A search ends if the gap between the attained and the certified value, relative to the value and to the loads, is below this
+value."""
 LIMIT = 0.98 * FAR
-"""Amount of an open direction from which the value is reported as unbounded."""
+"""If the amount of an open direction reaches this limit, the value is reported as unbounded."""
 EXACT = 1e-11
-"""Overestimate of a norm, relative to the loads, that counts as zero: the tolerance of the linear programs."""
+"""An overestimate of a norm, relative to the loads, counts as zero below this value, the tolerance of the linear programs."""
 EDGE = 0.05
-"""Least distance of a cut from the sides of a cell, relative to the cell's opening. If a cut would be nearer to a side, the cell
-is halved instead."""
+"""Least distance of a cut from the sides of a cell, relative to the cell's opening. A cell whose cut would be nearer to a side is
+halved instead."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """The minimum.
+    """The result of a minimisation.
 
     Attributes:
-        value: attained value; infinite where no state is admissible.
+        value: attained value; infinite if no admissible state was found.
         bound: certified lower bound.
-        X: state that attains the value.
+        X: state that attains the value; None if no admissible state was found.
         cells: number of examined cells.
         endless: whether the value is unbounded below, along X.
     """
@@ -43,12 +44,12 @@ class Found:
 
     @property
     def gap(self) -> float:
-        """Distance between value and bound."""
+        """Distance between the value and the bound."""
         return max(0.0, self.value - self.bound)
 
 
 class Search:
-    """One search. effort: limit of its cost; floor: known lower bound of the value; root: cones that contain all admissible
+    """One search. effort: its cost limits; floor: known lower bound of the value; root: cones that contain all admissible
     vectors."""
 
     def __init__(self, program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None):
@@ -91,7 +92,7 @@ class Search:
         return self.program.normal is None and self.X is not None and float(np.abs(self.X[:-1]).max(initial=0.0)) >= LIMIT
 
     def _visit(self, cell: Cell, bound: float) -> None:
-        """Solve a cell's relaxation, improve its state, and queue the cell where it may contain a lower value."""
+        """Solve the relaxation of a cell, improve the best state, and queue the cell if it may contain a lower value."""
         self.cells += 1
         answer = self.linear.solve(cell)
         if answer is None:
@@ -116,7 +117,7 @@ class Search:
             self.value, self.X = value, at
 
     def _parts(self, cell: Cell, answer: Answer) -> list[Cell]:
-        """The parts of a cell, cut where its relaxation is worst; none where it is exact."""
+        """The parts of a cell, cut where its relaxation is worst; [] if the relaxation is exact."""
         j = self._worst(cell, answer)
         if j is None:
             return []
@@ -125,7 +126,8 @@ class Search:
         return [{**cell, j: G} for G in cones]
 
     def _worst(self, cell: Cell, answer: Answer) -> int | None:
-        """The term whose overestimated norm has the largest effect; open senses of friction come first. None: exact."""
+        """The term to cut: a term whose sense of friction is still open, or else the term whose overestimate has the largest
+        effect. None if the relaxation is exact."""
         for row in self.program.rows:
             if row.when is not None and row.when[0] not in cell:
                 return row.when[0]
@@ -151,7 +153,8 @@ def _first(k: int) -> list[np.ndarray]:
 
 
 def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
-    """The two halves of a cone, cut through v (two components, v well inside), else through the middle of its widest side."""
+    """The two parts of a cone. A cone of two components is cut through v, if v is well inside; any other cone through the middle
+    of its widest side."""
     k = len(v)
     if k == 1:
         return []

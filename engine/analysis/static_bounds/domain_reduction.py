@@ -1,6 +1,7 @@
-"""Bounds of norms and directions before a search, by linear programs over all admissible states.
+"""Bounds of norms and directions, computed before a search by linear programs over all admissible states.
 
-Loads determine reactions roughly; friction and self-stress turn them by a few degrees. Searches therefore begin with narrow cells.
+The loads roughly determine the reactions. Friction and self-stress change the directions of the reactions by a few degrees only.
+Searches therefore begin with narrow cells.
 """
 
 from __future__ import annotations
@@ -12,17 +13,18 @@ from trunnion.analysis.static_bounds.norm_program import Program, Row
 from trunnion.analysis.static_bounds.search_budget import Effort
 
 CAP = 1.0 + 1e-9
-"""Factor on the largest value of a linear program: ten times its tolerance."""
+"""Factor on the largest value of a linear program. Its excess over 1 is ten times the tolerance of the program."""
 NARROW = 1e-6
-"""Least opening of a cone, rad. The error of its relaxation is the square of this opening; narrower cones are ill conditioned."""
+"""Least opening of a cone, rad. The error of the relaxation is the square of the opening. Narrower cones are ill conditioned."""
 ROUNDS = 4
-"""Most rounds in which cones narrow each other. A further round would gain less than one cut of a cell."""
+"""Largest number of rounds in which cones narrow each other. A further round would gain less than one cut of a cell."""
 
 
 def limit_norms(program: Program, effort: Effort) -> Program:
-    """The program with an upper bound for each norm whose overestimate relaxes it, so that its relaxations are bounded.
+    """The program with an upper bound for each norm whose overestimate relaxes the program. Its relaxations are then bounded.
 
-    At the end of the time only the bounds found so far are added."""
+    If the time is over, only the bounds found so far are added.
+    """
     rows = []
     for j, helps in enumerate(program.concave()):
         if helps == 0.0 or effort.is_over():
@@ -38,7 +40,7 @@ def limit_norms(program: Program, effort: Effort) -> Program:
 
 
 def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
-    """Cones that contain the terms' vectors in every state of the program. X: one of its states."""
+    """Cones that contain the vectors of the terms in every state of the program. X: one state of the program."""
     cell: Cell = {}
     for _ in range(ROUNDS):
         before = {j: G.copy() for j, G in cell.items()}
@@ -51,7 +53,7 @@ def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
 
 
 def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell, effort: Effort) -> None:
-    """Add or narrow the cone of term j in the cell, where its vector stays within a half space."""
+    """Add or narrow the cone of term j in the cell, if the vector of the term stays within a half space."""
     size, V = float(np.linalg.norm(v)), program.terms[j]
     if size < NARROW:
         return
@@ -74,7 +76,8 @@ def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell, effort: Effort)
 
 
 def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
-    """Corners of a simplex around the box of these spans: its two ends, or a triangle of twice its sides."""
+    """Corners of a simplex that contains the box of these spans: the two ends of one span, or a triangle with twice the sides of
+    the box."""
     low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
     return [low, *(low + row for row in np.diag(size))]
 

@@ -1,6 +1,5 @@
-"""A scene for statics: unknown efforts replace the drives, and amounts at the start replace the loads. Loads and efforts of
-drives are then parameters of one kernel.
-"""
+"""A scene for statics. Unknown efforts replace the drives, and loads are constant with their amounts at the start. Loads and drive
+efforts are then parameters of one kernel."""
 
 from __future__ import annotations
 
@@ -21,13 +20,13 @@ from trunnion.system.structure.devices_and_loads import Signal as Follows
 
 @dataclass(frozen=True)
 class Load:
-    """A load as a parameter.
+    """A load or drive effort as a parameter.
 
     Attributes:
         name: path in the scene.
         unit: unit of its amount.
         now: amount at the start; NaN for drives.
-        paths: parameters on which it acts, each with its share of the amount.
+        paths: (path, share) of each parameter that the load changes; the parameter changes by share times the amount.
         drive: (joint, freedom) of a drive; None for other loads.
     """
 
@@ -39,9 +38,10 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene with every drive replaced by an effort and every load by its amount at the start; its loads, drives first).
+    """(the scene in which an effort replaces every drive and a constant amount replaces every load, its loads with drives first).
 
-    built: of the given scene; poses: start coordinates of joints with drives, rad or m."""
+    built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
+    """
     known = _start_amounts(built)
     joints, loads, drives = dict(scene.joints), [], []
     uses: dict[str, list[tuple[str, float]]] = {name: [] for name in scene.inputs}
@@ -83,7 +83,7 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    for device, signal in (("motor", "signal"), ("latch", "release")):  # at the value of the start
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # constant, with the value of the start
         own = getattr(j, device)
         if own is None:
             continue
@@ -97,7 +97,7 @@ def _joint(
 
 
 def _fixed_friction(name: str, f: sm.Friction, known: dict[str, float]) -> sm.Friction:
-    """Friction with constant numbers in place of signals."""
+    """Friction in which each signal is replaced by its value at the start."""
     out: dict[str, Any] = {}
     for n in VARYING:
         given = getattr(f, n)
@@ -117,7 +117,7 @@ def _fixed_friction(name: str, f: sm.Friction, known: dict[str, float]) -> sm.Fr
 def _force(
     name: str, f: sm.Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]
 ) -> tuple[sm.Applied, list[Load]]:  # fmt: skip
-    """(the force with constant numbers, the load that is its amount along its direction at the start)."""
+    """(the force with constant components, list with a load for its amount along its direction at the start)."""
     if isinstance(f, sm.SpringDamper | sm.Bushing):
         return f, []
     given, field = (f.force, "force") if isinstance(f, sm.Force) else (f.torque, "torque")
@@ -134,7 +134,8 @@ def _force(
 
 
 def _start_amounts(built: Built) -> dict[str, float]:
-    """Every signal of loads, motors, latches and friction at t = 0: "joint.freedom" or "forces.name.component" → N or N m."""
+    """Values at t = 0 of all signals of loads, motors, latches and friction, by keys such as "joint.freedom" and
+    "forces.name.component". Efforts and forces are in N or N m."""
     signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
     signals |= {f"{j.name}.motor.{k}": d.motor.signal for j in built.system.joints for k, d in enumerate(j.devices) if d.motor}
     signals |= {f"{j.name}.latch.{k}": d.latch.release for j in built.system.joints for k, d in enumerate(j.devices) if d.latch}

@@ -1,7 +1,8 @@
-"""Elementary motions of a mechanism at rest: no motion with fewer sliding pairs exists (theory, "Bounds at rest").
+"""Elementary motions of a mechanism at rest. A motion is elementary if no other motion slides only some of its sliding pairs
+(theory, "Bounds at rest").
 
-Every motion is a sum of elementary motions whose pairs slide in the same sense. Where friction allows a motion to begin, it allows
-one of its elementary motions.
+Every motion is a sum of elementary motions whose pairs slide in the same sense. If friction allows a motion to begin, it also
+allows one of these elementary motions to begin.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from trunnion.analysis.static_bounds.equilibrium_space import RANK
 from trunnion.elements.contact.static_friction_capacity import Pair
 
 MOST = 400
-"""Most sets of resting pairs that are tried; with more sets a note reports that motions may be missing."""
+"""Largest number of sets of resting pairs to try. If there are more sets, a note reports that motions may be missing."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,9 @@ class Motion:
     """A motion that may begin.
 
     Attributes:
-        rates: rates of the tree's freedoms (nv × 1), with the fastest surface velocity 1. A ball or shaft that may slide in k
-            directions gives k columns (nv × k).
-        slides: surface velocity of every pair, zero at rest; with k columns only their sizes count.
+        rates: rates of the tree's freedoms (nv × 1), scaled to a largest surface velocity of 1. A ball or shaft that may slide
+            in k directions gives k columns (nv × k).
+        slides: surface velocity of every pair, zero for a pair at rest. With k columns, its entries are magnitudes only.
     """
 
     rates: np.ndarray
@@ -34,7 +35,7 @@ class Motion:
 
     @property
     def directed(self) -> bool:
-        """Whether its direction is unique."""
+        """Whether the direction of the motion is unique."""
         return self.rates.shape[1] == 1
 
     @property
@@ -44,16 +45,18 @@ class Motion:
 
 
 def motions(st: Statics, pairs: tuple[Pair, ...], freed: int | None = None) -> tuple[list[Motion], int, bool]:
-    """(elementary motions, each once for both senses; number of freedoms without friction; whether all were found).
+    """(elementary motions, number of freedoms without friction, whether all elementary motions were found). Each motion stands for
+    both senses.
 
-    Drives are held. freed: index of a drive that is free."""
+    Drives are held, except the drive with the index ``freed``.
+    """
     held = [row for k, row in enumerate(st.driven) if k != freed]
     closed = np.vstack([st.closure, *held]) if held else st.closure
     free = _null_space(closed, st.rates.shape[1])
     W = [_surface_velocities(st, p) @ free for p in pairs]
     every = np.vstack(W) if W else np.zeros((0, free.shape[1]))
     unheld = _null_space(every, free.shape[1])
-    rest = np.linalg.qr(unheld, mode="complete")[0][:, unheld.shape[1] :]  # motions with friction
+    rest = np.linalg.qr(unheld, mode="complete")[0][:, unheld.shape[1] :]  # basis of the motions with friction
     found: list[Motion] = []
     for tried, chosen in enumerate(_resting_sets(W, rest)):
         if tried >= MOST:
@@ -66,19 +69,19 @@ def motions(st: Statics, pairs: tuple[Pair, ...], freed: int | None = None) -> t
 
 
 def _resting_sets(W: list[np.ndarray], rest: np.ndarray) -> itertools.chain[tuple[int, ...]]:
-    """Sets of resting pairs that may leave a single motion possible. A set has at most one pair less than there are freedoms."""
+    """Sets of resting pairs for which a single motion may remain possible. A set has fewer pairs than there are freedoms."""
     return itertools.chain.from_iterable(itertools.combinations(range(len(W)), k) for k in range(max(rest.shape[1], 1)))
 
 
 def _blocks_all(w: np.ndarray, null: np.ndarray) -> bool:
-    """Whether a pair rests in all of these motions, or blocks all of them where it is held."""
+    """Whether a pair rests in all motions of ``null``, or would block all these motions if it were held."""
     left = w @ null
     moves = np.abs(left).max(initial=0.0) > RANK * max(float(np.abs(w).max(initial=0.0)), 1e-300)
     return not moves or np.linalg.matrix_rank(left, tol=RANK * float(np.linalg.norm(left))) == null.shape[1]
 
 
 def _add(found: list[Motion], rates: np.ndarray, every: list[np.ndarray]) -> None:
-    """Append a new motion. every: for each pair its rates in each direction of the motion (k × directions)."""
+    """Append a motion, if it is new. every: for each pair, the pair's rates in each direction of the motion (k × directions)."""
     slides = [v[:, 0] if v.shape[1] == 1 else np.linalg.norm(v, axis=1) for v in every]
     size = max(float(np.abs(v).max(initial=0.0)) for v in slides)
     clean = tuple(np.where(np.abs(v) > RANK * size, v / size, 0.0) for v in slides)
@@ -91,14 +94,14 @@ def _add(found: list[Motion], rates: np.ndarray, every: list[np.ndarray]) -> Non
 
 
 def _surface_velocities(st: Statics, p: Pair) -> np.ndarray:
-    """Surface velocities of a pair along its friction by the tree's rates (k × nv)."""
+    """Jacobian of the pair's surface velocities along its friction components by the rates of the tree (k × nv)."""
     j = st.joint(p.joint)
     rows = st.rates[[j.element.rate0 + j.rubs.eta.index(eta) for eta in p.eta]]
     return np.linalg.inv(p.friction) @ rows
 
 
 def _null_space(rows: np.ndarray, n: int) -> np.ndarray:
-    """A basis of the rows' null space (n × d); each row is scaled to its largest entry."""
+    """A basis of the null space of the rows (n × d). Each row is first scaled to its largest entry."""
     if not len(rows):
         return np.eye(n)
     scale = np.abs(rows).max(axis=1, initial=0.0)

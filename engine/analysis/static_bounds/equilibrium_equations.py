@@ -1,8 +1,8 @@
-"""Equilibrium at rest as linear equations of reactions, frictions, drive efforts and loads (theory, "Bounds at rest").
+"""Equilibrium at rest as linear equations in reactions, frictions, drive efforts and loads (theory, "Bounds at rest").
 
-The unknowns are x = [λ; η; efforts of drives]: multipliers of the loops' rows and of friction, and the effort that holds each
-drive. Equilibrium means q̈ = 0, one equation for each freedom of the tree. Multiplied by the mass matrix it is an equation of
-forces, E x + E_p p + e = 0, where p are the loads.
+The unknowns are x = [λ; η; efforts of drives]. λ are the multipliers of the loop constraints, η those of friction, and the efforts
+hold the drives. Equilibrium means q̈ = 0, one equation for each freedom of the tree. Multiplication by the mass matrix gives the
+force equations E x + E_p p + e = 0, where p are the loads.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from trunnion.system.structure.parameter_table import Param
 
 @dataclass(frozen=True)
 class FrictionJoint:
-    """A joint with friction: its element and its numbers."""
+    """A joint with friction. element: its friction element; rubs: the numerical data of its contact."""
 
     element: Element
     rubs: Rubs
 
     @property
     def reactions(self) -> slice:
-        """The element's components among the reactions."""
+        """Slice of the element's components in the vector of reactions."""
         return slice(self.element.n0, self.element.n0 + len(self.element.needs))
 
 
@@ -44,22 +44,22 @@ class FrictionJoint:
 class Statics:
     """Equilibrium of a scene at its start.
 
-    Unknowns are x (n) = [λ (a); η (e); efforts of drives (m)], loads are p (l).
+    The unknowns are x (n) = [λ (a); η (e); efforts of drives (m)], and the loads are p (l).
 
     Attributes:
         joints: the joints with friction.
-        drives: efforts of the drives (m).
-        loads: the loads (l).
+        drives: the m efforts of drives.
+        loads: the l loads.
         multipliers: number of multipliers, a + e.
-        balance: E (nv × n), N and N m.
+        balance: E (nv × n) of the force equations E x + E_p p + e = 0, N and N m.
         by_load: E_p (nv × l).
         constant: e (nv).
         reaction: N_x (nn × n) of the reactions N = N_x x + N_p p + N_0.
         reaction_by_load: N_p (nn × l).
         reaction_constant: N_0 (nn).
-        rates: rates of the freedoms with friction by rates of the tree (nr × nv).
-        closure: rates of the loops' rows (rows × nv).
-        driven: rates that the drives hold (m × nv).
+        rates: Jacobian of the rates of freedoms with friction by the rates of the tree (nr × nv).
+        closure: Jacobian of the loop constraints by the rates of the tree (rows × nv).
+        driven: selection of the rates that the drives hold (m × nv).
         length: scale of lengths, m.
         force: scale of forces, N.
     """
@@ -84,7 +84,7 @@ class Statics:
     notes: tuple[str, ...]
 
     def joint(self, name: str) -> FrictionJoint:
-        """A joint with friction by its name."""
+        """The joint with friction that has this name."""
         return next(j for j in self.joints if j.rubs.joint == name)
 
     def pairs(self) -> list[Pair]:
@@ -98,16 +98,16 @@ class Statics:
 
     @property
     def eta0(self) -> int:
-        """Where η begins in x."""
+        """Index of the first entry of η in x."""
         return self.multipliers - self.system.neta
 
 
 TINY = 1e-12
-"""Least step of forces in differences, N, for scenes without mass or size."""
+"""Least force step of the finite differences, N, for scenes without mass or size."""
 
 
 def statics(scene: Scene) -> Statics:
-    """The equilibrium of a scene at its start pose, at rest. SimulationError where the pose cannot be assembled."""
+    """The equilibrium of a scene at its start pose, at rest. SimulationError if the pose cannot be assembled."""
     asked, notes = hold_drives(scene)
     _refuse_gears(asked)
     built = build(asked)
@@ -120,7 +120,7 @@ def statics(scene: Scene) -> Statics:
 
 
 def _refuse_gears(scene: Scene) -> None:
-    """SceneError for gears with friction, whose contact forces are not sums of norms."""
+    """Raise SceneError for gears with friction: their contact forces are not sums of norms."""
     found = [n for n, j in scene.joints.items() if j.friction is not None and (e := touching(j)) is not None and e.bound]
     what, hint = "bounds at rest are not available for gears with friction", "remove the friction of the gear for this analysis"
     if found:
@@ -139,7 +139,8 @@ def _poses(scene: Scene, built: Built) -> dict[str, tuple[float, ...]]:
 
 
 def _evaluate_maps(model: Model, drives: tuple[Load, ...], loads: tuple[Load, ...], notes: tuple[str, ...]) -> Statics:
-    """The equations from evaluations of the kernel: one value, and one difference for each unknown and each load."""
+    """The equations, from evaluations of the kernel: one value at zero, and one finite difference for each unknown and each
+    load."""
     probe, built, system = Probe(model.block), model.built, model.system
     n, nv = probe.unknowns, probe.sizes["nv"]
     unit = max(built.numbers.energy / built.numbers.length, TINY)
@@ -170,9 +171,11 @@ def _evaluate_maps(model: Model, drives: tuple[Load, ...], loads: tuple[Load, ..
 
 
 def mass_matrix(probe: Probe, nv: int) -> np.ndarray:
-    """The mass matrix (nv × nv) from the kinetic energy; the identity where the kernel of a large tree lacks it.
+    """The mass matrix (nv × nv), computed from the kinetic energy. If the kernel (of a large tree) has no kinetic energy, the
+    result is the identity.
 
-    The equations are then those of accelerations, with the same solutions."""
+    With the identity, the equations are equations of accelerations. They have the same solutions.
+    """
     unit = np.eye(nv)
     each = [probe.kinetic(v) for v in unit]
     if not all(each):
@@ -187,7 +190,7 @@ def mass_matrix(probe: Probe, nv: int) -> np.ndarray:
 def _load_effect(
     probe: Probe, built: Built, load: Load, a0: np.ndarray, r0: np.ndarray, unit: float
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Derivatives of (accelerations, reaction components) by a load."""
+    """Derivatives of the accelerations and of the reaction components by a load."""
     changed, zero = probe.parameters.copy(), np.zeros(probe.unknowns)
     for path, share in load.paths:
         changed[built.parameters.paths.index(path)] += unit * share
@@ -198,7 +201,7 @@ def _load_effect(
 
 
 def _joints(model: Model, reactions: np.ndarray) -> tuple[FrictionJoint, ...]:
-    """Joints with friction; sliding overlaps have their length at the start pose."""
+    """The joints with friction. An overlap that varies with sliding has its length at the start pose."""
     values = model.built.parameters.values
     out = []
     for e in elements(model.system):

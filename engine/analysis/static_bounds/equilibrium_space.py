@@ -1,7 +1,8 @@
 """All states in equilibrium as an affine space, and the limits of friction as a program of norms.
 
-A state is x = x₀ + B y, where y (N) are the amounts of the open directions. B spans the self-balanced changes of contact forces,
-frictions and the free load. Its scale makes unit y unit contact forces. Forces are relative to a scale of the loads.
+A state is x = x₀ + B y, where y (N) are the amounts of the open directions. The columns of B are self-balanced changes of contact
+forces, frictions and the free load. B is scaled so that a unit vector y changes the forces by a vector of norm 1. All forces are
+relative to a scale of the loads.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from trunnion.analysis.static_bounds.norm_program import Across, Program, Row, t
 from trunnion.elements.contact.static_friction_capacity import Norm, Pair
 
 RANK = 1e-9
-"""Singular value, relative to the largest, below which a direction counts as zero (round-off 1e-14, real directions 1e-6)."""
+"""A singular value counts as zero below this multiple of the largest (round-off is 1e-14; real directions exceed 1e-6)."""
 
 
 @dataclass(frozen=True)
 class Space:
-    """States in equilibrium.
+    """All states in equilibrium.
 
     Attributes:
         statics: the equations.
         pairs: the frictional pairs.
         origin: x₀ (n).
         basis: B (n × d).
-        load: index of the free load, whose amount is the last entry of x; None without one.
+        load: index of the free load, whose amount is the last entry of x; None if no load is free.
         scale: scale of forces, N.
-        misses: residual of the equations relative to the loads; large where a freedom is without balance.
+        misses: residual of the equations relative to the loads; large if a freedom cannot be in balance.
     """
 
     statics: Statics
@@ -56,7 +57,7 @@ class Space:
         return rows @ x + constant
 
     def functional(self, rows: np.ndarray, constant: np.ndarray) -> np.ndarray:
-        """Linear functions rows · x + constant of a state as rows over X."""
+        """The linear functions rows · x + constant of a state x, as rows over X."""
         return np.column_stack([rows @ self.basis, rows @ self.origin + constant / self.scale])
 
     def norm_vector(self, pair: Pair, n: Norm) -> np.ndarray:
@@ -90,7 +91,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     seen = looks[:, :-1] @ null
     U, sizes, Vt = np.linalg.svd(seen, full_matrices=False) if seen.size else (seen, np.zeros(0), np.zeros((0, null.shape[1])))
     unit = np.abs(looks[:, :-1]).max(initial=0.0) * np.abs(null).max(initial=0.0)
-    keep = sizes > RANK * max(unit, 1e-300)  # relative to the sizes themselves, round-off of zeros would count
+    keep = sizes > RANK * max(unit, 1e-300)  # not relative to the largest size, which may be round-off
     basis = null @ (Vt[keep].T / sizes[keep])
     at = looks[:, :-1] @ origin + looks[:, -1]
     origin = origin - basis @ (U[:, keep].T @ at)
@@ -100,7 +101,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
 
 
 def _solutions(E: np.ndarray, e: np.ndarray, force: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """(x with E x + e = 0, a basis of the null space, residual relative to e)."""
+    """(a solution x of E x + e = 0, a basis of the null space of E, residual relative to e)."""
     n = E.shape[1]
     if not len(E):
         return np.zeros(n), np.eye(n), 0.0
@@ -125,7 +126,7 @@ def _reaction_map(st: Statics, load: int | None) -> tuple[np.ndarray, np.ndarray
 
 
 def _contact(st: Statics, load: int | None, pair: Pair, n: Norm) -> tuple[np.ndarray, np.ndarray]:
-    """(rows over x, constants) of a norm's vector."""
+    """(rows over x, constants) of the vector of a norm."""
     R, constant = _reaction_map(st, load)
     mine = st.joint(pair.joint).reactions
     rows = n.rows @ R[mine]
@@ -159,7 +160,8 @@ def _force_rows(st: Statics, pairs: tuple[Pair, ...], load: int | None) -> np.nd
 
 
 def holding_program(s: Space) -> tuple[Program, list[int], list[dict[int, dict[int, float]]]]:
-    """(program of all admissible states, term of each pair's friction, weights of terms in each pair's capacity by sense)."""
+    """(program of all admissible states, index of the term of each pair's friction, {sense of friction: {term: weight}} of each
+    pair's capacity)."""
     terms: list[np.ndarray] = []
     rows: list[Row] = []
     across: list[Across] = []

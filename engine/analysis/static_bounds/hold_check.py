@@ -1,4 +1,4 @@
-"""``hold``: whether friction holds a scene at its start; with ``bounds`` over all admissible states."""
+"""``hold``: whether friction holds a scene at its start. With ``bounds``, the answer covers all admissible states."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from trunnion.scene.overrides import Given, scene_given
 from trunnion.system.structure.loop_joints import USUAL
 
 FEW, CELLS, FEWER = 4, 1000, 100
-"""Most cells of a search: CELLS with up to FEW open directions, else FEWER. A search takes seconds."""
+"""Largest number of cells of a search: CELLS with up to FEW open directions, otherwise FEWER. A search takes seconds."""
 
 
 @overload
@@ -48,20 +48,23 @@ def hold(
     Args:
         scene: as for ``simulate``.
         overrides: changes of the scene, {path: value}.
-        bounds: whether all admissible states are examined: equilibrium with friction within its limits.
-        self_stress: largest contact force, N, that opposed joints cause without loads; without it or ``misfit`` intervals may be
-            infinite.
-        misfit: the same as a misalignment, m: each contact force is at most the joint's ``stiffness`` times it.
-        cells: most cells of each search.
-        budget: time for all searches, s. Each has its share, and returns certified values at its end. Ctrl-C ends them, too.
+        bounds: whether to examine all admissible states (equilibrium with friction within its limits).
+        self_stress: largest contact force, N, that opposed joints cause without loads. If neither this limit nor ``misfit`` is
+            given, intervals may be infinite.
+        misfit: the same limit, given as a misalignment, m. Each contact force is at most the joint's ``stiffness`` times the
+            misalignment.
+        cells: largest number of cells of each search.
+        budget: time for all searches, s. Each search has a share of this time. Certified values are returned even if the time or
+            Ctrl-C ends a search early.
 
     Returns:
-        A ``HoldReport``; with ``bounds`` a ``HoldBounds``: ranges of normal force, friction and margin of every joint, and for
-        every load, input and drive the amount that is certainly held and the amount beyond which no state holds.
+        A ``HoldReport``, or with ``bounds`` a ``HoldBounds``. A ``HoldBounds`` has ranges of normal force, friction and margin of
+        every joint. For every load, input and drive it has the amount that is certainly held and the amount beyond which no
+        state holds.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: where the pose cannot be assembled or the statics have no solution.
+        SimulationError: if the pose cannot be assembled or the statics have no solution.
     """
     loaded = scene_given(scene, overrides)
     if not bounds:
@@ -112,13 +115,13 @@ def _budget_notes(effort: Effort, planned: int) -> list[str]:
     if effort.ended == "done":
         return []
     why = "Ctrl-C" if effort.ended == "cancelled" else "the time budget"
-    return [f"{why} ended {effort.short} of up to {planned} searches early: the bounds are those certified by then"]
+    return [f"{why} ended {effort.short} of up to {planned} searches early: the bounds are the values certified before"]
 
 
 def _first(
     answer: HoldReport, pairs: tuple[Pair, ...], begin: list[tuple[Motion, bool | None]], each: tuple[PairBounds, ...]
 ) -> tuple[str, ...]:
-    """The joints of the motion that can begin; if none can, the joint nearest to its limit."""
+    """The joints of the motion that can begin. If no motion can begin, the joint nearest to its limit."""
     if begin:
         return tuple(dict.fromkeys(pairs[i].joint for i in begin[0][0].moving))
     if not each:

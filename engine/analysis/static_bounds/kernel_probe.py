@@ -1,6 +1,7 @@
-"""Calls of single kernel functions on arrays of this module. At rest the results are affine in multipliers and loads.
+"""Calls single functions of a kernel on separate arrays.
 
-One value, and one difference for each multiplier and load, therefore give the affine map.
+At rest the results are affine functions of the multipliers and loads. One value at zero, and one finite difference for each
+multiplier and load, therefore determine the functions.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from trunnion.runtime.abi.kernel_records import KERNEL
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 PAD = 8
-"""Doubles behind each array, because generated code may write whole SIMD vectors."""
+"""Number of extra doubles at the end of each array, because generated code may write whole SIMD vectors."""
 
 
 class Probe:
@@ -38,7 +39,7 @@ class Probe:
         function(*[p.ctypes.data if isinstance(p, np.ndarray) else p for p in places])
 
     def prepare(self, parameters: np.ndarray) -> None:
-        """Compute the constants and stage 1 with these parameters."""
+        """Compute the constants and stage 1 of the kernel with these parameters."""
         self._call("prepare", self.table.scene, _padded(parameters), self.c)
         self._call("stage1", self.x, self.y, self.c, self.w, self.maps, self.dy, self.power)
 
@@ -59,7 +60,7 @@ class Probe:
         return constant + by_lambda @ z[:a] + by_eta @ z[a:]
 
     def rates(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(rates of the freedoms of frictional joints, rates of the loops' rows) for the free rates v (nv)."""
+        """(rates of the freedoms of frictional joints, rates of the loop constraints) for the free rates v (nv)."""
         s = self.sizes
         a, e, n, y = s["active"], s["neta"], s["nn"], self.y.copy()
         y[s["nq"] : s["nq"] + s["nv"]] = v
@@ -70,13 +71,14 @@ class Probe:
         return maps[at : at + s["nrates"]].copy(), residuals[s["rows"] : 2 * s["rows"]].copy()
 
     def capacities(self, N: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """(capacity, friction, load that friction cannot carry) of every pair held with η, N at the surface (pairs × 3)."""
+        """For every pair held with η: capacity, friction, and the load that friction cannot carry, in N at the surface (pairs ×
+        3)."""
         out = np.zeros(3 * self.sizes["nsliders"] + PAD)
         self._call("held_alone", _padded(N), _padded(eta), self.x, self.c[self.sizes["c_held"] :], out)
         return out[: 3 * self.sizes["nsliders"]].reshape(-1, 3)
 
     def kinetic(self, v: np.ndarray) -> float:
-        """Kinetic energy for the free rates v (nv), J; 0 where the kernel of a large tree lacks it."""
+        """Kinetic energy for the free rates v (nv), J; 0 if the kernel (of a large tree) has no kinetic energy."""
         y, out = self.y.copy(), np.zeros(PAD)
         y[self.sizes["nq"] : self.sizes["nq"] + self.sizes["nv"]] = v
         self._call("energy", self.x, y, self.c[self.sizes["c_energy"] :], out)

@@ -1,7 +1,8 @@
 """Linear relaxations of a program of norms over a cell, and linear programs that descend to a local minimum.
 
-A cell restricts the vectors of some terms to simplicial cones: v = G a, a ≥ 0, where the columns of G are unit vectors. Then
-u·v ≤ |v| ≤ Σ a for every unit vector u, with equality along the columns. The error is of second order in the opening of the cone.
+A cell restricts the vectors of some terms to simplicial cones: v = G a with a ≥ 0, where the columns of G are unit vectors. Then
+u·v ≤ |v| ≤ Σ a for every unit vector u. The upper bound is exact along the columns of G. Its error is of second order in the
+opening of the cone.
 """
 
 from __future__ import annotations
@@ -14,25 +15,25 @@ import numpy as np
 from trunnion.analysis.static_bounds.norm_program import FAR, Program, Row
 from trunnion.basics.optional_packages import brought
 
-optimize = brought("scipy.optimize", "analysis", "bounds of friction at rest")
+optimize = brought("scipy.optimize", "analysis", "the analysis of friction bounds")
 LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False}
-"""The solver's smallest tolerances, relative to the loads: they limit the certified values. Presolving small programs
-costs more than it saves."""
+"""The smallest tolerances of the solver, relative to the loads. They limit the accuracy of certified values. For small programs,
+presolving costs more time than it saves."""
 SOLVED, NONE = 0, 2
 """Statuses of ``linprog``: solved, infeasible."""
 FEASIBLE = 1e-9
 """Largest violation of a row by an attained state, relative to the loads."""
 BREAKING = 1e3
-"""Price of a violated row in a descent; the largest multiplier seen was 10."""
+"""Penalty for a violated row in a descent. The largest multiplier observed was 10."""
 OLD = 40
-"""Number of linear programs after which a cut that they did not need is dropped."""
+"""A cut is dropped if this number of successive linear programs did not need it."""
 Cell = dict[int, np.ndarray]
-"""Cones by term: G (k × k)."""
+"""{term: matrix G (k × k) of its cone}."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The solution of a linear program: value, X, and t in place of the norms."""
+    """The solution of a linear program: its value, X, and the variables t that replace the norms."""
 
     value: float
     X: np.ndarray
@@ -40,9 +41,10 @@ class Answer:
 
 
 class Relaxation:
-    """The linear programs of one program of norms. Cuts t ≥ u·v are valid in every cell and accumulate.
+    """The linear programs of one program of norms. Cuts t ≥ u·v are valid in every cell and are therefore reused in other cells.
 
-    over: whether to stop adding cuts; certified values stay valid."""
+    over: returns whether to stop adding cuts. Certified values are valid with any number of cuts.
+    """
 
     def __init__(self, program: Program, over: Callable[[], bool] = lambda: False):
         self.program, self.is_over = program, over
@@ -69,7 +71,7 @@ class Relaxation:
         self.ages.append(0)
 
     def solve(self, cell: Cell) -> Answer | None:
-        """The solution of the relaxation over a cell, with cuts added as needed; None where it is infeasible."""
+        """The solution of the relaxation over a cell, with cuts added as needed; None if it is infeasible."""
         found = None
         upper, equal = self._rows(cell)
         normal = None if self.program.normal is None else self._relaxed_row(self.program.normal)
@@ -80,7 +82,7 @@ class Relaxation:
         return found
 
     def _cut_off(self, a: Answer) -> bool:
-        """Add cuts where the solution underestimates a norm. Returns whether any was added."""
+        """Add cuts where the solution underestimates a norm. Returns whether a cut was added."""
         more = False
         for j, V in enumerate(self.program.terms):
             v = V @ a.X
@@ -91,9 +93,11 @@ class Relaxation:
         return more
 
     def climb(self, X: np.ndarray, rounds: int = 20) -> np.ndarray | None:
-        """The best state of a descent from X; None without one.
+        """The best state of a descent from X; None if no admissible state is found.
 
-        Its linear programs replace norms that must be large by tangents, which never exceed them. So solutions are admissible."""
+        The linear programs of the descent replace norms that must be large by their tangents. A tangent never exceeds its norm, so
+        the solutions are admissible.
+        """
         best, value, p = None, np.inf, self.program
         if float(np.abs(X).max()) < 1e-9:  # norms have no tangent at zero
             X = np.append(np.zeros(self.n - 1), 1.0)
@@ -115,13 +119,15 @@ class Relaxation:
         return best
 
     def _elastic(self, cost: np.ndarray, rows: list[np.ndarray], normal: np.ndarray | None) -> Answer | None:
-        """A linear program of the descent. A common slack with a price relaxes its rows, so that any X is a valid start."""
+        """One linear program of the descent. A common slack variable with a penalty relaxes the rows, so that any X is a valid
+        start."""
         wide = [np.append(r, -1.0) for r in rows] + [np.append(r, 0.0) for r in self.cuts]
         scale = None if normal is None else np.append(normal, 0.0)
         return self._linear(np.append(cost, BREAKING), wide, [], scale, [*self.free, (0.0, None)])
 
     def _tangent(self, X: np.ndarray) -> list[np.ndarray]:
-        """Rows ≤ 0 of the descent at X. Norms that must be small are variables t with cuts; norms that must be large are u·v."""
+        """Rows ≤ 0 of the descent at X. A variable t with cuts replaces a norm that must be small; u·v replaces a norm that must
+        be large."""
         p = self.program
         upper: list[np.ndarray] = []
         equal: list[np.ndarray] = []
@@ -179,7 +185,8 @@ class Relaxation:
         return upper, equal
 
     def _perpendicular_rows(self, G: np.ndarray, force: int, moment: int, most: float) -> list[np.ndarray]:
-        """Rows for a vector perpendicular to one in the cone: its part along the cone's middle is at most sin(opening) of it."""
+        """Rows for a moment perpendicular to a force in the cone G. The moment's component along the axis of the cone is at most
+        sin(opening) times ``most`` times the norm of the force."""
         u = G.sum(axis=1)
         u /= np.linalg.norm(u)
         sine = float(np.sqrt(max(0.0, 1.0 - float((u @ G).min()) ** 2)))
@@ -200,9 +207,10 @@ class Relaxation:
         self, cost: np.ndarray, upper: list[np.ndarray], equal: list[np.ndarray], normal: np.ndarray | None,
         box: list[tuple[float, float | None]],
     ) -> Answer | None:  # fmt: skip
-        """The solution of one linear program; None where it is infeasible.
+        """The solution of one linear program; None if it is infeasible.
 
-        Where the solver fails, the value is −∞ and the norms are large, so that the search cuts the cell."""
+        If the solver fails, the value is −∞ and the norms are large, so that the search cuts the cell.
+        """
         rows = equal if normal is None else [*equal, normal]
         right = [0.0] * len(equal) if normal is None else [*[0.0] * len(equal), 1.0]
         self.solved += 1
@@ -220,7 +228,7 @@ class Relaxation:
         return Answer(float(found.fun), found.x[: self.n], found.x[self.n : self.n + self.m])
 
     def _forget(self, x: np.ndarray) -> None:
-        """Drop cuts that were not used recently, but never the first ones."""
+        """Drop cuts that were not needed recently. The first cuts are always kept."""
         if len(self.cuts) > self.first:
             needed = np.abs(np.array(self.cuts) @ x) < 1e-7
             self.ages = [0 if n else a + 1 for n, a in zip(needed, self.ages, strict=True)]

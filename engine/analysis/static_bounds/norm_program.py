@@ -1,7 +1,7 @@
-"""Programs of norms: minimise a row of linear functions and norms, subject to such rows.
+"""Programs of norms: minimise a sum of linear functions and norms, subject to constraints of the same form.
 
-Variables are X = [y; τ], and for every term j the number t_j = |V_j X|. A row is linear·X + Σ coefficient·t ≤ 0 (or = 0). τ is 1.
-In a homogeneous program τ is free and the ``normal`` row is 1, which minimises quotients.
+The variables are X = [y; τ]. Every term j has the norm t_j = |V_j X|. A row is the constraint linear·X + Σ coefficient·t ≤ 0 (or =
+0). Normally τ = 1. In a homogeneous program τ is free and the ``normal`` row equals 1; the minimum is then that of a quotient.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 FAR = 1e4
-"""Amount of an open direction, in multiples of the loads, that counts as unbounded."""
+"""Limit of the amounts of open directions, in multiples of the loads. Amounts near this limit count as unbounded."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row linear (d + 1) · X + Σ norms[j] t_j ≤ 0 or = 0. when: (term of one component, its sign): condition of the row."""
+    """The constraint linear·X + Σ norms[j] t_j ≤ 0, or = 0 if ``equal``; linear has d + 1 entries. when: (term of one component,
+    sign); the constraint applies only if this component has this sign."""
 
     linear: np.ndarray
     norms: dict[int, float] = field(default_factory=dict)
@@ -24,12 +25,12 @@ class Row:
     when: tuple[int, int] | None = None
 
     def value(self, X: np.ndarray, t: np.ndarray) -> float:
-        """The left side at X (d + 1) and t."""
+        """The left side of the constraint at X (d + 1) and t."""
         return float(self.linear @ X) + sum(c * t[j] for j, c in self.norms.items())
 
 
 def term_index(terms: list[np.ndarray], V: np.ndarray) -> int:
-    """The index of V among the terms; V is appended where it is missing."""
+    """The index of V among the terms. V is appended if it is missing."""
     found = next((j for j, other in enumerate(terms) if other.shape == V.shape and np.array_equal(other, V)), len(terms))
     terms += [V] if found == len(terms) else []
     return found
@@ -37,7 +38,8 @@ def term_index(terms: list[np.ndarray], V: np.ndarray) -> int:
 
 @dataclass(frozen=True)
 class Across:
-    """The vector of term ``moment`` is perpendicular to that of term ``force`` and at most ``most`` times as long."""
+    """The vector of term ``moment`` is perpendicular to the vector of term ``force``. Its norm is at most ``most`` times the norm
+    of the latter."""
 
     force: int
     moment: int
@@ -49,11 +51,11 @@ class Program:
     """A program.
 
     Attributes:
-        terms: V_j (k × (d + 1)).
+        terms: the matrices V_j (k × (d + 1)).
         rows: the constraints.
         objective: the row to minimise.
-        across: further constraints, on perpendicular vectors.
-        normal: the row that is 1 in a homogeneous program; else None.
+        across: further constraints on pairs of perpendicular vectors.
+        normal: the row that equals 1 in a homogeneous program; None in any other program.
     """
 
     terms: tuple[np.ndarray, ...]
@@ -64,22 +66,22 @@ class Program:
 
     @property
     def width(self) -> int:
-        """d + 1."""
+        """Number of entries of X, d + 1."""
         return len(self.objective.linear)
 
     def norms(self, X: np.ndarray) -> np.ndarray:
-        """|V_j X| of all terms."""
+        """The norms |V_j X| of all terms."""
         return np.array([float(np.linalg.norm(V @ X)) for V in self.terms])
 
     def scaled(self, X: np.ndarray) -> np.ndarray | None:
-        """The multiple of X whose normal row is 1; None where no positive multiple has it."""
+        """The positive multiple of X whose normal row equals 1; None if there is none. Without a normal row, X itself."""
         if self.normal is None:
             return X
         size = self.normal.value(X, self.norms(X))
         return X / size if size > 0.0 else None
 
     def violation(self, X: np.ndarray) -> float:
-        """Largest violation of a constraint at X."""
+        """The largest violation of all constraints at X."""
         t = self.norms(X)
         worst = 0.0
         for row in self.rows:
@@ -92,11 +94,12 @@ class Program:
         return worst
 
     def with_objective(self, objective: Row, rows: tuple[Row, ...] = (), normal: Row | None = None) -> Program:
-        """The program with another objective, additional rows, and homogeneous with ``normal``."""
+        """The program with another objective and additional rows. It is homogeneous if ``normal`` is given."""
         return replace(self, objective=objective, rows=(*self.rows, *rows), normal=normal)
 
     def concave(self) -> np.ndarray:
-        """For every term the largest coefficient by which an overestimated t would relax the program (0: none)."""
+        """For every term j, the largest coefficient with which an overestimate of t_j relaxes the program; 0 if an overestimate
+        does not relax it."""
         out = np.zeros(len(self.terms))
         for row in (*self.rows, self.objective):
             for j, c in row.norms.items():

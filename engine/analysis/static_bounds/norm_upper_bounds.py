@@ -1,7 +1,8 @@
-"""Upper bounds of norms before any search (theory, "Bounds at rest").
+"""Upper bounds of norms, computed before any search (theory, "Bounds at rest").
 
-Each vector is V⁰, which the loads decide, plus B_i m_i for each friction m_i. Each friction is at most a sum of norms. The norms ρ
-therefore obey ρ ≤ b + A ρ. Where A's spectral radius is below 1, they are at most (1 − A)⁻¹ b: no self-locking occurs.
+Each vector is V⁰ + Σ B_i m_i, where V⁰ follows from the loads and m_i are the frictions. Each friction is at most a weighted sum
+of norms. The norms ρ therefore satisfy ρ ≤ b + A ρ. If the spectral radius of A is below 1, then ρ ≤ (1 − A)⁻¹ b: friction cannot
+be self-locking.
 """
 
 from __future__ import annotations
@@ -12,21 +13,25 @@ from trunnion.analysis.static_bounds.equilibrium_space import RANK
 from trunnion.analysis.static_bounds.norm_program import Program, Row
 
 ROUNDS = 6
-"""Most rounds in which the weights of the frictions' equations follow the bounds; two or three suffice."""
+"""Largest number of rounds in which the weights of the friction equations are adapted to the bounds. Two or three rounds
+suffice."""
 CONTRACTS = 1.0 - 1e-12
-"""Largest eigenvalue of A that counts as below 1; nearer to 1 is round-off."""
+"""The largest eigenvalue of A counts as below 1 if it is below this value. Larger values may differ from 1 by round-off only."""
 ROOM = 1.0 + 1e-9
-"""Factor on the bounds: a thousand times their round-off."""
+"""Factor on the bounds. Its excess over 1 is a thousand times the round-off of the bounds."""
 
 
 Holds = list[dict[int, dict[int, float]]]
-"""For each pair and sense of its friction: weights of terms in its capacity (``holding_program``)."""
+"""For each pair, {sense of friction: {term: weight}}: the weights of the terms in the capacity of the pair
+(``holding_program``)."""
 
 
 def norm_bounds(program: Program, sizes: list[int], holds: Holds, stress: dict[int, float]) -> tuple[Row, ...]:
-    """Rows t_j ≤ ρ_j of the terms in capacities; none where friction may lock itself, or self-stress has no bound.
+    """Rows t_j ≤ ρ_j for the terms in capacities. The result is () if friction may be self-locking or if self-stress is unbounded.
 
-    sizes, holds: of ``holding_program``; stress: for each term the largest change by self-stress, empty without a bound."""
+    sizes, holds: as returned by ``holding_program``; stress: {term: largest change by self-stress}, empty if self-stress is
+    unbounded.
+    """
     F = np.vstack([np.zeros((0, program.width)), *(program.terms[j] for j in sizes)])
     terms = sorted({k for made in holds for by in made.values() for k in by})
     if not terms or not (_determines_state(F[:, :-1]) or all(j in stress for j in terms)):
@@ -61,9 +66,11 @@ def _determines_state(F: np.ndarray) -> bool:
 def _friction_response(
     terms: list[np.ndarray], F: np.ndarray, widths: list[int], weight: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """(|V⁰| of each term; largest change of each term by a unit of each friction, terms × frictions).
+    """(|V⁰| of each term, largest change of each term per unit of each friction (terms × frictions)).
 
-    weight (frictions): weights of their equations, which decide the result where frictions outnumber the open directions."""
+    weight: weight of the equation of each friction. The weights affect the result if there are more frictions than open
+    directions.
+    """
     D = np.repeat(weight, widths)[:, None]
     amounts = np.linalg.pinv(F[:, :-1] * D, rcond=RANK) * D.T
     first, last = np.cumsum([0, *widths[:-1]]), np.cumsum(widths)

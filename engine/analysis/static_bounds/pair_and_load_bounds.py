@@ -19,24 +19,25 @@ from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
 
 NEVER = 1e-7
-"""Force imbalance of a freedom without friction, relative to the loads, above which the freedom moves; round-off is 1e-12."""
+"""A freedom without friction moves if its force imbalance, relative to the loads, exceeds this value (round-off is 1e-12)."""
 
 FIRST = 0.2
-"""Part of the remaining time for the first cones, with which every search of these states begins."""
+"""Fraction of the remaining time that is used for the first cones. Every search over the admissible states begins with these
+cones."""
 
 
 @dataclass(frozen=True)
 class AdmissibleStates:
-    """The states in equilibrium with friction within its limits.
+    """All states of equilibrium with friction within its limits.
 
     Attributes:
         space: the states in equilibrium.
-        program: the program of all limits.
-        sizes: term of each pair's friction.
-        holds: for each pair and sense of its friction, weights of terms in its capacity.
-        effort: cost limit of the searches.
+        program: the program with all friction limits.
+        sizes: index of the term of each pair's friction.
+        holds: for each pair, {sense of friction: {term: weight in the pair's capacity}}.
+        effort: cost limits of the searches.
         root: the cell with which each search begins.
-        there: whether any state exists; None where the search ended without an answer.
+        there: whether any state exists; None if the search ended without an answer.
     """
 
     space: Space
@@ -84,7 +85,7 @@ def admissible_states(
 
 
 def state_of(a: AdmissibleStates, X: np.ndarray, endless: bool) -> State:
-    """The state at X; for ``endless`` the direction of X."""
+    """The state at X. If ``endless``, the normalised direction of X."""
     s, st = a.space, a.space.statics
     x = s.basis @ X[:-1] / max(float(np.abs(X[:-1]).max(initial=0.0)), 1e-300) if endless else s.x(X)
     N = s.reactions(x) - (s.reactions(np.zeros_like(x)) if endless else 0.0)
@@ -102,7 +103,7 @@ def state_of(a: AdmissibleStates, X: np.ndarray, endless: bool) -> State:
 
 
 def end(a: AdmissibleStates, found: Found, sign: float, scale: float) -> End:
-    """The end of an interval from a minimisation of sign · quantity."""
+    """The end of an interval, from the minimisation of sign · quantity."""
     if found.X is None:
         return End(None, float(sign * found.bound * scale), None, found.cells)
     state = state_of(a, found.X / found.X[-1] if found.X[-1] > 0.0 else found.X, found.endless or found.X[-1] <= 0.0)
@@ -112,7 +113,8 @@ def end(a: AdmissibleStates, found: Found, sign: float, scale: float) -> End:
 
 
 def interval(a: AdmissibleStates, row: Row, scale: float, normal: Row | None = None, floor: float = -np.inf) -> Interval:
-    """Least and largest value of a row, times scale. floor: lower bound of the least value."""
+    """The least and largest value of a row over all admissible states, multiplied by ``scale``. floor: lower bound of the least
+    value."""
     ends = []
     for sign in (1.0, -1.0):
         objective = Row(sign * row.linear, {j: sign * c for j, c in row.norms.items()})
@@ -135,7 +137,7 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
 
 
 def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[int, AdmissibleStates]]:
-    """The senses of a pair's friction with different capacities, each with its admissible states."""
+    """(sense, admissible states with this sense) for all senses of a pair's friction that have different capacities."""
     made, size = a.holds[i], a.sizes[i]
     if list(made) == [0]:
         return [(0, a)]
@@ -144,7 +146,7 @@ def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[int, AdmissibleS
 
 
 def _hull(found: list[Interval]) -> Interval:
-    """The hull of several intervals."""
+    """The smallest interval that contains all given intervals."""
     there = [i for i in found if i.least.certified < np.inf and i.largest.certified > -np.inf] or found
     low = min(there, key=lambda i: i.least.value if i.least.value is not None else np.inf)
     high = max(there, key=lambda i: i.largest.value if i.largest.value is not None else -np.inf)
@@ -156,13 +158,14 @@ def _hull(found: list[Interval]) -> Interval:
 
 
 def feasible(a: AdmissibleStates, program: Program) -> bool | None:
-    """Whether the program has a state; None where the search ended without an answer."""
+    """Whether the program has a state; None if the search ended without an answer."""
     found = minimise(program.with_objective(Row(a.none)), a.effort, root=a.root)
     return True if found.X is not None else False if found.bound == np.inf else None
 
 
 def find_onsets(a: AdmissibleStates, every: list[Motion]) -> list[tuple[Motion, bool | None]]:
-    """The motions that can begin from an admissible state, in either sense; with None where the search ended without an answer."""
+    """(motion, True) for each motion that can begin from an admissible state, in either sense. None in place of True means that
+    the search ended without an answer."""
     out = []
     for m in every:
         answers = [feasible(a, restrict_to_onset(a.space, a.program, m, s)) for s in (1.0, -1.0)]
@@ -172,7 +175,7 @@ def find_onsets(a: AdmissibleStates, every: list[Motion]) -> list[tuple[Motion, 
 
 
 def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, k: int, drive: bool) -> LoadBounds:
-    """The range of a load, or of a drive's effort, before a pair slips. k: its index."""
+    """The range of a load, or of a drive's effort, before a pair slips. k: index of the load or drive."""
     load = (st.drives if drive else st.loads)[k]
     a = admissible_states(st, pairs, self_stress, effort, None if drive else k)
     amount = a.space.amount(st.multipliers + k if drive else len(a.space.origin) - 1)
@@ -193,14 +196,14 @@ def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, effort: E
 
 
 def _at_least(sign: float, amount: np.ndarray, now: float) -> np.ndarray:
-    """The row sign · (now − amount) ≤ 0: the load is at its amount or beyond."""
+    """The row sign · (now − amount) ≤ 0: in the direction ``sign``, the load is at its present amount or beyond."""
     out = -sign * amount
     out[-1] += sign * now
     return out
 
 
 def _onset_senses(st: Statics, found: list[Motion], k: int, sign: float, drive: bool) -> list[tuple[Motion, float]]:
-    """(motion, sense) pairs that a load may begin: for a drive those along its effort, for loads all of them."""
+    """(motion, sense) for the motions that a load may start. A drive starts only motions along its effort."""
     if not drive:
         return [(m, s) for m in found for s in (1.0, -1.0)]
     out = []
@@ -212,8 +215,11 @@ def _onset_senses(st: Statics, found: list[Motion], k: int, sign: float, drive: 
 
 
 def _breakaway(pairs: tuple, possible: End, ends: list[tuple[End, Motion]], sign: float, now: float) -> Breakaway:
-    """The motion that begins first, and the load up to which no motion can begin. That load is at most the largest one for which a
-    state was found (without one, the present load), because ``possible.certified`` only excludes states beyond it."""
+    """The motion that begins first, and the load up to which no motion can begin.
+
+    This load is limited to the largest load for which a state was found, or to the present load if no state was found. Reason:
+    ``possible.certified`` excludes states beyond it, but does not prove that states exist below it.
+    """
     held = now if possible.value is None else possible.value
     there = [(e, m) for e, m in ends if e.value is not None or e.certified != sign * np.inf]
     if not there:

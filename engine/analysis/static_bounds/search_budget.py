@@ -1,4 +1,4 @@
-"""Cost limits of searches: cells of each search, and a time in seconds that all searches share."""
+"""Cost limits of searches: a number of cells for each search, and a time in seconds for all searches together."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 
 class Effort:
-    """The limits. cells: most cells of each search; seconds: time for all searches, None: no limit; asked: whether Ctrl-C was
-    pressed; searches: expected number of searches."""
+    """The cost limits. cells: largest number of cells of each search; seconds: time for all searches, None means no limit; asked:
+    whether Ctrl-C was pressed; searches: expected number of searches."""
 
     def __init__(
         self, cells: int, seconds: float | None = None, asked: Callable[[], bool] = lambda: False, searches: int = 1
@@ -21,7 +21,8 @@ class Effort:
         self.short = 0
 
     def begin(self, part: float = 0.0) -> None:
-        """Begin a search. Its time is an equal share of the remaining time, or ``part`` of it where that is more."""
+        """Begin a search. Its time is an equal share of the remaining time, or the fraction ``part`` of the remaining time if that
+        is longer."""
         now = time.monotonic()
         self.until = now + max(0.0, self.end - now) * max(part, 1.0 / max(1, self.searches))
         self.searches -= 1
@@ -32,5 +33,5 @@ class Effort:
 
     @property
     def ended(self) -> str:
-        """One of the words done, budget (searches ended early) and cancelled (Ctrl-C)."""
+        """"done", "budget" (the time limit ended searches early) or "cancelled" (Ctrl-C)."""
         return "cancelled" if self.asked() else "budget" if self.short else "done"

@@ -1,4 +1,5 @@
-"""States at which a motion can begin: every pair that slides in the motion has its friction at the limit, against the motion."""
+"""Restriction to states at which a motion can begin: every pair that slides in the motion has friction at its limit, directed
+against the motion."""
 
 from __future__ import annotations
 
@@ -14,10 +15,11 @@ from trunnion.elements.contact.static_friction_capacity import Pair
 
 
 def restrict_to_onset(s: Space, program: Program, motion: Motion, sense: float) -> Program:
-    """The program's states at which the motion can begin in this sense (±1).
+    """The program, restricted to states at which the motion can begin in this sense (±1).
 
-    For a ball that does not rotate across its force, and for an unknown direction of sliding, the result is a superset. Bounds
-    over it remain certain."""
+    For a ball that does not rotate across its force, and for an unknown direction of sliding, the program contains further states.
+    Its bounds are still valid.
+    """
     terms: list[np.ndarray] = list(program.terms)
     rows, term = [], partial(term_index, terms)
     for i in motion.moving:
@@ -37,7 +39,7 @@ def restrict_to_onset(s: Space, program: Program, motion: Motion, sense: float) 
 
 
 def _friction_at_limit(s: Space, pair: Pair, term: Callable[[np.ndarray], int]) -> list[Row]:
-    """Rows for friction at its limit with unknown direction: it is at least the pair's least capacity."""
+    """Rows for friction at its limit with unknown direction: the friction is at least the least capacity of the pair."""
     size, rows = term(s.friction(pair)), []
     for c in pair.capacities:
         held = {term(s.norm_vector(pair, n)): w for n, w in zip(c.norms, c.least or tuple(n.weight for n in c.norms), strict=True)}
@@ -46,8 +48,11 @@ def _friction_at_limit(s: Space, pair: Pair, term: Callable[[np.ndarray], int]) 
 
 
 def _ball(s: Space, pair: Pair, d: np.ndarray, friction: np.ndarray, term: Callable[[np.ndarray], int]) -> list[Row]:
-    """sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d| (theory, "Bounds at rest"). Adams' ball has no such cone: its friction is
-    along the part of d across the force."""
+    """Rows for a ball: sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d| (theory, "Bounds at rest"), with force f, friction moment
+    m, radius r and sliding direction d.
+
+    Adams' ball has μ = 0 here: its friction acts along the component of d perpendicular to the force.
+    """
     held = pair.capacities[0].norms[0]
     force, weight = s.norm_vector(pair, held), held.weight
     mu = 0.0 if pair.across is None else pair.static
@@ -61,7 +66,8 @@ def _perpendiculars(d: np.ndarray) -> list[np.ndarray]:
 
 
 def _self_stress(s: Space) -> np.ndarray:
-    """The projection of X on self-stress: changes without friction, drive effort or free load ((d + 1) × (d + 1))."""
+    """The projection of X ((d + 1) × (d + 1)) onto self-stress, that is, onto changes without friction, drive effort or free
+    load."""
     own = s.basis[s.statics.eta0 :] * 1.0
     _, sizes, Vt = np.linalg.svd(own)
     rank = int((sizes > 1e-9 * max(float(np.abs(s.basis).max(initial=0.0)), 1e-300)).sum())
@@ -72,13 +78,14 @@ def _self_stress(s: Space) -> np.ndarray:
 
 
 Stress = float | Mapping[str, float]
-"""Largest contact force by self-stress, N, of all joints or by joint."""
+"""Largest contact force by self-stress, N: one value for all joints, or {joint: value}."""
 
 
 def limit_self_stress(s: Space, program: Program, most: Stress) -> tuple[Program, dict[int, float]]:
-    """(the program with self-stress limited to ``most`` at each contact, largest change of each term by self-stress).
+    """(the program in which self-stress is at most ``most`` at each contact, {term: its largest change by self-stress}).
 
-    Self-stress is the part of the open directions without friction (theory, "Bounds at rest")."""
+    Self-stress is the part of the open directions without friction (theory, "Bounds at rest").
+    """
     if not s.basis[s.statics.eta0 :].size:
         return program, {}
     project = _self_stress(s)
@@ -98,7 +105,8 @@ def limit_self_stress(s: Space, program: Program, most: Stress) -> tuple[Program
 
 
 def _largest_changes(terms: list[np.ndarray], contacts: list[np.ndarray], most: list[float]) -> dict[int, float]:
-    """The largest change of each term while no contact vector is longer than its ``most``; only terms that contacts determine."""
+    """The largest change of each term while the norm of each contact vector is at most its entry of ``most``. Terms that the
+    contact vectors do not determine are left out."""
     out = {}
     for j, V in enumerate(terms):
         own = next((k for k, C in enumerate(contacts) if len(C) == len(V) and _is_multiple(C, V)), None)

@@ -20,9 +20,9 @@ from trunnion.system.construction.system_builder import build
 from trunnion.system.structure.bodies_and_joints import System
 
 STILL = 1e-9
-"""Largest acceleration of a freedom that counts as at rest, relative to length scale · rate scale² (round-off is 1e-13)."""
+"""A freedom is at rest if its acceleration, relative to length scale · rate scale², is below this value (round-off is 1e-13)."""
 EDGE = 1e-10
-"""Excess of a share over 1 up to which a pair counts as held: the tolerance at which the runtime ends sticking."""
+"""A pair counts as held if its share exceeds 1 by at most this value, the tolerance at which the runtime ends sticking."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class PairHold:
         part: number of the pair in the joint.
         type: type of the joint.
         law: friction law.
-        share: friction that the pair needs to stay at rest, over its capacity; NaN for a law without friction at rest.
+        share: friction that the pair needs to stay at rest, divided by its capacity; NaN for a law without friction at rest.
         capacity: largest friction at the surface, N.
-        unique: whether the share is the only possible one.
-        sticks: whether the pair stays at rest. A pair with a share above 1 stays at rest where another pair slips first and
-            relieves it.
+        unique: whether the share is uniquely determined.
+        sticks: whether the pair stays at rest. A pair with a share above 1 stays at rest if another pair slips first and reduces
+            its load.
     """
 
     joint: str
@@ -52,7 +52,7 @@ class PairHold:
 
     @property
     def margin(self) -> float:
-        """1 − share; below 0 the pair cannot hold."""
+        """1 − share. A pair with a negative margin cannot hold."""
         return 1.0 - self.share
 
 
@@ -62,8 +62,8 @@ class HoldReport:
 
     Attributes:
         holds: whether the mechanism stays at rest.
-        first: the joint that slips first; "" where all hold.
-        margin: the smallest margin of any pair.
+        first: the joint that slips first; "" if all joints hold.
+        margin: the smallest margin of all pairs.
         pairs: the frictional pairs.
         moves: joints without friction whose freedoms accelerate although every pair is held.
         notes: changes of the scene for this analysis, and shares that are not unique.
@@ -78,8 +78,10 @@ class HoldReport:
 
 
 def hold(scene: Scene) -> HoldReport:
-    """Statics of the scene at its start pose, at rest, with every frictional pair held. SimulationError where the pose cannot be
-    assembled or the statics have no solution."""
+    """Statics of the scene at its start pose, at rest, with every frictional pair held.
+
+    SimulationError if the pose cannot be assembled or if the statics have no solution.
+    """
     asked, taken = hold_drives(scene)
     model = Model(asked)
     status = start_at_rest(model)[0]
@@ -97,12 +99,12 @@ def hold(scene: Scene) -> HoldReport:
 
 
 def hold_drives(scene: Scene) -> tuple[Scene, list[str]]:
-    """(the scene with dry friction and with its drives held at their start, notes of the changes)."""
+    """(the scene with dry friction and with its drives held at their start, notes on these changes)."""
     return _hold_at_start(*_make_dry(scene))
 
 
 def _make_dry(scene: Scene) -> tuple[Scene, list[str]]:
-    """(the scene with dry friction wherever its law has none at rest, notes of the changes)."""
+    """(the scene with dry friction in place of laws without friction at rest, notes on these changes)."""
     joints: dict[str, Joint] = dict(scene.joints)
     changed: dict[str, list[str]] = {}
     for name, j in scene.joints.items():
@@ -115,7 +117,7 @@ def _make_dry(scene: Scene) -> tuple[Scene, list[str]]:
 
 
 def _hold_at_start(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
-    """(the scene with every drive held at its position of t = 0, ``notes`` with the changes)."""
+    """(the scene with every drive held at its position at t = 0, ``notes`` with these changes added)."""
     joints = dict(scene.joints)
     for (name, k), at in positions(build(scene)).items():
         drive, held = joints[name].drive, Drive(constant=Constant(rate=0.0, start=at))
@@ -126,9 +128,11 @@ def _hold_at_start(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
 
 
 def start_at_rest(model: Model) -> tuple[int, np.ndarray]:
-    """(status, first row (columns + 1)) of a run that begins at rest, after assembly. A failure of friction is a valid answer here.
+    """Assemble the scene and begin a run at rest; returns (status, first row (columns + 1)). A status that reports a friction
+    failure is a valid result here.
 
-    SimulationError where the loops cannot be closed."""
+    SimulationError if the loops cannot be closed.
+    """
     settings, block = bl.Settings(rtol=1e-9), model.block
     block.configure(settings)
     code = block.assemble()
@@ -170,4 +174,4 @@ def _notes(pairs: tuple[PairHold, ...]) -> list[str]:
     several = list(dict.fromkeys(p.joint for p in pairs if not p.unique))
     if not several:
         return []
-    return [f"{', '.join(several)} can share the load in several ways: the one with the least largest share is reported"]
+    return [f"the load distribution in {', '.join(several)} is not unique: that with the smallest maximum share is reported"]

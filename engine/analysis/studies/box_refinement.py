@@ -1,8 +1,9 @@
-"""Refinement: find where a result jumps or bends, or an outcome changes, by halving boxes.
+"""Refinement: finds where a result jumps or bends, or where an outcome changes, by halving boxes.
 
-A box in the numbers' ranges has a case at each corner. Halving it across one number adds cases in the middle of its edges; their
-distance from a straight line is the result's curvature there. Boxes with different outcomes at their corners, or with the largest
-curvature for their size, are halved next. The search ends when these are narrower than the tolerance, or the cases are used up.
+A box in the space of the varied numbers has a case at each corner. Halving the box along one axis adds cases in the middles of the
+edges along this axis. The deviation of a middle case from linear interpolation measures the curvature of the result. Boxes with
+different outcomes at their corners, or with the largest curvature for their size, are halved next. The search ends when these
+boxes are narrower than the tolerance, or when the allowed number of cases is used up.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ import numpy as np
 from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
 
 GRID = 1 << 40
-"""Grid intervals of each range: places are integers, so that equal places are equal numbers."""
+"""Number of grid intervals of each range. Places are integers, so that equal places give bitwise equal numbers."""
 BOXES_PER_ROUND = 8
-"""Boxes halved in one round."""
+"""Number of boxes halved in one round."""
 SLENDER = 4
-"""Largest ratio of a box's length to its width. A longer box is halved across its length."""
+"""Largest ratio of a box's longest side to its shortest side. A more slender box is halved across its longest side."""
 FLAT, JUMP = 0.002, 0.02
-"""Relative to the result's range: curvature that counts as straight; abrupt change across a box of least width that counts as a
-jump."""
+"""Relative to the range of the result. FLAT: curvature below which a result counts as linear. JUMP: change across a box of least
+width above which a result counts as a jump."""
 OUTCOME = "outcome"
 MOST_REPORTED = 1000
 Place = tuple[int, ...]
@@ -32,14 +33,15 @@ Place = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Box:
-    """A box. low, high: opposite corners on the grid; curvature: the result's distance from a straight line, of its range."""
+    """A box. low, high: opposite corners on the grid; curvature: deviation of the result from linear interpolation, relative to
+    its range."""
 
     low: Place
     high: Place
     curvature: float
 
     def corners(self) -> list[Place]:
-        """All corners."""
+        """All corners of the box."""
         return list(product(*zip(self.low, self.high, strict=True)))
 
     def sides(self) -> np.ndarray:
@@ -49,13 +51,13 @@ class Box:
 
 @dataclass(frozen=True)
 class BoxRefinement:
-    """A refinement.
+    """A request of a refinement.
 
     Attributes:
-        low: lower ends of the numbers' ranges, SI units.
-        high: upper ends, SI units.
+        low: lower bounds of the varied numbers, SI units.
+        high: upper bounds, SI units.
         of: name of the result, or OUTCOME.
-        most: most cases.
+        most: largest number of cases.
         tolerance: least width of a box, relative to the ranges.
     """
 
@@ -74,7 +76,7 @@ class BoxRefinement:
         return () if self.of == OUTCOME else (self.of,)
 
     def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
-        """Its cases in rounds (``Study.rounds``)."""
+        """The cases of this refinement in rounds (``Study.rounds``)."""
         d = len(self.paths)
         steps = 8 if d == 1 else 4 if d == 2 else 2
         at = [GRID // steps * i for i in range(steps + 1)]
@@ -100,7 +102,7 @@ class BoxRefinement:
                 map_.halve(box, axis)
 
     def _numbers(self, places: list[Place]) -> np.ndarray:
-        """The numbers at places, SI units (places × paths)."""
+        """The parameter values at grid places, SI units (places × paths)."""
         unit = np.array(places, float).reshape(len(places), -1) / GRID
         low, high = np.array(self.low), np.array(self.high)
         return low + (high - low) * unit
@@ -113,7 +115,7 @@ def _edge_middles(box: Box, axis: int) -> list[Place]:
 
 
 class _BoxMap:
-    """All cases by place, and the boxes between them. ends: place → (case, outcome, value)."""
+    """All cases by place, and the boxes between them. ends: place → (case index, outcome, value)."""
 
     def __init__(self, wanted: BoxRefinement):
         self.wanted = wanted
@@ -128,16 +130,17 @@ class _BoxMap:
             self.ends[place] = (len(self.ends), outcome + known, value if outcome == "done" else float("nan"))
 
     def _range(self) -> float:
-        """Range of the result; 1 where it is constant."""
+        """Range of the result over all cases; 1 if the result is constant."""
         known = [v for _, _, v in self.ends.values() if v == v]
         return (max(known) - min(known) if known else 0.0) or 1.0
 
     def outcomes(self, box: Box) -> list[str]:
-        """The outcomes at a box's corners."""
+        """The distinct outcomes at the corners of a box."""
         return list(dict.fromkeys(self.ends[c][1] for c in box.corners()))
 
     def largest_change(self, box: Box, axis: int, whole: float) -> float:
-        """Largest change of the result along the box's edges of one axis, of its range; 1 where outcomes differ."""
+        """Largest change of the result along the edges of a box that are parallel to an axis, relative to the range ``whole``; 1
+        if the outcomes at an edge differ."""
         most = 0.0
         for c in box.corners():
             if c[axis] == box.low[axis]:
@@ -146,7 +149,7 @@ class _BoxMap:
         return most
 
     def choose_boxes(self) -> list[tuple[Box, int]]:
-        """(box, axis) of the boxes to halve next."""
+        """The boxes to halve next, each with the axis to halve: (box, axis)."""
         whole = self._range()
         d, rated = len(self.wanted.paths), []
         for n, box in enumerate(self.boxes):
@@ -163,7 +166,7 @@ class _BoxMap:
         return [(box, axis) for _, _, box, axis in sorted(rated, key=lambda r: r[:2])[:BOXES_PER_ROUND]]
 
     def halve(self, box: Box, axis: int) -> None:
-        """Replace a box by its halves, with the curvature found at the new cases."""
+        """Replace a box by its two halves. The new cases give their curvature."""
         whole, middle, bends = self._range(), (box.low[axis] + box.high[axis]) // 2, 0.0
         for c in box.corners():
             if c[axis] == box.low[axis]:

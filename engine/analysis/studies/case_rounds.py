@@ -1,7 +1,7 @@
-"""Studies: cases in rounds, each chosen from the results of earlier ones.
+"""Studies: cases in rounds, where each round is chosen from the results of earlier rounds.
 
-A study is a generator that yields cases and receives their results. It depends on its seed and these results alone, so that a
-restarted study requests the same cases again, bit for bit.
+A study is a generator that yields cases and receives their results. Its cases depend only on its seed and on these results. A
+restarted study therefore requests the same cases again, bit for bit.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     import pyarrow
 
 MISSING = "lost"
-"""Outcome of a case without a row, which could not be run."""
+"""Outcome of a case that could not be run and has no row in the table."""
 
 
 @dataclass(frozen=True)
 class CaseResults:
-    """Results of n cases. outcomes (n): outcome of each case; numbers: values (n) by result, NaN for a missing value."""
+    """Results of n cases. outcomes (n): outcome of each case; numbers: result name → values (n), NaN for a missing value."""
 
     outcomes: tuple[str, ...]
     numbers: dict[str, np.ndarray]
@@ -33,17 +33,17 @@ class CaseResults:
 
     @property
     def done(self) -> np.ndarray:
-        """Whether each case ran to its end (n)."""
+        """Whether each of the n cases ran to its end."""
         return np.array([o == "done" for o in self.outcomes], bool)
 
 
 Rounds = Generator[np.ndarray, CaseResults, dict[str, Any]]
-"""Yields cases (n × paths, SI units), receives their results, returns the answer."""
+"""The generator yields cases (n × paths, SI units), receives their results, and returns the answer."""
 
 
 class Study(Protocol):
-    """A study. kind: name of the study; paths, units: the varied numbers; results: the reductions that it needs; most: largest
-    number of cases."""
+    """A study. kind: name of the study; paths, units: paths and units of the varied numbers; results: the reductions that the
+    study needs; most: largest number of cases."""
 
     @property
     def kind(self) -> str: ...
@@ -60,7 +60,7 @@ class Study(Protocol):
         ...
 
     def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
-        """The cases in rounds; ``report`` is called with the intermediate answer after each round."""
+        """The cases in rounds. After each round the study calls ``report`` with the intermediate answer."""
         ...
 
 
@@ -68,10 +68,10 @@ class StudyProgress:
     """The progress of a study.
 
     Attributes:
-        values: the cases requested so far (n × paths), SI units.
+        values: parameter values of the cases requested so far (n × paths), SI units.
         finished: number of cases whose results are known.
         answer: the final or intermediate answer.
-        is_over: whether the study requests no more cases.
+        is_over: whether the study has ended.
     """
 
     def __init__(self, study: Study):
@@ -90,7 +90,7 @@ class StudyProgress:
         return len(self.values)
 
     def report(self, seen: CaseResults) -> None:
-        """Receive the results of the cases ``finished`` … ``requested`` − 1."""
+        """Receive the results of the cases from ``finished`` to ``requested`` − 1."""
         self.finished = self.requested
         try:
             self.values = np.concatenate([self.values, self.asking.send(seen)])
@@ -98,22 +98,22 @@ class StudyProgress:
             self.answer, self.is_over = end.value, True
 
     def rows(self, start: int, stop: int) -> np.ndarray:
-        """The numbers of the cases start … stop − 1 (cases × paths), SI units."""
+        """The parameter values of the cases from start to stop − 1 (cases × paths), SI units."""
         return self.values[start:stop]
 
 
 class ReportedCases:
-    """Case numbers that another process chooses and reports."""
+    """The parameter values of cases that a study in another process chooses and reports."""
 
     def __init__(self) -> None:
         self.start, self.values = 0, np.zeros((0, 0))
 
     def report(self, start: int, values: Sequence[Sequence[float]]) -> None:
-        """Receive the numbers of the cases from ``start`` on."""
+        """Receive the parameter values of the cases from ``start`` on."""
         self.start, self.values = start, np.array(values, float)
 
     def __call__(self, start: int, stop: int) -> np.ndarray:
-        """The numbers of the cases start … stop − 1. RuntimeError for cases that were not reported."""
+        """The parameter values of the cases from start to stop − 1. RuntimeError for cases that were not reported."""
         found = self.values[max(0, start - self.start) : stop - self.start]
         if start < self.start or len(found) < stop - start:
             raise RuntimeError(f"the parameter values of the cases {start} to {stop - 1} are unknown here")
@@ -121,12 +121,12 @@ class ReportedCases:
 
 
 def study_cases(study: Study, values: Callable[[int, int], np.ndarray]) -> Cases:
-    """All cases that a study may request; values(start, stop) gives their numbers."""
+    """All cases that a study may request. values(start, stop) returns their parameter values."""
     return Cases(study.paths, study.units, study.most, values)
 
 
 def results_of(table: pyarrow.Table, start: int, stop: int, names: Sequence[str]) -> CaseResults:
-    """The results of the cases start … stop − 1 from a table that may lack some and may have others."""
+    """The results of the cases from start to stop − 1. The table may lack some of these cases and may hold others."""
     outcomes = [MISSING] * (stop - start)
     numbers = {n: np.full(stop - start, np.nan) for n in names}
     cases = table["case"].to_numpy()

@@ -1,8 +1,9 @@
 """Optimisation by a matrix adaptation evolution strategy (MA-ES, Beyer and Sendhoff 2017) within bounds and constraints.
 
-The strategy uses ranks alone: feasible cases by their goal, then infeasible ones by their distance, then cases without a value.
-So jumps, kinks and failed cases do not disturb the search. The search begins at the best case of a first sample. A second search
-begins elsewhere, with twice as many cases in each round.
+The strategy uses only the rank of each case. Feasible cases come first, ranked by their goal; then infeasible cases, ranked by
+their violation of the constraints; then cases without a value. Jumps, kinks and failed cases therefore do not disturb the search.
+The first search begins at the best case of an initial sample. The second search begins at another point, with twice as many cases
+in each round.
 """
 
 from __future__ import annotations
@@ -21,27 +22,28 @@ STARTS = 2
 """Number of searches."""
 GOALS = ("minimise", "maximise", "reach")
 FIRST, LEAST_ROUND = 4, 8
-"""Number of cases of the first sample for each number, in addition to one round; least number of cases of a round."""
+"""FIRST: number of cases of the initial sample per varied number, in addition to one round. LEAST_ROUND: least number of cases of
+a round."""
 FIRST_STEP = 0.6
-"""First step, relative to the spacing of the first sample."""
+"""Initial step size, relative to the spacing of the initial sample."""
 REACHED = 1e-9
-"""Relative distance within which a target counts as reached."""
+"""Relative difference from the target below which the target counts as reached."""
 
 
 @dataclass(frozen=True)
 class Optimisation:
-    """An optimisation.
+    """A request of an optimisation.
 
     Attributes:
-        low: lower bounds of the numbers, SI units.
+        low: lower bounds of the varied numbers, SI units.
         high: upper bounds, SI units.
-        own: the scene's own numbers, SI units.
+        own: values of these numbers in the scene, SI units.
         goal: one of GOALS.
-        of: name of the result.
-        target: value to reach, for the goal "reach".
+        of: name of the result to optimise.
+        target: value to reach if the goal is "reach".
         within: constraints (result, low, high).
-        most: most cases.
-        tolerance: distance from the best numbers at which it ends, relative to their ranges.
+        most: largest number of cases.
+        tolerance: the search ends when its spread, relative to the ranges of the numbers, is below this value.
     """
 
     paths: tuple[str, ...]
@@ -64,7 +66,7 @@ class Optimisation:
         return tuple(dict.fromkeys((self.of, *(name for name, _, _ in self.within))))
 
     def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
-        """Its cases in rounds (``Study.rounds``)."""
+        """The cases of this optimisation in rounds (``Study.rounds``)."""
         tried = _Trials(self)
         low, high = np.array(self.low), np.array(self.high)
         size = max(LEAST_ROUND, 4 + int(3 * log(len(low))))
@@ -90,13 +92,13 @@ class Optimisation:
             begin = latin(1, len(low), self.seed + 1 + len(ends))[0]
 
     def _start(self) -> np.ndarray:
-        """The scene's own numbers in the unit box; ½ for those outside their bounds."""
+        """The scene's own numbers, scaled to the unit box; ½ for a number outside its bounds."""
         low, high, own = (np.array(x) for x in (self.low, self.high, self.own))
         return np.where((low <= own) & (own <= high), (own - low) / (high - low), 0.5)
 
 
 class _Strategy:
-    """The evolution strategy in the unit box: mean, step size, and transformation matrix."""
+    """The state of the evolution strategy in the unit box: mean, step size and transformation matrix."""
 
     def __init__(self, mean: np.ndarray, step: float, size: int, seed: list[int]):
         d, half = len(mean), size // 2
@@ -115,7 +117,7 @@ class _Strategy:
         self.drawn = self.moves = np.zeros((0, d))
 
     def round(self, left: int) -> np.ndarray:
-        """The next cases (n × d), at most ``left``, reflected at the ends of the box."""
+        """The next cases (n × d), at most ``left``. Cases outside the unit box are reflected at its faces."""
         n = min(self.size, left)
         self.drawn = self.random.standard_normal((self.size, len(self.mean)))[:n]
         self.moves = (self.drawn[:, None, :] * self.matrix[None, :, :]).sum(axis=2)
@@ -123,7 +125,7 @@ class _Strategy:
         return np.where(there > 1.0, 2.0 - there, there)
 
     def learn(self, order: np.ndarray) -> None:
-        """Update the strategy from the order of the round's cases, the best first."""
+        """Update the strategy from the ranking of the round's cases (best case first)."""
         order = order[: len(self.weights)]
         w = self.weights[: len(order), None]
         z, moves = self.drawn[order], self.moves[order]
@@ -142,7 +144,7 @@ class _Strategy:
 
 
 class _Trials:
-    """The cases so far, their ranks, and the best of them."""
+    """All cases so far, with their ranks and the best case."""
 
     def __init__(self, wanted: Optimisation):
         self.wanted = wanted
@@ -157,7 +159,7 @@ class _Trials:
         return len(self.keys)
 
     def add(self, unit: np.ndarray, seen: CaseResults) -> np.ndarray:
-        """Add the results of a round; returns the indices of its cases, the best first."""
+        """Add the results of a round; returns the indices of its cases, best case first."""
         begin, done = len(self), seen.done
         if not self.scales:
             for name, a, b in self.wanted.within:
@@ -177,7 +179,7 @@ class _Trials:
         return np.array(sorted(range(len(seen)), key=lambda i: (self.keys[begin + i], i)), int)
 
     def _key(self, result: dict[str, float]) -> tuple[int, float]:
-        """Rank key of a case: (0, goal), (1, violation of constraints), or (2, 0) without a value."""
+        """Rank key of a case: (0, goal) if feasible, (1, violation of constraints) if infeasible, (2, 0) without a value."""
         w = self.wanted
         if any(result[n] != result[n] for n in w.results):
             return 2, 0.0
@@ -188,7 +190,7 @@ class _Trials:
         return 0, {"minimise": value, "maximise": -value, "reach": abs(value - w.target)}[w.goal]
 
     def best(self) -> int:
-        """The number of the best case, the first of equal ones."""
+        """Index of the best case. Among equal cases, the first."""
         return self.top
 
     def best_key(self) -> tuple[int, float]:
@@ -196,7 +198,7 @@ class _Trials:
         return self.keys[self.best()]
 
     def best_place(self) -> np.ndarray:
-        """The best case in the unit box."""
+        """Position of the best case in the unit box."""
         return self.places[self.best()]
 
     def reached(self) -> bool:

@@ -1,4 +1,4 @@
-"""``optimise`` and ``refine``: studies run in rounds on this machine's cores."""
+"""``optimise`` and ``refine``: studies that run in rounds on this machine's cores."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     import pyarrow
 
 Progress = Callable[[int, int], None]
-"""progress(cases done, most cases), after each round."""
+"""progress(number of finished cases, largest number of cases), called after each round."""
 
 
 @dataclass(frozen=True)
 class StudyResult:
-    """A study that was run.
+    """The result of a study.
 
     Attributes:
-        answer: result of the study as plain data, numbers in SI units.
-        sweep: all its cases, in the order of their rounds.
+        answer: answer of the study as plain data, numbers in SI units.
+        sweep: all cases of the study, in the order of the rounds.
     """
 
     answer: dict[str, Any]
@@ -44,7 +44,7 @@ class StudyResult:
 
     @property
     def best(self) -> dict[str, float]:
-        """The best numbers of an optimisation, {path: SI value}, usable as ``overrides``."""
+        """The best numbers of an optimisation, {path: SI value}. They can be given as ``overrides``."""
         return {n["path"]: n["value"] for n in self.answer.get("numbers", ())}
 
     @property
@@ -53,7 +53,7 @@ class StudyResult:
         return list(self.answer.get("boundaries", ()))
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the table of its cases (``Sweep.save``)."""
+        """Write the table of all cases to a file (``Sweep.save``)."""
         return self.sweep.save(path)
 
 
@@ -83,8 +83,8 @@ def optimise(
 ) -> StudyResult:
     """Search the numbers of a scene that minimise, maximise or reach a result.
 
-    Give exactly one of ``minimise``, ``maximise`` and ``reach``. Failed cases rank last. Equal seeds give equal cases. Ctrl-C ends
-    the search with the cases so far.
+    Give exactly one of ``minimise``, ``maximise`` and ``reach``. Failed cases rank last. Equal seeds give equal cases. After
+    Ctrl-C the result holds the cases that finished before.
 
     Args:
         scene: as for ``simulate``.
@@ -92,13 +92,13 @@ def optimise(
         minimise: a reduction, such as "max:ball.contact[1].normal_force".
         maximise: a reduction.
         reach: a reduction and its target value.
-        within: constraints, {reduction: (low, high)}; None for no end.
-        cases: most cases.
+        within: constraints, {reduction: (low, high)}; None means no bound.
+        cases: largest number of cases.
         seed: seed of the random numbers, a whole number from 0.
-        tolerance: distance from the best numbers at which the search ends, relative to their ranges.
-        reductions: further reductions to keep.
-        overrides: fixed changes of the scene, {path: value}.
-        workers: number of threads; default: one a core.
+        tolerance: the search ends when its spread, relative to the ranges of the numbers, is below this value.
+        reductions: further reductions to add to the table of cases.
+        overrides: changes of the scene for all cases, {path: value}.
+        workers: number of threads; default: one thread per core.
         progress: called with (cases done, most cases) after each round.
 
     Returns:
@@ -134,20 +134,20 @@ def refine(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Find where results jump or bend, or outcomes change, over up to four numbers of a scene.
+    """Find where a result jumps or bends, or where the outcome changes, over up to four numbers of a scene.
 
-    Cases are added at these places until the result is nearly linear between neighbouring cases, or the boxes between cases
-    are narrower than ``tolerance``.
+    Cases are added at such places until the result is nearly linear between neighbouring cases, or until the boxes between
+    cases are narrower than ``tolerance``.
 
     Args:
         scene: as for ``simulate``.
         bounds: ranges of the numbers, {path: (low, high)}.
         of: a reduction, or "outcome" for changes of outcome alone.
-        cases: most cases.
+        cases: largest number of cases.
         tolerance: least width of a box, relative to the ranges.
-        reductions: further reductions to keep.
-        overrides: fixed changes of the scene, {path: value}.
-        workers: number of threads; default: one a core.
+        reductions: further reductions to add to the table of cases.
+        overrides: changes of the scene for all cases, {path: value}.
+        workers: number of threads; default: one thread per core.
         progress: called with (cases done, most cases) after each round.
 
     Returns:
@@ -173,7 +173,7 @@ def _run_request(
 
 
 def run_study(study: Study, plan: Plan, workers: int | None = None, progress: Progress | None = None) -> StudyResult:
-    """Run a study on threads. KeyboardInterrupt where Ctrl-C comes before the end of its first round."""
+    """Run a study on threads. KeyboardInterrupt if Ctrl-C comes before the end of the first round."""
     import pyarrow as pa
     import pyarrow.compute as pc
 

@@ -1,4 +1,4 @@
-"""Requests of studies: bounds, goal and constraints as written become a study and the plan of its cases."""
+"""Requests of studies: converts bounds, goal and constraints to a study and to the plan of its cases."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from trunnion.scene.findings.name_suggestions import shown
 from trunnion.system.construction.system_builder import build
 
 LEAST, MOST = 16, 5000
-"""Least and most cases of a study."""
+"""Least and largest number of cases of a study."""
 TOLERANCES = (1e-9, 0.1)
 MOST_REFINED = 4
-"""Most numbers of a refinement: a box has 2^n corners."""
+"""Largest number of varied numbers of a refinement: a box of n numbers has 2^n corners."""
 OWN_TIME = ("simulation.until", "simulation.every")
 Values = Callable[[int, int], np.ndarray]
 
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """A study as written.
+    """A study as the user requests it.
 
     Attributes:
         kind: "optimise" or "refine".
         bounds: {path: (low, high)}.
-        goals: for "optimise", {one of GOALS: result}, for "reach" (result, value).
-        within: {result: (low or None, high or None)}.
-        of: for "refine", a result or "outcome".
+        goals: only for "optimise": {goal: result}, where goal is one of GOALS; for "reach": {"reach": (result, value)}.
+        within: constraints {result: (low, high)}; None means no bound.
+        of: only for "refine": a result, or "outcome".
     """
 
     kind: str
@@ -57,9 +57,9 @@ class StudyRequest:
 def make_study(
     scene: Scene, wanted: StudyRequest, keep: Sequence[str], run: Run, wrong: Sequence[Problem] = ()
 ) -> tuple[Study, Plan]:
-    """The study and the plan of its cases, whose numbers are not known yet (``set_values``).
+    """The study, and the plan of its cases. ``set_values`` later supplies the parameter values of the cases.
 
-    keep: further reductions; wrong: problems found before. SceneError with every problem.
+    keep: further reductions; wrong: problems found before. SceneError lists every problem.
     """
     problems = list(wrong)
     units, low, high = ranges(scene, wanted.bounds, problems, f"{wanted.kind}.bounds")
@@ -83,12 +83,12 @@ def make_study(
 
 
 def set_values(made: Study, plan: Plan, values: Values) -> Plan:
-    """The plan with a source of its cases' numbers."""
+    """The plan with ``values`` as the source of its cases' parameter values."""
     return Plan(plan.scene, study_cases(made, values), plan.reductions, plan.run, plan.about)
 
 
 def _setting_problems(wanted: StudyRequest) -> list[Problem]:
-    """Problems of cases, tolerance, seed and number of bounds."""
+    """Problems of the number of cases, the tolerance, the seed and the number of bounds."""
     problems = []
     if not LEAST <= wanted.cases <= MOST:
         problems.append(Problem(f"{wanted.kind}.cases", f"{wanted.cases} cases", f"from {LEAST} to {MOST}"))
@@ -104,7 +104,7 @@ def _setting_problems(wanted: StudyRequest) -> list[Problem]:
 
 
 def _needed_results(wanted: StudyRequest, problems: list[Problem]) -> list[str]:
-    """The results that a study needs."""
+    """Names of the results that the study needs."""
     if wanted.kind == "refine":
         return [] if wanted.of == OUTCOME else [wanted.of]
     if len(wanted.goals) != 1:
@@ -116,7 +116,7 @@ def _needed_results(wanted: StudyRequest, problems: list[Problem]) -> list[str]:
 
 
 def _read_kept(scene: Scene, texts: Sequence[str], problems: list[Problem]) -> tuple[Reduction, ...]:
-    """The reductions of texts; the default ones for none."""
+    """The reductions that the texts name; the default reductions if there are no texts."""
     try:
         return reductions(list(dict.fromkeys(texts)), columns(build(scene).system))
     except SceneError as e:
@@ -127,7 +127,7 @@ def _read_kept(scene: Scene, texts: Sequence[str], problems: list[Problem]) -> t
 def _build_study(
     scene: Scene, wanted: StudyRequest, box: Any, chosen: Sequence[Reduction], problems: list[Problem]
 ) -> Study | None:
-    """The study of a request; None, and problems on the list, where it is wrong."""
+    """The study of a request. A wrong request adds to ``problems`` and gives None."""
     units, low, high = box[0], tuple(map(float, box[1])), tuple(map(float, box[2]))
     kept, paths = {r.name: r.unit for r in chosen}, tuple(wanted.bounds)
     for name in (n for n in _needed_results(wanted, problems) if n not in kept):

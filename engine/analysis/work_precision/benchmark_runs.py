@@ -1,4 +1,4 @@
-"""A scene with one friction law, compiled once and run with any settings; a failed run is a result."""
+"""A scene with one friction law, compiled once and run with any settings. A failed run counts as a result."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import METHODS, Settings
 
 MOST_STEPS = 1_000_000
-"""Step limit of a measured run; a setting that needs more is reported as a failure."""
+"""Step limit of a measured run. A setting that needs more steps is reported as a failure."""
 
 
 @dataclass
 class BenchmarkModel:
-    """A scene compiled with one friction law; ``until`` and ``every`` in s."""
+    """A scene compiled with one friction law. until: end of the run, s; every: spacing of samples, s."""
 
     scene: Scene
     variant: FrictionVariant
@@ -39,7 +39,7 @@ class BenchmarkModel:
     every: float
 
     def once(self, settings: Settings) -> tuple[Result | None, str]:
-        """Run once. Returns (result or None, "done" or the failure)."""
+        """Run once. Returns the result, or None if the run raises an error, and "done" or the reason of the failure."""
         try:
             result = run(self.model, self.until, self.every, settings)
         except (SceneError, SimulationError) as e:
@@ -47,12 +47,13 @@ class BenchmarkModel:
         return result, "done" if result.outcome.ok else str(result.outcome).split(":")[0]
 
     def samples(self, result: Result) -> np.ndarray:
-        """The compared columns, samples × columns."""
+        """The compared columns (samples × columns)."""
         return result.data[:, 1:]
 
 
 def estimate_integration_error(ready: BenchmarkModel, settings: Settings, result: Result, measure: ErrorMeasure) -> float:
-    """The error of the result, as a tighter run estimates it (theory, "Global error"), in ``measure``; NaN where that run fails."""
+    """The integration error of the result, measured by ``measure`` against a tighter run (theory, "Global error"); NaN if the
+    tighter run fails."""
     tight, correction = companion(settings, result.stats.counters)
     other, outcome = ready.once(tight)
     if other is None or outcome != "done":
@@ -63,7 +64,7 @@ def estimate_integration_error(ready: BenchmarkModel, settings: Settings, result
 def make_benchmark_model(
     scene: Scene, variant: FrictionVariant, measure: ErrorMeasure, until: float, samples: int
 ) -> BenchmarkModel:
-    """Compile a scene with a law, and its Jacobian unit, so that no timed run pays for either."""
+    """Compile a scene with a friction law, and its Jacobian unit, so that no timed run includes a compilation."""
     changed = with_law(scene, variant)
     model = Model(changed, measure.names, runs=math.inf)
     model.block.attach_jacobian()
@@ -71,7 +72,7 @@ def make_benchmark_model(
 
 
 def with_law(scene: Scene, variant: FrictionVariant) -> Scene:
-    """The scene with this law in all its joints."""
+    """The scene with this friction law in all its joints."""
     if not variant.law:
         return scene
     changes: dict[str, object] = {"friction.law": variant.law}
@@ -93,9 +94,10 @@ def has_friction(scene: Scene) -> bool:
 def friction_variants(
     scene: Scene, laws: tuple[str, ...] = (), v_eps: tuple[float, ...] = ()
 ) -> tuple[list[FrictionVariant], list[str]]:
-    """(friction variants that the scene has numbers for; why other laws are left out). The exact law comes first.
+    """(friction variants whose parameters the scene defines; notes that say why other laws are left out). The exact law comes
+    first.
 
-    laws: names, default all; v_eps: regularisation speeds, m/s, for laws that have one.
+    laws: names of laws, default all; v_eps: regularisation speeds, m/s, for laws that have one.
     """
     if not has_friction(scene):
         return [FrictionVariant()], []
@@ -114,7 +116,7 @@ def friction_variants(
 
 
 def exact_law(scene: Scene) -> str:
-    """The law that errors are measured against: the scene's own, or the set-valued law that it regularises."""
+    """The law that serves as reference for errors: the scene's own law, or the set-valued law that the scene's law regularises."""
     return exact_of(scene.friction.law)
 
 
@@ -126,12 +128,13 @@ def has_v_eps(scene: Scene) -> bool:
 
 
 def methods() -> tuple[str, ...]:
-    """Names of all methods, the automatic choice first."""
+    """Names of all methods. The automatic choice comes first."""
     return tuple(sorted(METHODS, key=lambda m: (m != "auto", METHODS[m])))
 
 
 def time_repeats(once: Callable[[], float], repeats: int, limit: float = 2.0) -> tuple[float, float, int]:
-    """(minimum, median, count) of the seconds that ``once`` returns; ends after three repeats once they took ``limit`` s."""
+    """(minimum, median, count) of the seconds that ``once`` returns. After three repeats, measuring stops once ``limit`` s have
+    passed."""
     times: list[float] = []
     started = time.perf_counter()
     while len(times) < repeats and (len(times) < min(3, repeats) or time.perf_counter() - started < limit):

@@ -1,4 +1,4 @@
-"""Measure a scene with every method, tolerance, step and friction law, and with every installed reference solver."""
+"""Measures a scene with every method, tolerance, step and friction law, and with every installed reference solver."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 FIXED = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
-"""Fixed steps as multiples of the mean step that the automatic choice takes at rtol 1e-6."""
+"""Fixed steps, as multiples of the mean step of the automatic method at rtol 1e-6."""
 
 
 def measure_work_precision(
     scene: Scene, request: WorkPrecisionRequest | None = None, progress: Progress = lambda *_: None
 ) -> WorkPrecision:
-    """Measure a checked scene. A run that fails becomes a point with its outcome. SceneError for outputs that do not exist."""
+    """Measure a valid scene. A failed run becomes a point with its outcome. SceneError for outputs that do not exist."""
     request = request or WorkPrecisionRequest()
     measure = make_error_measure(scene, request.outputs, request.norm)
     until = float(request.until or scene.simulation.until)
@@ -53,13 +53,13 @@ def measure_work_precision(
 
 
 def _exact_variant(scene: Scene, laws: list[FrictionVariant]) -> FrictionVariant:
-    """The variant that model errors are measured against: the exact law, or the scene's own law with the smallest v_eps."""
+    """The variant that serves as reference for model errors: the exact law, or the scene's own law with the smallest v_eps."""
     named = [v for v in laws if v.law == exact_law(scene)] or laws
     return min(named, key=lambda v: v.v_eps)
 
 
 def _make_models(study: WorkPrecision, laws: list[FrictionVariant], progress: Progress) -> dict[FrictionVariant, BenchmarkModel]:
-    """The scene compiled with each law; adds their references and build times to the study."""
+    """The scene compiled with each law. Adds the references and build times of these models to the study."""
     out = {}
     for k, v in enumerate(laws):
         progress(f"reference {v}".strip(), k, len(laws))
@@ -75,7 +75,8 @@ def _make_models(study: WorkPrecision, laws: list[FrictionVariant], progress: Pr
 
 
 def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
-    """(what, s): symbolic and compile time of a kernel from its record; its Jacobian unit is built again to measure it."""
+    """Build times (what, s) of a kernel: symbolic time and compile time from its record, and the time of a new build of its
+    Jacobian unit."""
     from trunnion.kernel.shared_libraries import build_jacobian
 
     facts, law = ready.model.kernel.facts, f" ({ready.variant.law})" if ready.variant.law else ""
@@ -88,7 +89,7 @@ def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
 
 
 def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[Settings]:
-    """Each method at each tolerance and, where requested, with each fixed step."""
+    """Each method at each tolerance. If the request includes fixed steps, also each method with each fixed step."""
     request = study.request
     chosen = [m for m in methods() if not request.methods or m in request.methods]
     out = [Settings(rtol=r, method=m, max_steps=MOST_STEPS) for m in chosen for r in request.rtols or TOLERANCES]
@@ -100,13 +101,13 @@ def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[Settings]:
 
 
 def _mean_step(ready: BenchmarkModel) -> float:
-    """Mean step of the automatic choice at rtol 1e-6, s; 0 when it fails."""
+    """Mean step of the automatic method at rtol 1e-6, s; 0 if the run fails."""
     result, outcome = ready.once(Settings(rtol=1e-6, max_steps=MOST_STEPS))
     return ready.until / max(1, result.stats.steps) if result is not None and outcome == "done" else 0.0
 
 
 def _measure(study: WorkPrecision, ready: BenchmarkModel, settings: Settings) -> Measurement:
-    """Run a setting, repeat it for its time, and compare it with the references."""
+    """Run a setting, repeat the run to measure its time, and compare the result with the references."""
     result, outcome = ready.once(settings)
     rtol = 0.0 if settings.step else settings.rtol
     head = (ENGINE, settings.method, rtol, settings.step, ready.variant.law, ready.variant.v_eps)

@@ -1,4 +1,5 @@
-"""Growth of the cost with the number of bodies, friction joints, loops and cases: families of scenes, each with its exponent."""
+"""Growth of the cost with the number of bodies, friction joints, loops and cases. Each of these quantities has a family of scenes
+and an exponent."""
 
 from __future__ import annotations
 
@@ -29,12 +30,12 @@ if TYPE_CHECKING:
 
 STEP, STEPS = 1e-3, 200
 CHAIN = 16
-"""Bodies of the chain that gains friction joints."""
+"""Number of bodies of the chain in the family "friction joints"."""
 
 
 @dataclass(frozen=True)
 class Size:
-    """A member of a family. minimum, median: time of one unit of work, s; build: time to build the scene, s."""
+    """A member of a family. n: its size; minimum, median: time of one unit of work, s; build: time to build the scene, s."""
 
     n: int
     minimum: float
@@ -44,7 +45,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Family:
-    """A family of scenes. name: what grows; what: the unit of work that is measured."""
+    """A family of scenes. name: the quantity that grows; what: the unit of work that is measured."""
 
     name: str
     what: str
@@ -57,12 +58,12 @@ class Family:
 
     @property
     def build_exponent(self) -> float:
-        """Exponent of the build time; NaN where fewer than two sizes were built."""
+        """Exponent of the build time; NaN if fewer than two sizes were built."""
         return growth_exponent([(s.n, s.build) for s in self.sizes if s.build > 0])
 
 
 def growth_exponent(values: Sequence[tuple[float, float]]) -> float:
-    """Slope of log cost over log n of (n, cost), over the larger half of the sizes (at least three)."""
+    """Slope of log(cost) over log(n), fitted to the larger half of the (n, cost) pairs, but to three pairs at least."""
     upper = values[-max(3, (len(values) + 1) // 2) :]
     if len(upper) < 2:
         return math.nan
@@ -71,7 +72,7 @@ def growth_exponent(values: Sequence[tuple[float, float]]) -> float:
 
 
 def measure_cost_growth(repeats: int = 7, largest: int = 64, progress: Progress = lambda *_: None) -> list[Family]:
-    """Measure all families. largest: bodies of the longest chain; loops end at a quarter of it."""
+    """Measure all families. largest: number of bodies of the longest chain; the number of loops ends at a quarter of it."""
     bodies = _powers_of_two(1, largest)
     frictional = _powers_of_two(1, CHAIN)
     loops = _powers_of_two(1, max(2, largest // 4))
@@ -114,7 +115,7 @@ def frictional_chain(n: int) -> sm.Scene:
 
 
 def _measure_step(n: int, scene: sm.Scene, repeats: int) -> Size:
-    """Time one step of fixed length of a scene."""
+    """Measure the time of one step of fixed size."""
     model = Model(scene, [next(iter(scene.joints)) + ".q[1]"], runs=math.inf)
     settings = Settings(method="rk5", step=STEP)
 
@@ -128,7 +129,8 @@ def _measure_step(n: int, scene: sm.Scene, repeats: int) -> Size:
 
 
 def _measure_cases(counts: Sequence[int], repeats: int) -> tuple[Size, ...]:
-    """For every count n, the time of n runs of one structure with different friction; nothing is built between them."""
+    """For each count n, the time of n runs of one structure with different friction coefficients. Nothing is built between the
+    runs."""
     from trunnion.scene import load_scene
 
     scene = load_scene("spherical_pendulum")
@@ -153,7 +155,7 @@ def _measure_cases(counts: Sequence[int], repeats: int) -> tuple[Size, ...]:
 
 
 def write_cost_growth(families: Sequence[Family], folder: Path) -> list[Path]:
-    """Write ``scaling.svg``, ``scaling.png`` and ``scaling.csv`` into the folder; returns their paths."""
+    """Write ``scaling.svg``, ``scaling.png`` and ``scaling.csv`` into the folder; returns the paths of the files."""
     from trunnion.plots.style.figure_files import reduce_colours, save_figure
 
     drawn = draw_cost_growth(families)
@@ -170,7 +172,7 @@ def write_cost_growth(families: Sequence[Family], folder: Path) -> list[Path]:
 
 
 def draw_cost_growth(families: Sequence[Family]) -> Figure:
-    """A figure with one panel a family: cost, and build time on a second axis."""
+    """A figure with one panel for each family: the cost, and the build time on a second axis."""
     from matplotlib.figure import Figure
 
     fig = Figure(figsize=(11, 8), facecolor="white")

@@ -8,12 +8,13 @@ from trunnion.analysis.work_precision.measurement_points import ENGINE, Measurem
 from trunnion.analysis.work_precision.request_and_results import WorkPrecision
 
 USABLE = 0.1
-"""Largest relative error at which the time of a run is compared."""
+"""Runs with a relative error above this value are not compared in time."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of one program, method and friction law, with error control or fixed steps, by falling tolerance or step."""
+    """The points of one program, method and friction law, either with error control or with fixed steps. Points are sorted by
+    decreasing tolerance or step."""
 
     program: str
     method: str
@@ -24,7 +25,7 @@ class Curve:
 
     @property
     def label(self) -> str:
-        """Name in the legend: program (other than the engine), method, "fixed step"."""
+        """Name in the legend: the program (if it is not the engine), the method, and "fixed step" where it applies."""
         words = [] if self.program == ENGINE else [self.program]
         return " ".join([*words, self.method, *(["fixed step"] if self.fixed and self.program == ENGINE else [])])
 
@@ -44,7 +45,8 @@ def group_into_curves(points: list[Measurement]) -> list[Curve]:
 
 
 def compare_with_solvers(study: WorkPrecision) -> list[str]:
-    """A sentence for every reference solver: how much faster the engine is at equal errors, or at which settings it is slower."""
+    """A sentence for every reference solver: how much faster the engine is at equal errors, or at which settings the engine is
+    slower."""
     out = []
     for program in dict.fromkeys(p.program for p in study.solver_points()):
         finished = [p for p in study.solver_points() if p.program == program and p.ok and p.error == p.error]
@@ -69,9 +71,12 @@ def _smallest_error(points: list[Measurement]) -> float:
 
 
 def _speed_ratio(study: WorkPrecision, peer: Measurement) -> tuple[float, float] | None:
-    """(solver's time over the engine's least time at no larger error, solver's error); None where the engine is less accurate.
+    """(solver's time over the engine's least time at no larger error, solver's error); None if the engine never reaches this
+    error.
 
-    An error below twice the reference's own error is replaced by twice that error, since the two cannot be distinguished."""
+    Errors below twice the reference's own error cannot be distinguished. Twice the reference's own error then replaces the
+    solver's error.
+    """
     own = study.references.get(peer.variant)
     floor = own.error if own else 0.0
     good = [

@@ -1,4 +1,4 @@
-"""The relative distance between two runs: columns at sample times, in groups of one physical quantity."""
+"""The relative distance between two runs. It compares columns at sample times, in groups of one physical quantity."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from trunnion.system.construction.system_builder import build
 
 NORMS = ("max", "rms")
 SMALL = 1e-3
-"""Least scale of a group of columns, relative to the largest group with its unit. A force that is zero by symmetry needs such a
-scale."""
+"""Least scale of a group of columns, relative to the largest group with the same unit. Without this limit, a force that is zero by
+symmetry would have no scale."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class ErrorMeasure:
 
     Attributes:
         names: columns to compare, without time.
-        groups: column indices of each quantity; a vector is one group.
+        groups: column indices of each quantity; the components of a vector are one group.
         units: unit of each group.
-        norm: over time: "max" is the largest distance at any sample, "rms" the root mean square, for columns that jump.
+        norm: norm over time: "max" (largest distance at any sample) or "rms" (root mean square, for columns that jump).
     """
 
     names: tuple[str, ...]
@@ -33,14 +33,14 @@ class ErrorMeasure:
     norm: str = "max"
 
     def scales(self, reference: np.ndarray) -> np.ndarray:
-        """Largest length of each group over time, in its unit; reference: samples × columns."""
+        """The largest Euclidean norm of each group over all samples, in the group's unit. reference: samples × columns."""
         peaks = np.array([np.linalg.norm(reference[:, g], axis=1).max() for g in self.groups])
         by_unit = {u: max(p for p, v in zip(peaks, self.units, strict=True) if v == u) for u in self.units}
         floors = np.array([SMALL * by_unit[u] for u in self.units])
         return np.maximum(np.maximum(peaks, floors), 1e-300)
 
     def each(self, data: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """Relative error of every group; NaN where the numbers of samples differ."""
+        """Relative error of every group; NaN if the numbers of samples differ."""
         if data.shape != reference.shape:
             return np.full(len(self.groups), np.nan)
         off = data - reference
@@ -49,7 +49,7 @@ class ErrorMeasure:
         return over / self.scales(reference)
 
     def error(self, data: np.ndarray, reference: np.ndarray) -> float:
-        """Largest relative error of any group."""
+        """The largest relative error of all groups."""
         return float(self.each(data, reference).max())
 
     def describe(self) -> str:
@@ -60,7 +60,8 @@ class ErrorMeasure:
 
 
 def make_error_measure(scene: Scene, patterns: tuple[str, ...] = (), norm: str = "max") -> ErrorMeasure:
-    """The measure over all columns of the scene that match the patterns (default: positions of all mass centres)."""
+    """The measure over all columns of the scene that match the patterns. Without patterns, these are the positions of all mass
+    centres."""
     system = build(scene).system
     everything = columns(system)
     wanted = patterns or tuple(f"{b.name}.position[*" for b in system.bodies)
@@ -69,7 +70,7 @@ def make_error_measure(scene: Scene, patterns: tuple[str, ...] = (), norm: str =
 
 
 def _group_vectors(chosen: list[Column], norm: str) -> ErrorMeasure:
-    """Vectors (name[k]) become one group each, unless k counts contacts, coordinates or states."""
+    """The components name[k] of a vector become one group. Indices k of contacts, coordinates or states do not."""
     groups: dict[str, list[int]] = {}
     units: dict[str, str] = {}
     for i, c in enumerate(chosen):

@@ -1,4 +1,5 @@
-"""The work-precision diagram as a figure: panels for methods, friction laws and reference solvers; failures are crosses."""
+"""The work-precision diagram as a figure, with panels for methods, friction laws and reference solvers. Crosses mark failed
+runs."""
 
 from __future__ import annotations
 
@@ -19,11 +20,12 @@ MARKS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 PANEL = (5.6, 4.6)
 """Width and height of a panel, inches."""
 FAILED = 30.0
-"""Failures are drawn at this multiple of the largest error shown."""
+"""Crosses of failed runs are drawn at this multiple of the largest error shown."""
 
 
 def draw_work_precision(study: WorkPrecision) -> Figure:
-    """The figure: methods with the exact law, laws by their error against it, and reference solvers."""
+    """The figure. Its panels show methods with the exact law, friction laws by their error against the exact law, and reference
+    solvers."""
     from matplotlib.figure import Figure
 
     panels = [("methods", _method_curves(study), False)]
@@ -44,14 +46,15 @@ def _method_curves(study: WorkPrecision) -> list[Curve]:
 
 
 def _law_curves(study: WorkPrecision) -> list[Curve]:
-    """A curve for every law with the automatic choice of method, or with every method where that was not measured."""
+    """A curve for every law with the automatic choice of method. If the automatic choice was not measured, a curve for every law
+    and method."""
     auto = [p for p in study.engine_points() if not p.fixed and p.method == "auto"]
     return group_into_curves(auto or [p for p in study.engine_points() if not p.fixed])
 
 
 def _solver_curves(study: WorkPrecision) -> list[Curve]:
-    """The engine's Pareto front for every law that a solver can solve, then each solver's Pareto front (the page has all
-    points)."""
+    """The engine's Pareto front for every law that a solver can handle, then each solver's Pareto front. (The HTML page shows all
+    points.)"""
     out = []
     for v in dict.fromkeys(p.variant for p in study.solver_points()):
         best = pareto_front(p for p in study.engine_points() if p.variant == v)
@@ -96,7 +99,7 @@ def _draw_panel(axes: Axes, title: str, chosen: Iterable[Curve], model: bool, st
 
 
 def _minor_label(axes: Axes, t: float) -> str:
-    """Label of 2 and 5 times a power of ten, where the axis spans few powers; else ""."""
+    """Label of 2 and 5 times a power of ten if the axis spans few decades; else ""."""
     low, high = axes.get_ylim()
     return f"{t:g}" if high / low < 300 and round(t / 10.0 ** math.floor(math.log10(t))) in (2, 5) else ""
 
@@ -111,7 +114,7 @@ def _shown_error(p: Measurement, model: bool) -> float:
 
 
 def _draw_curve(axes: Axes, c: Curve, i: int, model: bool, edge: float) -> None:
-    """Draw one curve; a failed run is a cross at ``edge``, at the time it took to fail."""
+    """Draw one curve. A cross at abscissa ``edge`` marks a failed run; its ordinate is the time until the failure."""
     good = [p for p in c.points if p.ok and _shown_error(p, model) > 0]
     bad = [p for p in c.points if not p.ok and p.minimum > 0]
     best = c.program == ""
@@ -136,7 +139,7 @@ def _draw_titles(fig: Any, study: WorkPrecision) -> None:
     if own:
         lines.append(f"reference: {own.made_by}, whose results differ by {own.error:.1e}")
     if any(p.predicted > 0 for p in study.points):
-        lines[-1] += " · |: the error that Trunnion states of the run itself"
+        lines[-1] += " · |: the run's own error estimate"
     lines[-1] += f" · {study.machine['processor']}, one core"
     for k, line in enumerate(lines):
         fig.text(0.012, 1 - (0.46 + 0.19 * k) / height, line, size=7.5, color="#555555")

@@ -12,7 +12,7 @@ VIEWER = Path(__file__).with_name("viewer")
 
 
 def make_page(study: WorkPrecision) -> str:
-    """The HTML text of a measurement."""
+    """The HTML text of the work-precision diagram."""
     data = page_data(study)
     return make_html_page(VIEWER / "chart.html", "chart.css", ("chart.js",), f"{data['title']}: error against time", data)
 

@@ -1,4 +1,4 @@
-"""The machine that measures: its description, and one core for comparable repeats."""
+"""The machine that measures: its description, and pinning to one core, which makes repeats comparable."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def describe_machine() -> dict[str, str]:
-    """Processor, system, versions of Trunnion and Python."""
+    """The processor, the operating system, and the versions of Trunnion and Python."""
     from trunnion.basics.version import version
 
     return {
@@ -22,7 +22,7 @@ def describe_machine() -> dict[str, str]:
 
 
 def processor_name() -> str:
-    """The processor's name, or its architecture where the system gives no name."""
+    """The processor's name, or its architecture if the operating system gives no name."""
     info = Path("/proc/cpuinfo")
     if info.is_file():
         for line in info.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -33,7 +33,8 @@ def processor_name() -> str:
 
 @contextmanager
 def pin_to_one_core() -> Iterator[None]:
-    """Run the body on one core, where the system allows it, so that repeats are comparable; restores the allowed cores."""
+    """Run the body on one core if the system supports it, so that repeats are comparable. Afterwards the allowed cores are
+    restored."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

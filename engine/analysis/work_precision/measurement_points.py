@@ -1,4 +1,4 @@
-"""A measured point of a work-precision diagram, and the CSV table of all points."""
+"""A measured point of a work-precision diagram, and a CSV table of all points."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from pathlib import Path
 from trunnion.basics.atomic_files import writing
 
 ENGINE = "trunnion"
-"""The engine's own name among the programs."""
+"""Name of the engine in the list of programs."""
 
 
 @dataclass(frozen=True)
 class FrictionVariant:
-    """A friction law ("" without friction) and its regularisation speed v_eps, m/s (0: the law has none)."""
+    """A friction law and its regularisation speed v_eps, m/s. law: "" means no friction; v_eps: 0 means that the law has no such
+    speed."""
 
     law: str = ""
     v_eps: float = 0.0
@@ -32,14 +33,14 @@ class Measurement:
     Attributes:
         rtol: relative tolerance; 0 with fixed steps.
         step: fixed step, s; 0 with error control.
-        law: friction law that was solved.
-        v_eps: its regularisation speed, m/s.
+        law: friction law of the run.
+        v_eps: regularisation speed of the friction law, m/s.
         error: distance from the reference solution of this law.
         model_error: distance from the reference solution of the exact law.
         minimum: least stepping time of the repeats, s.
         median: median stepping time of the repeats, s.
         repeats: number of timed runs.
-        outcome: "done", or where and why the run failed.
+        outcome: "done", or the time and reason of the failure.
         leaves_out: parts of the scene that the program does not model.
         predicted: error estimated by a second, tighter run (theory, "Global error"); NaN without one.
     """
@@ -88,7 +89,7 @@ UNITS = {"step": "s", "v_eps": "m/s", "minimum": "s", "median": "s"}
 
 
 def write_table(points: Iterable[Measurement], path: Path, notes: Iterable[str] = ()) -> Path:
-    """Write a CSV file, notes first as comment lines, units in the column names; returns its path."""
+    """Write a CSV file and return its path. Notes come first as comment lines. Column names include the units."""
     names = [f.name for f in fields(Measurement)]
     with writing(path, (".csv",)) as work, work.open("w", newline="", encoding="utf-8") as file:
         for note in notes:
@@ -101,7 +102,8 @@ def write_table(points: Iterable[Measurement], path: Path, notes: Iterable[str] 
 
 
 def pareto_front(points: Iterable[Measurement], model: bool = False) -> list[Measurement]:
-    """Points to which no other point is superior in both error and least time, by falling error. model: use ``model_error``."""
+    """The points that no other point beats in both error and least time, by decreasing error. model: whether to use
+    ``model_error``."""
     alive = [p for p in points if p.ok and (p.model_error if model else p.error) >= 0.0]
     alive.sort(key=lambda p: (p.minimum, p.model_error if model else p.error))
     out: list[Measurement] = []

@@ -1,4 +1,4 @@
-"""Files of a measurement: ``chart.svg``, ``chart.png``, ``chart.html``, ``chart.csv``."""
+"""Writes the files of a measurement: ``chart.svg``, ``chart.png``, ``chart.html``, ``chart.csv``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.plots.style.figure_files import reduce_colours, save_figure
 
 
 def make_folder(path: str | os.PathLike[str]) -> Path:
-    """The folder, created where it is missing. SceneError where it cannot be created or written."""
+    """The folder; a missing folder is created. SceneError if the folder cannot be created or written."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -28,7 +28,7 @@ def make_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def write_work_precision(study: WorkPrecision, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write all four files into a folder, created where it is missing; returns their paths. SceneError for an unusable folder."""
+    """Write all four files into a folder (a missing folder is created); returns the paths. SceneError for an unusable folder."""
     target = make_folder(folder)
     drawn = draw_work_precision(study)
     out = [save_figure(drawn, target / "chart.svg"), reduce_colours(save_figure(drawn, target / "chart.png", dpi=100))]
@@ -38,13 +38,13 @@ def write_work_precision(study: WorkPrecision, folder: str | os.PathLike[str]) -
 
 
 def reference_lines(study: WorkPrecision) -> list[str]:
-    """A line for each reference solution: its two methods and their distance."""
+    """A line for each reference solution: its two methods and the distance between their results."""
     both = [(f" ({v})" if v.law else "", r) for v, r in study.references.items()]
     return [f"reference{law}: {r.made_by}, whose results differ by {r.error:.1e}" for law, r in both]
 
 
 def study_notes(study: WorkPrecision) -> list[str]:
-    """Lines that describe the numbers: machine, scene, compared columns, references."""
+    """Lines that describe the measurement: machine, scene, compared columns, references."""
     lines = [f"scene: {study.scene.name}, 0 to {study.until:g} s", f"error: {study.measure.describe()}"]
     lines += reference_lines(study)
     lines += [f"model_error is measured against: {study.exact}"] if study.exact.law else []

@@ -1,4 +1,4 @@
-"""The reference solution: two different methods at tight tolerance, and the distance between them."""
+"""The reference solution: two different methods at tight tolerance, and the distance between their results."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
 TIME_STEPPING = tuple(m.name for m in REGISTRY if isinstance(m, Impulses))
-"""First-order methods take millions of steps for few digits at tight tolerance. They run only where fewer than two other methods
-reach the end."""
+"""First-order methods take millions of steps for few digits at tight tolerance. They run only if fewer than two other methods
+reach the end of the run."""
 STEPS = 3_000_000
 """Step limit of a reference run."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference solution. data: samples × compared columns; error: relative distance between the two methods in ``made_by``."""
+    """A reference solution. data: samples × compared columns; error: relative distance between the results of the two methods in
+    ``made_by``."""
 
     data: np.ndarray
     error: float
@@ -36,7 +37,7 @@ class _ReferenceRun:
 
 
 def find_reference(ready: BenchmarkModel) -> Reference | None:
-    """The pair of methods that agree best at tight tolerance; None where fewer than two reach the end."""
+    """The pair of methods whose results agree best at tight tolerance; None if fewer than two methods reach the end of the run."""
     tried = [t for m in methods() if m not in ("auto", *TIME_STEPPING) for t in _tightest_runs(ready, m)]
     if len({t.method for t in tried}) < 2:
         tried += [t for m in TIME_STEPPING for t in _tightest_runs(ready, m)]
@@ -49,7 +50,7 @@ def find_reference(ready: BenchmarkModel) -> Reference | None:
 
 
 def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
-    """The method's runs at the two tightest tolerances that reach the end."""
+    """The runs of a method at the two tightest tolerances at which it reaches the end of the run."""
     out: list[_ReferenceRun] = []
     for rtol in TIGHT:
         result, outcome = ready.once(Settings(rtol=rtol, method=method, max_steps=STEPS))
@@ -61,5 +62,5 @@ def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
 
 
 def _median_distance(ready: BenchmarkModel, t: _ReferenceRun, others: list[_ReferenceRun]) -> float:
-    """Median distance from the other methods' runs; the run with the smaller one is the better reference."""
+    """Median distance from the runs of the other methods. Of two runs, the run with the smaller median is the better reference."""
     return float(np.median([ready.measure.error(o.data, t.data) for o in others if o.method != t.method]))

@@ -1,4 +1,4 @@
-"""The request of a work-precision measurement, and its results: measured runs and reference solutions."""
+"""The request of a work-precision measurement, and its results (measured runs and reference solutions)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.analysis.work_precision.reference_solution import Reference
 from trunnion.scene.data_classes.scene import Scene
 
 Progress = Callable[[str, int, int], None]
-"""progress(what is measured now, how many are done, how many there are)."""
+"""progress(what is measured now, number of finished measurements, number of all measurements)."""
 
 
 @dataclass(frozen=True)
@@ -23,17 +23,17 @@ class WorkPrecisionRequest:
     """The request of a measurement; an empty tuple selects everything available.
 
     Attributes:
-        methods: names of methods.
+        methods: names of integration methods.
         rtols: relative tolerances.
         laws: names of friction laws.
         v_eps: regularisation speeds, m/s.
         outputs: patterns of the columns to compare.
         norm: "max" or "rms" over the sample times.
-        until: end of the runs, s; None: the scene's.
-        samples: number of times compared.
-        repeats: runs of each setting, for its time.
-        fixed: whether fixed steps are measured, too.
-        solvers: whether installed reference solvers are measured, too.
+        until: end of the runs, s; None means the scene's own end time.
+        samples: number of sample times to compare.
+        repeats: number of timed runs of each setting.
+        fixed: whether to measure fixed steps also.
+        solvers: whether to measure installed reference solvers also.
     """
 
     methods: tuple[str, ...] = ()
@@ -54,10 +54,10 @@ class WorkPrecision:
     """The results of a measurement.
 
     Attributes:
-        exact: the friction variant of the most exact law; model errors are measured against it.
+        exact: the friction variant of the most exact law, which is the reference for model errors.
         points: all measured runs.
         references: reference solution by friction variant.
-        builds: (what was built, s).
+        builds: (what was built, build time in s) of each build.
         solvers: (name, version, its omissions, or the reason why it was not run) of each reference solver.
     """
 
@@ -82,7 +82,8 @@ class WorkPrecision:
         return [p for p in self.points if p.program != ENGINE]
 
     def errors(self, variant: FrictionVariant, data: np.ndarray) -> tuple[float, float]:
-        """(distance from the reference of the same law, from that of the exact law); NaN where there is no reference."""
+        """(distance from the reference of the same law, distance from the reference of the exact law); NaN if a reference is
+        missing."""
         own, exact = self.references.get(variant), self.references.get(self.exact)
         return (
             self.measure.error(data, own.data) if own else math.nan,

@@ -1,6 +1,7 @@
-"""Distributions of numbers in a sample: uniform between two ends, or named ones such as ``normal(0.3, 0.05)``, with units.
+"""Distributions of numbers in a sample: uniform between two bounds, or named distributions such as ``normal(0.3, 0.05)``, with
+units.
 
-Each is an inverse distribution function of uniform numbers in (0, 1), so that all ways of sampling can use it.
+Each distribution is an inverse distribution function of uniform numbers in (0, 1), so that all sampling methods can use it.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ class Kind:
     """A named distribution.
 
     Attributes:
-        numbers: names of its numbers, optional ones last.
-        needed: number of required ones.
-        wrong: numbers → the mistake in them; "" without one.
-        inverse: numbers → inverse distribution function.
+        numbers: names of its parameters; optional parameters come last.
+        needed: number of required parameters.
+        wrong: function from parameters to the description of a mistake; "" if there is no mistake.
+        inverse: function from parameters to the inverse distribution function.
     """
 
     numbers: tuple[str, ...]
@@ -38,7 +39,7 @@ class Kind:
 
 
 def _standard(u: np.ndarray) -> np.ndarray:
-    """Standard normal numbers from uniform ones."""
+    """Standard normal numbers from uniform numbers."""
     inside = np.clip(u, 2.0**-54, BELOW_ONE)
     return np.fromiter(map(NORMAL.inv_cdf, inside.ravel().tolist()), float, inside.size).reshape(u.shape)
 
@@ -80,7 +81,7 @@ def _wrong_normal(n: Sequence[float]) -> str:
     if len(n) == 3:
         return "truncation needs both ends"
     if len(n) == 4 and not n[2] < n[3]:
-        return "the ends of the truncation must rise"
+        return "the ends of the truncation must increase"
     if len(n) == 4 and not NORMAL.cdf((n[3] - n[0]) / n[1]) - NORMAL.cdf((n[2] - n[0]) / n[1]) > 1e-6:
         return "the truncated range has less than 1e-6 of the probability"
     return ""
@@ -95,19 +96,20 @@ KINDS: dict[str, Kind] = {
     "triangular": Kind(
         ("low", "mode", "high"),
         3,
-        lambda n: "" if n[0] <= n[1] <= n[2] and n[0] < n[2] else "low, mode and high must rise",
+        lambda n: "" if n[0] <= n[1] <= n[2] and n[0] < n[2] else "low, mode and high must increase",
         _triangular,
     ),
 }
-"""Mean and standard deviation are those of the number itself, also for ``lognormal``."""
+"""Distributions by name. Mean and standard deviation refer to the number itself, also for ``lognormal``."""
 FORMS = ", ".join(f"{name}({', '.join(k.numbers[: k.needed])})" for name, k in KINDS.items() if name != "uniform")
 HINT = f"two ends such as [0.1, 0.6], or one of {FORMS}"
 
 
 def spread_of(given: Any, number: Callable[[Any], float], complain: Callable[[str, str], None]) -> Inverse | None:
-    """The inverse distribution function of two ends or of a text such as "normal(0.3, 0.05)"; None for a mistake.
+    """The inverse distribution function for two bounds or for a text such as "normal(0.3, 0.05)"; None after a mistake.
 
-    number: reads one number, reports its mistakes and then returns NaN; complain: reports other mistakes."""
+    number: reads one number; for a mistake it reports the mistake and returns NaN. complain: reports any other mistake.
+    """
     name, numbers = "uniform", given
     if isinstance(given, str):
         written = WRITTEN.match(given)

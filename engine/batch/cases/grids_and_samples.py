@@ -1,4 +1,4 @@
-"""Cases of a batch: a grid, a list, or a seeded sample of a scene's numbers. A case follows from its index alone."""
+"""Cases of a batch: a grid, a list, or a seeded sample of a scene's numbers. The values of a case depend only on its index."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from trunnion.scene.findings.name_suggestions import listed as names_of
 
 SAMPLINGS = ("latin", "random", "sobol", "saltelli")
 LEAST_POINTS = 2 * REPLICATES
-"""Least points of a crossed sample."""
+"""Least number of points of a crossed sample."""
 MOST_VALUES = 1_000_000
-"""Most values one axis may list."""
+"""Largest number of values that one axis may list."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Cases:
 
     Attributes:
         paths: paths of the varied numbers.
-        units: their SI units.
+        units: SI units of these numbers.
         count: number of cases.
-        values: values(start, stop) are the numbers of cases start … stop − 1 ((stop − start) × paths), SI.
-        sampling: method of the sample; "" for grids and lists.
+        values: function; values(start, stop) returns the values of cases start … stop − 1 ((stop − start) × paths), SI units.
+        sampling: sampling method; "" for grids and lists.
     """
 
     paths: tuple[str, ...]
@@ -49,8 +49,8 @@ class Cases:
 
 
 def grid(scene: Scene, vary: Mapping[str, Any], where: str = "vary") -> Cases:
-    """Every combination of values; the last path varies fastest. vary: for each path a list of values, or "first:last:count", with
-    units. SceneError with every mistake."""
+    """Every combination of values; the last path varies fastest. vary: {path: list of values, or "first:last:count"}, with units.
+    SceneError lists every mistake."""
     problems: list[Problem] = []
     readers = [Reader(scene, path, f"{where}.{path}", problems) for path in vary]
     axes = [_axis(reader, given) for reader, given in zip(readers, vary.values(), strict=True)]
@@ -65,11 +65,11 @@ def grid(scene: Scene, vary: Mapping[str, Any], where: str = "vary") -> Cases:
 
 
 def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
-    """The given cases, each {path: value}, all with the same paths. SceneError with every mistake."""
+    """The given cases, each {path: value}. All cases must have the same paths. SceneError lists every mistake."""
     problems: list[Problem] = []
     paths = tuple(cases[0]) if cases else ()
     odd = [i for i, case in enumerate(cases) if case.keys() != cases[0].keys()]
-    hint = f"every case names {names_of(paths)}"
+    hint = f"every case must name {names_of(paths)}"
     problems += [Problem(f"{where}[{i + 1}]", f"names {names_of(cases[i]) or 'nothing'}", hint) for i in odd[:MOST]]
     _end(problems, paths, where, len(odd[MOST:]))
     readers = [Reader(scene, p, f"{where}.{p}", problems) for p in paths]
@@ -85,7 +85,7 @@ def sampled(
 
     method: "latin" (one case in each of ``count`` strips of every range), "random" (independent), "sobol" (scrambled Sobol points,
     best for powers of 2) or "saltelli" (two Sobol samples of ``count`` points, crossed for Sobol indices: 2 × paths + 2 cases for
-    each point). SceneError with every mistake."""
+    each point). SceneError lists every mistake."""
     problems: list[Problem] = []
     if count < 1:
         problems.append(Problem(f"{where}.count", f"{count} is not positive", "give a positive number of cases"))
@@ -115,7 +115,7 @@ def sampled(
 def ranges(
     scene: Scene, given: Mapping[str, Any], problems: list[Problem], where: str = "bounds"
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """(units, low (m), high (m)) of the ranges {path: (low, high)}, SI; mistakes are appended to ``problems``."""
+    """(units, low (m), high (m)) of the ranges {path: (low, high)}, SI units. Mistakes are appended to ``problems``."""
     units, ends = [], []
     for path, pair in given.items():
         reader = Reader(scene, path, f"{where}.{path}", problems)
@@ -134,7 +134,7 @@ def ranges(
 
 
 def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> None:
-    """SceneError with the problems, if any; untold: number of further problems."""
+    """Raise SceneError if there are problems. untold: number of further problems that are not listed."""
     if not paths and not problems:
         problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
     if problems:
@@ -167,6 +167,6 @@ def _span(reader: Reader, text: str) -> np.ndarray:
         reader.complain(f"{text!r} is not first:last:count", 'such as "0.1:0.6:26" or "0 deg:90 deg:91"')
         return np.zeros(1)
     if not 1 <= int(parts[2][:12]) <= MOST_VALUES:
-        reader.complain(f"{text!r} asks for {parts[2][:12]} values", f"from 1 to {MOST_VALUES}")
+        reader.complain(f"{text!r} requests {parts[2][:12]} values", f"from 1 to {MOST_VALUES}")
         return np.zeros(1)
     return np.linspace(reader.number(parts[0]), reader.number(parts[1]), int(parts[2]))

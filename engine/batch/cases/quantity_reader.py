@@ -1,4 +1,4 @@
-"""Values for a scene's numbers, read into SI units."""
+"""Reads values of a scene's numbers and converts them to SI units."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from trunnion.scene.units.quantities import agree, parse_quantity
 from trunnion.scene.units.unit_parser import UnitError
 
 MOST_REPORTED = 5
-"""Most reported mistakes of one path; values of a grid mostly share one mistake."""
+"""Largest number of reported mistakes of one path. The values of a grid usually share one mistake."""
 
 
 class Reader:
-    """Reads values of one path into SI numbers; the first mistakes are appended to ``problems``.
+    """Converts values of one path to SI numbers. The first mistakes are appended to ``problems``.
 
-    The unit of the path is determined once, so that a million values do not build a million scenes.
+    The unit of the path is determined only once, so that a million values do not build a million scenes.
     """
 
     def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
@@ -34,22 +34,23 @@ class Reader:
 
     @property
     def untold(self) -> int:
-        """Number of mistakes that are not reported."""
+        """Number of mistakes beyond the reported mistakes."""
         return max(0, self.wrong - MOST_REPORTED)
 
     def complain(self, what: str, hint: str = "") -> None:
-        """Report a mistake, or only count it."""
+        """Report a mistake. After MOST_REPORTED mistakes, only count it."""
         self.wrong += 1
         if self.wrong <= MOST_REPORTED:
             self.problems.append(Problem(self.where, what, hint))
 
     def _complain_once(self, what: str, hint: str) -> None:
-        """Report a mistake of the path, which all of its values share, once."""
+        """Report a mistake that all values of the path share, but only once."""
         if Problem(self.where, what, hint) not in self.problems:
             self.complain(what, hint)
 
     def number(self, value: Any) -> float:
-        """SI value of one entry; plain numbers are SI. A number that the scene refuses is not reported here: its case fails."""
+        """SI value of one entry. A number without a unit is in SI units. A value that the scene rejects is not reported here: its
+        case fails."""
         value = _plain(value)
         if isinstance(value, bool) or not isinstance(value, float | str):
             self.complain(f"{shown(value)} is not a number")
@@ -73,7 +74,7 @@ class Reader:
         return float(value)
 
     def _first(self, value: float | str) -> float:
-        """The first value of a number that the scene lacks. The scene built with it shows the unit."""
+        """SI value of the first value of a number that the scene lacks. The scene built with this value defines the unit."""
         try:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:
@@ -89,7 +90,7 @@ class Reader:
 
 
 def _plain(value: Any) -> Any:
-    """A number, or a text that is one, as a float; anything else unchanged."""
+    """A number, or a text that represents a number, as a float. Any other value is unchanged."""
     if isinstance(value, bool) or not isinstance(value, Real | str):
         return value
     try:
@@ -101,19 +102,19 @@ def _plain(value: Any) -> Any:
 
 
 def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
-    """(value, unit) of a number of a scene; None where the path does not lead to a number."""
+    """(value, unit) of a number of a scene; None if the path does not lead to a number."""
     place = parse_path(path)
     node: Any = scene
     for i, key in enumerate(place or ()):
         if isinstance(node, float) and place is not None and place[i:] == (0,):
-            place = place[:i]  # a single number may stand for a list of one: q[1] is that number
+            place = place[:i]  # a single number may stand for a list with one entry: q[1] is this number
             break
         node = _part(node, key)
     return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None
 
 
 def _part(node: Any, key: str | int) -> Any:
-    """The part of a scene at a key or index of another part; None without one."""
+    """The part of a scene at a key or index of another part; None if there is no such part."""
     if isinstance(key, int):
         return node[key] if isinstance(node, tuple) and key < len(node) else None
     if isinstance(node, dict):

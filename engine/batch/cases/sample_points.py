@@ -1,8 +1,8 @@
-"""Numbers in [0, 1) for samples, a row for each case and a column for each varied number.
+"""Numbers in [0, 1) for samples, with a row for each case and a column for each varied number.
 
-Samples are random, Latin, Sobol, or pairs of Sobol samples crossed as by Saltelli for Sobol indices. All follow from the seed by
-PCG64 and integer arithmetic, and are the same on every machine. Sobol directions are those of SciPy. Points are scrambled by a
-random triangular bit matrix and a shift for each number (Matoušek 1998).
+Samples are random, Latin, Sobol, or crossed pairs of Sobol samples (Saltelli) for Sobol indices. PCG64 and integer arithmetic
+compute all samples from the seed, so they are the same on every machine. The direction numbers of Sobol points are those of SciPy.
+For each column, a random triangular bit matrix and a random shift scramble the points (Matoušek 1998).
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ import numpy as np
 from trunnion.basics.optional_packages import brought
 
 REPLICATES = 16
-"""Scrambles of a crossed sample, in turns; the differences of their results give intervals."""
+"""Number of independent scrambles (replicates) of a crossed sample. Successive points belong to successive replicates. The
+differences between the results of the replicates give intervals."""
 BITS = 30
 LARGE = 4_000_000
-"""Cases above which a sample is never made as a whole. The strips of a Latin sample then follow from another permutation."""
+"""A sample with more cases than this is never made as a whole. Another permutation then determines the strips of a Latin
+sample."""
 TOGETHER = 10
-"""Low bits of the points' numbers whose sums are cached."""
+"""Number of low bits of a point's index for which the points are cached."""
 
 
 def width(method: str, paths: int) -> int:
@@ -31,7 +33,8 @@ def width(method: str, paths: int) -> int:
 
 
 def latin(count: int, axes: int, seed: int, strips: bool = True) -> np.ndarray:
-    """A sample (count × axes) with one case in each of ``count`` strips of every axis; without strips, independent cases."""
+    """A sample (count × axes) with one case in each of ``count`` strips of every axis. Without strips, the cases are
+    independent."""
     out = np.empty((count, axes))
     for k in range(axes):
         generator = np.random.Generator(np.random.PCG64([seed, k]))
@@ -42,9 +45,11 @@ def latin(count: int, axes: int, seed: int, strips: bool = True) -> np.ndarray:
 
 
 def strips(count: int, seed: int, axis: int, cases: np.ndarray) -> np.ndarray:
-    """Strips of these cases (n) of a large Latin sample, by a permutation of ``count`` numbers without a table.
+    """Strips of these cases (n) in a large Latin sample, from a permutation of ``count`` numbers without a table.
 
-    The permutation is a Feistel network of six rounds over the next power of four, repeated until its value is below ``count``."""
+    The permutation is a Feistel network of six rounds over the next power of four. It is applied repeatedly until its value is
+    below ``count``.
+    """
     half = np.uint64(max(1, ((count - 1).bit_length() + 1) // 2))
     mask = (np.uint64(1) << half) - np.uint64(1)
     keys = np.random.Generator(np.random.PCG64([seed, axis, LARGE])).integers(0, 1 << 63, 6, np.uint64)
@@ -60,27 +65,29 @@ def strips(count: int, seed: int, axis: int, cases: np.ndarray) -> np.ndarray:
 
 
 def mixed(x: np.ndarray) -> np.ndarray:
-    """The finaliser of SplitMix64 (Steele, Lea, Flood 2014): each of 64 bits depends on all."""
+    """The finaliser of SplitMix64 (Steele, Lea, Flood 2014): each of the 64 bits of the result depends on all bits of x."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
 
 
 def sobol(axes: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Scrambled Sobol points start … stop − 1 (n × axes)."""
+    """Scrambled Sobol points from start to stop − 1 (n × axes)."""
     return _replicate(_bits(axes, start, stop), seed, start, 0)
 
 
 def _replicate(bits: np.ndarray, seed: int, start: int, replicate: int) -> np.ndarray:
-    """A scramble of points (n × axes). start: number of the first point."""
+    """One scramble of points (n × axes). start: index of the first point."""
     generators = [np.random.Generator(np.random.PCG64([seed, k, replicate])) for k in range(bits.shape[1])]
     return np.column_stack([_scrambled(bits[:, k], g, start) for k, g in enumerate(generators)])
 
 
 def _bits(axes: int, start: int, stop: int) -> np.ndarray:
-    """Sobol points start … stop − 1 as integers of BITS bits (n × axes). ValueError beyond the last point.
+    """Sobol points from start to stop − 1 as integers of BITS bits (n × axes). ValueError beyond the last point.
 
-    Point n is the exclusive or of the directions in the Gray code of n, hence of the points of its high and of its low bits."""
+    Point n is the exclusive or of the direction numbers in the Gray code of n. It is therefore the exclusive or of two points,
+    whose indices are the high bits and the low bits of n.
+    """
     if stop > 1 << BITS:
         raise ValueError(f"Sobol's sequence has 2^{BITS} points here")
     numbers = np.arange(start, stop)
@@ -90,7 +97,7 @@ def _bits(axes: int, start: int, stop: int) -> np.ndarray:
 
 
 def _summed(directions: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-    """Sobol points of these numbers (n) from directions (axes × bits)."""
+    """Sobol points with the indices ``numbers`` (n), from direction numbers (axes × bits)."""
     gray = (numbers ^ (numbers >> 1)).astype(np.uint64)
     out = np.zeros((len(numbers), len(directions)), np.uint64)
     for j, direction in enumerate(directions.T):
@@ -100,47 +107,50 @@ def _summed(directions: np.ndarray, numbers: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=16)
 def _first_points(axes: int) -> np.ndarray:
-    """The points of the numbers below 2^TOGETHER."""
+    """The points with indices below 2^TOGETHER."""
     return _summed(_directions(axes), np.arange(1 << TOGETHER))
 
 
 @lru_cache(maxsize=16)
 def _directions(axes: int) -> np.ndarray:
-    """The directions (axes × BITS) of Joe and Kuo in SciPy."""
+    """The direction numbers (axes × BITS) of Joe and Kuo, from SciPy."""
     sequence = brought("scipy.stats", "analysis", "a Sobol sample").qmc.Sobol(axes, scramble=False, bits=BITS)
     private = getattr(sequence, "_sv", None)
     return directions_from_points(sequence, BITS) if private is None else np.asarray(private).astype(np.uint64)
 
 
 def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
-    """The directions of a new sequence from its points: point 2ᵏ − 1 has the Gray code 2ᵏ⁻¹. Takes seconds."""
+    """The direction numbers of a new sequence, computed from its points: the Gray code of 2ᵏ − 1 is 2ᵏ⁻¹. Takes seconds."""
     out = []
     for k in range(bits):
         sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # about numbers of points other than powers of 2
+            warnings.simplefilter("ignore", UserWarning)  # SciPy warns if the number of points is not a power of 2
             out.append(np.rint(sequence.random(1)[0] * (1 << bits)))
     return np.column_stack(out).astype(np.uint64)
 
 
 def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> np.ndarray:
-    """Numbers in (0, 1) from integers of BITS bits (n): a random lower triangular bit matrix, a shift, and random lower digits.
+    """Scramble integers of BITS bits (n) to numbers in (0, 1), by a random lower triangular bit matrix, a random shift and random
+    lower digits.
 
-    start: number of the first point."""
+    start: index of the first point.
+    """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
     for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) acts on itself and on lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column
-    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # a number takes one draw
+    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # one draw for each number
     return (out + generator.random(len(bits))) / (1 << BITS)
 
 
 def points(count: int, axes: int, seed: int, method: str, start: int, stop: int) -> np.ndarray:
-    """Numbers in [0, 1) of cases start … stop − 1 (n × axes). count: points of the sample, with ``width`` cases each.
+    """Numbers in [0, 1) of cases start … stop − 1 (n × axes). count: number of points of the sample, with ``width`` cases each.
 
-    Of a sample with more than LARGE cases only these rows are made."""
+    If the sample has more than LARGE cases, only these rows are computed.
+    """
     if count * width(method, axes) <= LARGE:
         return _whole(count, axes, seed, method)[start:stop]
     if method == "saltelli":
@@ -157,7 +167,7 @@ def _whole(count: int, axes: int, seed: int, method: str) -> np.ndarray:
 
 
 def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int) -> np.ndarray:
-    """Rows of a large Latin or random sample; random rows equal those of the whole sample."""
+    """Rows of a large Latin or random sample. Random rows equal the same rows of the whole sample."""
     out = np.empty((stop - start, axes))
     for k in range(axes):
         generator = np.random.Generator(np.random.PCG64([seed, k]))
@@ -168,8 +178,11 @@ def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int)
 
 
 def _crossed(count: int, axes: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Rows start … stop − 1 of a crossed sample: for each point the row of A, A with each number from B, B with each number from A,
-    and B. Point k belongs to replicate k mod REPLICATES."""
+    """Rows start … stop − 1 of a crossed sample of the samples A and B. Each point has the rows A, A with one number from B (for
+    each number), B with one number from A (for each number), and B.
+
+    Point k belongs to replicate k mod REPLICATES.
+    """
     wide = 2 * axes + 2
     low, high = start // wide, min(count, ceil(stop / wide))
     first, last = low // REPLICATES, ceil(high / REPLICATES)

@@ -9,27 +9,28 @@ from math import inf
 from trunnion.simulation.runtime_interface.cancellation import HOST
 
 CALL_SECONDS = 0.02
-"""Target duration of a call into C: below 50 ms, after which progress, cancellation and Ctrl-C must be served."""
+"""Target duration of a call into C, s. Progress, cancellation and Ctrl-C must be served within 50 ms."""
 Tick = Callable[[int], bool]
-"""tick(finished cases of these rows) → whether to continue."""
+"""tick(number of finished cases) → whether to continue."""
 
 
 class Watch:
-    """Ends a batch when its tick returns False, and a case when it reaches its time limit. C calls ``host`` every few
-    milliseconds. cpu_limit: most processor time of a case, s; None: no limit."""
+    """Ends a batch if its tick returns False, and a case if it reaches its time limit. C calls ``host`` every few milliseconds.
+    cpu_limit: largest processor time of a case, s; None means no limit."""
 
     def __init__(self, cpu_limit: float | None) -> None:
         self.host, self.cpu_limit = HOST(self._gives_up), cpu_limit or inf
         self.begin(None, lambda: 0)
 
     def begin(self, tick: Tick | None, at: Callable[[], int]) -> None:
-        """Watch a new batch. tick: receives the number of finished cases; at: gives that number."""
+        """Watch a new batch. tick: receives the number of finished cases; at: returns this number, which is also the index of the
+        present case."""
         self.tick, self.at, self.asked = tick, at, time.perf_counter()
         self.case, self.since = -1, 0.0
         self.raised: BaseException | None = None
 
     def impatient(self) -> bool:
-        """Whether the present case has exceeded its time limit. Its time counts from the first call for it."""
+        """Whether the present case has exceeded its time limit. The time counts from the first call for this case."""
         now = time.thread_time()
         if self.at() != self.case:
             self.case, self.since = self.at(), now
@@ -42,11 +43,11 @@ class Watch:
         self.asked = now
         try:
             return int(self.impatient() or (self.tick is not None and not self.tick(self.at())))
-        except BaseException as e:  # noqa: BLE001  # exceptions cannot pass through C: pass_on raises it
+        except BaseException as e:  # noqa: BLE001  # exceptions cannot pass through C: pass_on raises e
             self.raised = e
             return 1
 
     def pass_on(self) -> None:
-        """Raise the tick's exception, if any."""
+        """Raise the exception of the tick, if there is one."""
         if self.raised is not None:
             raise self.raised

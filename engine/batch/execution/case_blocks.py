@@ -21,13 +21,13 @@ from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.run_settings import Run
 
 CAPACITY = 256
-"""Rows of the buffer before a reduction."""
+"""Number of rows in the buffer. A full buffer is reduced."""
 STORED_BUFFERS = 8
-"""Buffers of stored rows before Python takes them."""
+"""Capacity for stored rows, in multiples of CAPACITY. Python takes the rows at the latest when this memory is full."""
 
 
 class CaseBlocks:
-    """The batch record, the blocks and the buffers with which C runs cases of one structure, one thread at a time."""
+    """The batch record, the blocks and the buffers with which C runs cases of one structure. They serve one thread at a time."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.lib = library()
@@ -69,7 +69,7 @@ class CaseBlocks:
         return ctypes.addressof(self.memory[-1])  # type: ignore[arg-type]
 
     def _variant(self, made: Kernel) -> None:
-        """Add the blocks of a kernel: the plain one or its redundant variant."""
+        """Add the blocks of a kernel, which is the plain kernel or its redundant variant."""
         s = made.sizes
         events = 64 + 4 * (s["nsliders"] + s["nstops"]) + 2 * self.step_events * (1 + s["nsliders"] + s["nstops"])
         numbers, table = self.model.built.numbers, self.model.built.parameters
@@ -85,7 +85,7 @@ class CaseBlocks:
         self._variant(made)
 
     def _jacobian(self) -> None:
-        """Attach the Jacobian unit to the present variant, with a block that has room for it."""
+        """Attach the Jacobian unit to the present variant, and allocate a block with room for the unit."""
         block, v = self.blocks[self.batch.which], self.batch.variant[self.batch.which]
         started = time.perf_counter()
         v.j = block.kernel.jacobian()

@@ -1,4 +1,4 @@
-"""The C loop over cases, called through ctypes, and its requests."""
+"""Calls the C loop over cases through ctypes, and serves the loop's requests."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from trunnion.simulation.settings.run_settings import Run
 
 @dataclass(frozen=True)
 class Reduced:
-    """Results of cases: of all, or of the first ones where the caller's tick returned False.
+    """Results of cases: of all cases, or only of the finished cases if the caller's tick returned False.
 
     Attributes:
-        index: numbers of the cases (n).
+        index: indices of the n cases.
         numbers: reductions (n × reductions).
         outcomes: outcomes (n).
         audits: audits (n).
-        steps: numbers of steps (n).
+        steps: number of steps of each case (n).
         seconds: time of stepping, s.
-        kept: stored rows (index among the cases, time, columns); None without any.
-        why: with error estimates the reason without one, as an index of REASONS (n).
+        kept: stored rows (index among the cases, time, columns); None if no rows are stored.
+        why: reason why each case has no error estimate, as an index of REASONS (n); None if errors are not estimated.
     """
 
     index: np.ndarray
@@ -53,20 +53,20 @@ class Reduced:
 
 
 def join(a: Reduced, b: Reduced, seconds: float) -> Reduced:
-    """The results of two sets of cases without stored rows."""
+    """The joined results of two sets of cases without stored rows."""
     both = [np.concatenate([x, y]) for x, y in ((a.index, b.index), (a.numbers, b.numbers), (a.steps, b.steps))]
     return Reduced(both[0], both[1], [*a.outcomes, *b.outcomes], [*a.audits, *b.audits], both[2], seconds)
 
 
 class Loop(CaseBlocks):
-    """Runs cases of one structure in C, for many chunks, from one thread at a time."""
+    """Runs cases of one structure in C, for many chunks. It serves one thread at a time."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         super().__init__(rows, chosen, run, kernel, series)
         self.together = ensemble_of(self) if kernel == "lanes" and series is None else None
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
-        """Run the cases. Where ``tick`` returns False, only the finished ones are returned."""
+        """Run the cases. If ``tick`` returns False, only finished cases are returned."""
         if not self.together:
             return self._alone(rows, tick)
         out = self._begin(rows, tick)
@@ -80,7 +80,7 @@ class Loop(CaseBlocks):
         return join(got, rest, spent + rest.seconds)
 
     def _begin(self, rows: Rows, tick: Tick | None) -> np.ndarray:
-        """Give C a set of cases. Returns the records to which C writes their results."""
+        """Pass a set of cases to C. Returns the records into which C writes their results."""
         b, n = self.batch, len(rows.index)
         out = np.zeros(n, self.layout)
         self.inputs = rows.inputs if rows.inputs.size else np.zeros(1)
@@ -104,12 +104,12 @@ class Loop(CaseBlocks):
         return self._reduced(rows.index[:n], out[:n], failed, kept)
 
     def _reduced(self, index: np.ndarray, out: np.ndarray, failed: dict[int, Outcome], kept: np.ndarray | None) -> Reduced:
-        """The results of cases from C's records. failed: outcomes of failed cases, by index among these."""
+        """The results of cases from C's records. failed: {index in ``out``: outcome} of failed cases."""
         outcomes, audits = ends_of(out["case"], failed, [j.name for j in self.model.system.frictional])
         return Reduced(index, self._numbers(out), outcomes, audits, out["case"]["steps"].astype(np.int64), self.seconds, kept)
 
     def _take_kept(self) -> None:
-        """Take the stored rows out of C's buffer."""
+        """Move the stored rows out of C's buffer."""
         if self.series is not None and self.batch.kept_rows:
             n = int(self.batch.kept_rows)
             rows = self.taken[: n * (self.width + 1)].reshape(n, self.width + 1)[:, self.of_series]
@@ -117,7 +117,8 @@ class Loop(CaseBlocks):
             self.batch.kept_rows = 0
 
     def _through(self, out: np.ndarray, tick: Tick | None, failed: dict[int, Outcome]) -> int:
-        """Run C until all cases are finished or ``tick`` returns False. Returns the number of finished cases; fills ``failed``."""
+        """Run C until all cases are finished or ``tick`` returns False. Returns the number of finished cases and fills
+        ``failed``."""
         b = self.batch
         while True:
             began = time.perf_counter()
@@ -137,14 +138,14 @@ class Loop(CaseBlocks):
                 failed[b.at] = self._outcome(out["case"][b.at])
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
-                self.watch.case = -1  # build time does not count
+                self.watch.case = -1  # build time does not count as time of the case
             elif status == bl.NEED_JACOBIAN:
                 self._jacobian()
                 self.watch.case = -1
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                return int(b.at + b.reported)  # failed cases are finished, too
+                return int(b.at + b.reported)  # failed cases count as finished
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, from the state in its block."""
@@ -158,7 +159,7 @@ class Loop(CaseBlocks):
         return diagnose(model, int(case["status"]))
 
     def _numbers(self, out: np.ndarray) -> np.ndarray:
-        """The reductions (cases × reductions); NaN without a value."""
+        """The reductions (cases × reductions); NaN for a missing value."""
         places = {"time": 0} | {c.name: i + 1 for i, c in enumerate(self.model.columns)}
         columns = [np.zeros((len(out), 0))]
         for r in self.chosen:
@@ -179,5 +180,5 @@ class Loop(CaseBlocks):
 
 
 def invalid(problems: Sequence[object]) -> Outcome:
-    """The outcome of a case whose numbers the scene refuses."""
+    """The outcome of a case whose numbers the scene rejects."""
     return Outcome("invalid", 0.0, "", "; ".join(map(str, problems)))

@@ -21,7 +21,8 @@ NO_START = tuple(REASONS).index("start")
 
 
 class ChunkResults:
-    """Results of ``count`` cases. width: number of reductions; wrong: refused cases. finished (count): whether a case has ended."""
+    """Collects the results of ``count`` cases. width: number of reductions; wrong: {index: error} of rejected cases; finished
+    (count): whether each case has ended."""
 
     def __init__(self, count: int, width: int, wrong: Mapping[int, SceneError]):
         self.outcomes: list[Outcome] = [invalid(())] * count
@@ -32,14 +33,14 @@ class ChunkResults:
             self.outcomes[i], self.finished[i] = invalid(error.problems), True
 
     def take(self, got: Reduced) -> None:
-        """Take the results of a loop."""
+        """Store the results of a loop."""
         self.numbers[got.index], self.steps[got.index], self.finished[got.index] = got.numbers, got.steps, True
         self.why[got.index] = 0 if got.why is None else got.why
         for i, o, a in zip(got.index, got.outcomes, got.audits, strict=True):
             self.outcomes[i], self.audits[i] = o, a
 
     def table(self, shape: pyarrow.Schema, start: int, values: np.ndarray) -> pyarrow.Table:
-        """The rows of the finished cases. start: number of the first case; values: numbers of all cases (count × paths)."""
+        """The rows of the finished cases. start: number of the first case; values: varied numbers of all cases (count × paths)."""
         at = np.flatnonzero(self.finished)
         ends = [self.outcomes[i] for i in at], [self.audits[i] for i in at]
         return table(shape, start + at, values[at], *ends, self.steps[at], self.numbers[at], self.why[at])

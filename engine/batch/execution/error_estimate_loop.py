@@ -1,4 +1,5 @@
-"""Cases with error estimates of their reductions, from a second, tighter run of each (theory, "Global error")."""
+"""Cases with error estimates of their reductions. A second, tighter run of each case gives the estimates (theory, "Global
+error")."""
 
 from __future__ import annotations
 
@@ -24,16 +25,18 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.simulation.settings.run_settings import Run
 
 EXTREMES = ("max", "min", "final")
-"""Reductions of columns by which two runs are compared."""
+"""Kinds of reductions by which the two runs of a case are compared."""
 BESIDE = 0.3
-"""Least error of a reduction, relative to the largest error among the reductions of its column: one may pass through zero."""
+"""Least error of a reduction, relative to the largest error among the reductions of the same column: the difference of a single
+reduction may pass through zero."""
 RTOL = CASE_SETTINGS.names.index("rtol")
 WHY = tuple(REASONS)
-"""Reasons without an error estimate by number; 0: an error is stated."""
+"""Reasons why there is no error estimate, by index. Index 0 means that an error is stated."""
 
 
 class ErrorEstimateLoop:
-    """Runs cases of one structure twice; a ``Loop`` whose reductions are those of the first run and their errors."""
+    """Runs cases of one structure twice. It has the interface of ``Loop``; its reductions are those of the first run and their
+    errors."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.chosen = tuple(chosen)
@@ -64,7 +67,7 @@ class ErrorEstimateLoop:
         return self.first.build_seconds + self.second.build_seconds
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
-        """Run the cases. Where ``tick`` returns False, only cases with both runs are returned."""
+        """Run the cases. If ``tick`` returns False, only cases with two finished runs are returned."""
         n = len(rows.index)
         a = self.first.run(rows, tick and (lambda done: tick(done // 2)))
         at = np.searchsorted(rows.index, a.index)
@@ -88,10 +91,13 @@ class ErrorEstimateLoop:
     def _numbers(
         self, a: np.ndarray, b: np.ndarray, rtol: np.ndarray, larger: np.ndarray, alike: np.ndarray, begun: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(reductions (cases × reductions); for each case the reason why it has no error estimate) from the values of both runs
-        (cases × wanted). rtol (cases): of the first run; larger (cases): factor on differences for the second run's own error;
-        alike (cases): whether both runs have the same outcome; begun (cases): whether both made a step."""
-        with np.errstate(invalid="ignore"):  # without an event or margin both are infinite
+        """(reductions (cases × reductions), reason of each case without an error estimate), from the values a and b of both runs
+        (cases × wanted).
+
+        rtol (cases): tolerance of the first run; larger (cases): factor on differences that allows for the second run's own error;
+        alike (cases): whether both runs have the same outcome; begun (cases): whether the first run made a step.
+        """
+        with np.errstate(invalid="ignore"):  # if there is no event or margin, both values are infinite
             off = np.abs(a - b)
         for (_, column), i in self.at.items():
             if column in self.wraps:
@@ -113,17 +119,19 @@ class ErrorEstimateLoop:
         return (np.array(out).T if out else np.zeros((len(a), 0))), why
 
     def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
-        """For each case the reason why it has no error estimate, as an index of WHY; 0 where both runs have the same clear
-        decisions and small errors. Of several reasons in ``found`` the last one counts: it usually occurs first in a run and
-        causes the others."""
+        """For each case the reason why it has no error estimate, as an index of WHY; 0 if both runs have the same clear decisions
+        and small errors.
+
+        Of several reasons, the last in ``found`` counts: it usually occurs first in a run and causes the others.
+        """
         counts = [i for (k, what), i in self.at.items() if k == "count" and event_kind(what) not in ("any", *REPORTED)]
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)
         near = [(alike & (x[:, margin] < rules.DECIDED * states)) | (x[:, marginal] > 0.0) for x in (a, b)]
         other = alike & (a[:, counts] != b[:, counts]).any(axis=1)
-        of_one = other & ~(near[0] & near[1])  # the narrow decision is the event of one run only
+        of_one = other & ~(near[0] & near[1])  # the narrow decision belongs to an event of one run only
         found = {
             "growth": ~(states <= rules.LINEAR),
-            "outcome": ~alike,  # states and events at different ends are not comparable
+            "outcome": ~alike,  # states and events at different end times are not comparable
             "events": other,
             "marginal": (near[0] | (b[:, marginal] > 0.0)) & ~of_one,
             "start": ~begun,
@@ -134,7 +142,7 @@ class ErrorEstimateLoop:
         return why
 
     def _error(self, of: tuple[str, str], a: np.ndarray, off: np.ndarray, states: np.ndarray, rtol: np.ndarray) -> np.ndarray:
-        """The error of a reduction (cases)."""
+        """The error of a reduction for each case."""
         kind, what = of
         own = off[:, self.at[of]]
         if kind == "count":

@@ -16,12 +16,12 @@ from trunnion.runtime.abi.enumerations import Strand
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 STACK = 256 * 1024
-"""Bytes of a case's stack: 100 times the need of the largest compiled scene without friction."""
+"""Size of a case's stack, bytes: 100 times the need of the largest compiled scene without friction."""
 CACHE_LINE = 64
 
 
 class Ensemble:
-    """The cases of a loop that step together, each with block, buffers and stack."""
+    """The cases of a loop that step together. Each case has its own block, buffers and stack."""
 
     def __init__(self, loop: CaseBlocks):
         self.loop, self.lib = loop, loop.lib
@@ -42,7 +42,8 @@ class Ensemble:
     def run(self, n: int, tick: Tick | None) -> tuple[np.ndarray, bool]:
         """Run the n cases of the loop's batch. Returns (``Ended`` of each case (n), whether the tick returned False).
 
-        Exceptions of the tick are raised, except Unwanted."""
+        All exceptions of the tick except Unwanted are passed on.
+        """
         ended = np.zeros(n, np.intc)
         for b in self.batches:
             for name in ("p", "y", "given", "inputs", "set", "out", "settings"):
@@ -64,7 +65,7 @@ class Ensemble:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 20), 1_000_000))
                 self._drop_slow_cases()
             else:
-                raise RuntimeError("a case exceeded its stack; this is a defect of Trunnion, please report its scene")
+                raise RuntimeError("a case exceeded its stack; this is a defect of Trunnion, please report the scene")
             try:
                 if tick is not None and not tick(int(self.all.finished)):
                     return ended, True
@@ -72,10 +73,10 @@ class Ensemble:
                 return ended, True
 
     since: dict[int, float]
-    """Case → processor time at which it was first seen, s."""
+    """{case: processor time at which the case was first seen, s}."""
 
     def _drop_slow_cases(self) -> None:
-        """Drop cases that may have reached their CPU-time limit. They are run alone later, which measures their time exactly."""
+        """Drop cases that may have reached their CPU-time limit. They run alone later, so that their time is measured exactly."""
         if self.loop.watch.cpu_limit == float("inf"):
             return
         now = time.thread_time()
@@ -86,7 +87,8 @@ class Ensemble:
                 self.lib.tr_ensemble_drop(ctypes.addressof(self.all), going[case])
 
     def _jacobian(self) -> None:
-        """Attach the Jacobian unit to all cases, with blocks that have room for it. Resume the cases that wait for it."""
+        """Attach the Jacobian unit to all cases, and allocate blocks with room for the unit. Then resume the cases that wait for
+        it."""
         v = self.loop.batch.variant[0]
         if not v.full:
             self.loop.batch.which = 0
@@ -98,7 +100,8 @@ class Ensemble:
 
 
 def ensemble_of(loop: CaseBlocks) -> Ensemble | None:
-    """The ensemble of a loop; None with stored rows or bounded steps, and for scenes or processors without lanes."""
+    """The ensemble of a loop. None if rows are stored or steps are bounded, and for scenes or processors that do not support
+    lanes."""
     if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel) or not loop.lib.tr_ensemble_there():
         return None
     return Ensemble(loop)

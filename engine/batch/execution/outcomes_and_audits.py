@@ -12,8 +12,8 @@ from trunnion.simulation.results.outcome import DONE, Outcome
 
 
 def audits_of(cases: np.ndarray, joints: Sequence[str]) -> list[Audit]:
-    """The audit of each case (n records of ``CASE``). Audits within the tolerance have only the figures of tables, which is 50
-    times faster."""
+    """The audit of each case (n records of ``CASE``). Audits within the tolerance contain only the numbers that tables show, which
+    makes them 50 times faster."""
     said = cases["audit"]
     plain = ((said["verdict"] == Verdict.WITHIN) & (cases["rows"] != 0.0)).tolist()
     known = said["judged"].astype(bool).tolist()
@@ -30,7 +30,7 @@ def audits_of(cases: np.ndarray, joints: Sequence[str]) -> list[Audit]:
 
 
 def ends_of(cases: np.ndarray, failed: Mapping[int, Outcome], joints: Sequence[str]) -> tuple[list[Outcome], list[Audit]]:
-    """(outcomes, audits) of the cases (n records). failed: outcomes of failed cases by index."""
+    """(outcomes, audits) of the cases (n records). failed: {index: outcome} of failed cases."""
     audits = audits_of(cases, joints)
     ends = [failed.get(i) or Outcome(DONE, t) for i, t in enumerate(cases["time"].tolist())]
     return [judged(o, a) for o, a in zip(ends, audits, strict=True)], audits

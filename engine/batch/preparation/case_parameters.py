@@ -1,9 +1,10 @@
-"""Parameters of many cases, bit-identical to those of each case's own scene, at a fraction of the cost.
+"""Computes the parameters of many cases. They are bit-identical to those of a scene built for each case, at a fraction of the
+cost.
 
-Paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. Numbers that are entries of the table of parameters
-(friction, springs, dampers, drives, …), copies of entries or results of a formula are written directly (``parameter_entries``).
-Each value of another group is built once through the scene, and its changed entries are combined. Where groups share an entry, or
-a case has another structure, each case is built alone.
+The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. The values of many groups are written
+directly (``parameter_entries``): entries of the table of parameters (friction, springs, dampers, drives, …), copies of entries,
+and results of a formula. For any other group, a scene is built once for each distinct value, and the changed entries are combined.
+If groups share an entry, every case is built alone; so is a case with another structure.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import Curve, Outside
 
 MANY = 48
-"""Number of new values of a group from which entries are written directly."""
+"""The entries of a group are written directly once the group has had more new values than this."""
 MOST_CACHED = 20_000
-"""Largest number of built values in a group's cache; each takes a few hundred bytes."""
+"""Largest number of built values in the cache of a group. Each value takes a few hundred bytes."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,12 @@ class Rows:
 
     Attributes:
         built: the structure.
-        index: numbers of the cases (n).
+        index: indices of the n cases.
         p: parameters (n × np).
         y: start coordinates and rates (n × (nq + nv)).
-        given: whether each rate and coordinate is given (n × 2 nv).
+        given: whether each start coordinate (first nv) and each start rate (last nv) is given (n × 2 nv).
         inputs: start values of inputs (n × inputs).
-        settings: numbers of ``tr_case_settings`` (n × 6).
+        settings: fields of ``tr_case_settings`` (n × 6).
     """
 
     built: Built
@@ -67,15 +68,15 @@ class Rows:
 
 @dataclass(frozen=True)
 class _Entry:
-    """A built scene as flat numbers: [p | q v | inputs | until every rtol mass | length gravity]. built: the scene where its
-    structure differs from the base's, else None."""
+    """A built scene as one row of numbers: [p | q v | inputs | until every rtol mass | length gravity]. built: the scene if its
+    structure differs from that of the base scene, otherwise None."""
 
     built: Built | None
     flat: np.ndarray
 
 
 class Preparer:
-    """Turns values (cases × paths) into rows for the C loop. It caches built scenes; for one thread."""
+    """Converts values (cases × paths) to rows for the C loop. It caches built scenes and serves a single thread."""
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
         self.followers = Followers(scene, paths)
@@ -95,7 +96,7 @@ class Preparer:
         self.sizing = len(set(sizes))
 
     def rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """(rows of the cases, grouped by structure; errors of invalid cases by index in ``values`` (cases × paths))."""
+        """(rows of the cases, grouped by structure; {index in ``values``: error} of invalid cases). values: cases × paths."""
         values, wrong = self.followers.values(values)
         kept = np.array([i for i in range(len(values)) if i not in wrong], int)
         if not wrong:
@@ -104,7 +105,7 @@ class Preparer:
         return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
 
     def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """``rows`` for values of the scene's own numbers."""
+        """As ``rows``, for values of ``self.paths``, which ``Followers.values`` computes."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)
@@ -143,7 +144,7 @@ class Preparer:
         alone |= ~good[inverse]
 
     def _built(self, g: int, values: np.ndarray) -> _Entry | SceneError:
-        """The scene with one group's values, cached; SceneError where it refuses them."""
+        """The scene built with the values of one group, cached; a SceneError if the scene rejects the values."""
         key = values.tobytes()
         kept = self.kept[g]
         if key not in kept:
@@ -153,7 +154,7 @@ class Preparer:
         return kept[key]
 
     def _entry(self, g: int, values: np.ndarray) -> np.ndarray | None:
-        """The flat numbers of the scene with one group's values; None for refused values or another structure."""
+        """The flat numbers of the scene built with the values of one group; None for rejected values or another structure."""
         entry = self._built(g, values)
         return entry.flat if isinstance(entry, _Entry) and entry.built is None else None
 
@@ -178,7 +179,7 @@ class Preparer:
         return np.concatenate([built.parameters.values, n.q, n.v, n.inputs, rest])
 
     def _alike(self, built: Built) -> bool:
-        """Whether a built scene has the base's structure, tables, breakpoints and given start values."""
+        """Whether a built scene has the structure, tables, breakpoints and given start values of the base scene."""
         a, b = built.numbers, self.start.numbers
         return (
             built.system == self.start.system
@@ -191,7 +192,7 @@ class Preparer:
 
 
     def _singly(self, index: np.ndarray, values: np.ndarray, wrong: dict[int, SceneError]) -> list[Rows]:
-        """Rows of cases that are built one by one; errors of invalid ones are added to ``wrong``."""
+        """Rows of cases that are built one by one; errors of invalid cases are added to ``wrong``."""
         same: list[tuple[int, np.ndarray]] = []
         out = []
         for i in index:
@@ -216,7 +217,7 @@ def same_tables(a: Tables, b: Tables) -> bool:
 
 
 def owner(path: str) -> tuple[str, ...]:
-    """The owner of a path: paths of different owners act on different numbers of the system."""
+    """The owner of a path. Paths of different owners act on different numbers of the system."""
     steps = path.replace("[", ".[").split(".")
     if steps[0] in ("gravity", "simulation", "friction"):
         return (steps[0],)

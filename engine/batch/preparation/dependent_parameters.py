@@ -1,4 +1,4 @@
-"""Cases over a scene's parameters as cases over the numbers that depend on them."""
+"""Converts cases with varied scene parameters to cases with the numbers that depend on these parameters."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from trunnion.scene.expressions.parameter_dependence import DependentNumbers, pa
 
 
 class Followers:
-    """Turns values of varied paths into values of ``paths``: the scene's own numbers, then the numbers that depend on varied
-    parameters. A varied number itself depends on nothing."""
+    """Converts values of varied paths to values of ``self.paths``: the varied numbers of the scene, then the numbers that depend
+    on varied parameters. A number that is varied itself does not follow parameters."""
 
     def __init__(self, scene: Scene, paths: Sequence[str]):
         self.following = DependentNumbers(scene)
@@ -25,8 +25,8 @@ class Followers:
         self.paths = [*(paths[i] for i in self.own), *self.followers]
 
     def values(self, given: np.ndarray) -> tuple[np.ndarray, dict[int, SceneError]]:
-        """(values, errors) of varied numbers, a row a case. values: numbers of ``paths``, a row a case. errors: by case, where an
-        expression has no value."""
+        """(values of ``self.paths``, {case: error}), from the values of the varied paths. Both arrays have one row per case. An
+        error means that an expression has no value."""
         if not any(self.names):
             return given, {}
         out, wrong = np.zeros((len(given), len(self.paths))), {}

@@ -1,7 +1,8 @@
-"""Formulas for entries of the table of parameters: from a body's density or mass, gravity, the start angle of a ball.
+"""Formulas for entries of flat rows, from a body's density or mass, gravity, or the start angle of a ball.
 
-Each formula has the operations of the scene's construction. It is tested on some of the values, and used only where all bits agree
-(``parameter_entries``)."""
+Each formula repeats the floating-point operations of the scene's construction. It is tested on some of the values, and used only
+if all bits agree (``parameter_entries``).
+"""
 
 from __future__ import annotations
 
@@ -23,13 +24,13 @@ GYRATION = ("xx", "yy", "zz")
 
 @dataclass(frozen=True)
 class Entries:
-    """The entries of a group's values.
+    """The entries that follow from a group's values.
 
     Attributes:
-        numbers: values (n × paths) → entries (n × entries), in the order below.
-        parameters: names in the table of parameters.
-        states: indices among the start coordinates.
-        pull: whether the size of gravity is the last entry.
+        numbers: function from values (n × paths) to entries (n × entries), in the order parameters, states, pull.
+        parameters: names of the entries in the table of parameters.
+        states: indices of the entries among the start coordinates.
+        pull: whether the norm of gravity is the last entry.
     """
 
     numbers: Callable[[np.ndarray], np.ndarray]
@@ -39,7 +40,7 @@ class Entries:
 
 
 def entries_of(built: Built, paths: Sequence[str]) -> Entries | None:
-    """The entries of a group of paths of one owner; None without a formula."""
+    """The entries of a group of paths of one owner; None if there is no formula."""
     steps = [parse_path(p) or () for p in paths]
     if all(s[0] == "gravity" and len(s) == 2 for s in steps):
         return _gravity(built.scene, [int(s[1]) for s in steps])
@@ -62,7 +63,7 @@ def _gravity(scene: Scene, at: list[int]) -> Entries:
 
 
 def _mass(scene: Scene, name: str, what: str) -> Entries | None:
-    """The mass of a body, and its inertia over mass where it follows from the shape; None without a formula."""
+    """The mass of a body, and its inertia divided by mass if the shape determines it; None if there is no formula."""
     body = scene.bodies[name]
     if body.inertia is not None:
         return Entries(lambda values: values, (f"bodies.{name}.mass",)) if what == "mass" else None
@@ -78,7 +79,7 @@ def _mass(scene: Scene, name: str, what: str) -> Entries | None:
 
 
 def _angle(built: Built, name: str) -> Entries | None:
-    """The start coordinates of a ball by axis and angle; None for other starts."""
+    """The start coordinates of a ball that is given by axis and angle; None for other starts."""
     start = built.scene.joints[name].start
     found = [j for j in built.system.tree if j.name == name]
     if not found or start is None or not isinstance(start.q, AxisAngle):
@@ -94,7 +95,7 @@ def _angle(built: Built, name: str) -> Entries | None:
 
 
 def total_mass(built: Built, flat: np.ndarray) -> np.ndarray:
-    """The mass of all bodies (n), kg, for flat numbers that begin with the table of parameters (n × numbers)."""
+    """The total mass of all bodies (n), kg, from flat rows (n × numbers) that begin with the table of parameters."""
     index = {p: k for k, p in enumerate(built.parameters.paths)}
     masses = flat[:, [index[f"bodies.{name}.mass"] for name in built.scene.bodies]]
     return np.array([sum(row) for row in masses.tolist()], float)

@@ -1,4 +1,4 @@
-"""Values of a group of numbers, written into their entries of the flat numbers without building a scene for each value."""
+"""Writes the values of a group into entries of flat rows of numbers, without building a scene for each value."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from trunnion.scene.overrides import apply
 from trunnion.system.construction.system_builder import Built
 
 MOST_CORNERS = 64
-"""Largest number of corners of the box of a group's values at which the scene is checked. With more corners, every value is
-built."""
+"""The scene is checked at the corners of the box that contains a group's values. If the box has more corners than this, a scene is
+built for every value."""
 TRIED = 5
-"""Number of values that are built to find the entries of a number."""
+"""Number of values for which scenes are built in order to find the entries of a number."""
 Placed = tuple[np.ndarray, np.ndarray]
-"""(indices of entries, their numbers for each value)."""
+"""(indices of entries, numbers of these entries for each value)."""
 Known = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]
-"""(indices of entries, function from values to their numbers)."""
+"""(indices of entries, function from values to the numbers of these entries)."""
 Flat = Callable[[np.ndarray], np.ndarray | None]
 
 
@@ -29,10 +29,11 @@ def _identity(values: np.ndarray) -> np.ndarray:
 
 
 class Placing:
-    """A group of paths of one owner.
+    """The entries of a group of paths of one owner.
 
-    start: the scene; base: its flat numbers; mass: index of the mass of all bodies among these; flat: values of the group → flat
-    numbers of the scene with them, None for refused values or another structure."""
+    start: the built base scene; base: its flat numbers; mass: index of the total mass in ``base``; flat: function from values of
+    the group to the flat numbers of the scene with these values, or None for rejected values or another structure.
+    """
 
     def __init__(self, start: Built, base: np.ndarray, mass: int, paths: tuple[str, ...], flat: Flat):
         self.start, self.base, self.mass, self.paths, self.flat = start, base, mass, paths, flat
@@ -41,8 +42,10 @@ class Placing:
         """The range of values in which ``known`` has been tested."""
 
     def of(self, distinct: np.ndarray) -> Placed | None:
-        """The entries of values (n × paths); None where each value must be built. Values within the tested range need no new
-        test."""
+        """(indices of entries, their numbers) for values (n × paths); None if a scene must be built for each value.
+
+        Values within the range of earlier tests are not tested again.
+        """
         low, high = distinct.min(axis=0), distinct.max(axis=0)
         if self.known is None or not ((self.box[0] <= low) & (high <= self.box[1])).all():
             around = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
@@ -51,12 +54,12 @@ class Placing:
         return (self.known[0], self.known[1](distinct)) if self.known else None
 
     def _table_entries(self, distinct: np.ndarray) -> Known | None:
-        """The entries of the table of parameters; None where it lacks one of the paths or the scene refuses the values."""
+        """The entries in the table of parameters; None if the table lacks a path or if the scene rejects the values."""
         place = [self.start.parameters.place(p) for p in self.paths]
         return (np.array(place), _identity) if None not in place and self._is_accepted(distinct) else None
 
     def _copies(self, distinct: np.ndarray) -> Known | None:
-        """The entries that equal the path's number (start values, points); None where it acts in another way."""
+        """The entries that equal the number at the path (start values, points); None if the number acts in another way."""
         if len(self.paths) > 1 or (found := self._tried(distinct)) is None:
             return None
         tried, rows = found
@@ -64,7 +67,7 @@ class Placing:
         return (differs, _identity) if len(differs) and (rows[:, differs] == tried).all() else None
 
     def _formula(self, distinct: np.ndarray) -> Known | None:
-        """The entries of a formula; None without one, or where a bit differs from the built scenes."""
+        """The entries that a formula gives; None if there is no formula, or if a bit differs from the built scenes."""
         formula = entries_of(self.start, self.paths)
         if formula is None or not self._is_accepted(distinct) or (found := self._tried(distinct)) is None:
             return None
@@ -80,7 +83,8 @@ class Placing:
         return (np.array(place), formula.numbers) if (expected.view(np.uint64) == rows.view(np.uint64)).all() else None
 
     def _is_accepted(self, distinct: np.ndarray) -> bool:
-        """Whether the scene accepts the values at the corners of their box, hence all values: bounds and comparisons are linear."""
+        """Whether the scene accepts the values at the corners of their box. It then accepts all values, because bounds and
+        comparisons are linear."""
         if 2 ** len(self.paths) > MOST_CORNERS:
             return False
         try:
@@ -91,7 +95,8 @@ class Placing:
         return True
 
     def _tried(self, distinct: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """(some of the values, flat numbers of scenes built with them); None for refused values or another structure."""
+        """(some of the values, flat numbers of the scenes built with these values); None for rejected values or another
+        structure."""
         tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, TRIED).astype(int))]
         tried = tried[(tried != 0.0).all(axis=1)]
         rows = [self.flat(v) for v in tried]

@@ -1,6 +1,7 @@
-"""Cases in bins over one or two of their numbers: counts, outcomes, and least, mean and largest value of a third number.
+"""Statistics of cases in bins over one or two numbers: counts, outcomes, and the least, mean and largest value of a third number.
 
-Tables are processed one by one and not stored."""
+Tables are processed one by one and are not stored.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 MOST_BINS = 200
-"""Most bins along an axis."""
+"""Largest number of bins along an axis."""
 Picked = dict[str, np.ndarray]
 """Columns by name; NaN where a number is missing."""
 
@@ -23,8 +24,8 @@ class Axis:
 
     Attributes:
         name: column of the axis.
-        edges: edges (n + 1); bin i has edges[i] <= x < edges[i + 1], the last bin its upper end, too.
-        values: the axis's few different numbers (n), one in each bin; None for many.
+        edges: n + 1 edges; bin i contains edges[i] <= x < edges[i + 1], and the last bin also contains its upper edge.
+        values: the distinct numbers on the axis (n), one number in each bin; None if there are too many.
     """
 
     name: str
@@ -32,7 +33,7 @@ class Axis:
     values: np.ndarray | None
 
     def place(self, x: np.ndarray) -> np.ndarray:
-        """The bin of each number (n); −1 for NaN and infinite ones."""
+        """The bin of each number (n); −1 for NaN and infinite numbers."""
         known = np.isfinite(x)
         at = np.searchsorted(self.edges, np.where(known, x, self.edges[0]), side="right") - 1
         return np.where(known, np.clip(at, 0, len(self.edges) - 2), -1)
@@ -40,7 +41,7 @@ class Axis:
 
 @dataclass
 class Span:
-    """The range of a column, and its different numbers while they are few."""
+    """The range of a column, and its distinct numbers as long as there are at most MOST_BINS."""
 
     name: str
     low: float = inf
@@ -48,7 +49,7 @@ class Span:
     values: np.ndarray | None = field(default_factory=lambda: np.zeros(0))
 
     def see(self, x: np.ndarray) -> None:
-        """Include numbers (n)."""
+        """Include n further numbers."""
         x = x[np.isfinite(x)]
         if len(x):
             self.low, self.high = min(self.low, float(x.min())), max(self.high, float(x.max()))
@@ -58,7 +59,7 @@ class Span:
                 self.values = None
 
     def axis(self, bins: int) -> Axis:
-        """An axis with a bin for each of at most ``bins`` different numbers, otherwise with ``bins`` equal bins."""
+        """An axis with one bin for each distinct number, if there are at most ``bins``; otherwise with ``bins`` equal bins."""
         v = self.values
         if v is not None and 0 < len(v) <= bins:
             half = np.diff(v) / 2 if len(v) > 1 else np.array([0.5 * abs(v[0]) or 0.5])
@@ -71,7 +72,8 @@ class Span:
 
 
 class Bins:
-    """Counts of cases by bin. of: name of the third number, or "". The cell of bins i and j is ``i * len(y) + j``."""
+    """Counts of cases by bin. of: name of the third number, "" for none. The cell of bins i and j has the index ``i * len(y) +
+    j``."""
 
     def __init__(self, x: Axis, y: Axis | None, of: str):
         self.x, self.y, self.of = x, y, of
@@ -125,7 +127,7 @@ class Bins:
 
 @dataclass(frozen=True)
 class Within:
-    """A condition on cases: a column's numbers from low to high, or one of some words."""
+    """A condition on cases: the number in a column lies from low to high, or the text in a column is one of some words."""
 
     name: str
     low: float = -inf
@@ -140,7 +142,8 @@ class Within:
 
 
 def picked(table: Any, names: Iterable[str], within: Iterable[Within]) -> tuple[Picked, np.ndarray, int]:
-    """(columns by name, outcomes, number of excluded cases) of an Arrow table's cases that meet the conditions."""
+    """(columns by name, outcomes, number of excluded cases). The columns and outcomes are those of the table's cases that meet all
+    conditions."""
     columns = {n: _column(table[n]) for n in dict.fromkeys([*names, "case", "outcome", *(w.name for w in within)])}
     keep = np.ones(len(table), bool)
     for w in within:
@@ -158,7 +161,8 @@ def _column(column: Any) -> np.ndarray:
 def binned(
     tables: Iterable[Picked], x: str, y: str, bins: tuple[int, int], ends: Mapping[str, tuple[float, float]] | None = None
 ) -> tuple[Axis, Axis | None]:
-    """The axes for columns x and y ("" for none) of tables from ``picked``. ends: further numbers of an axis, by column."""
+    """The axes for columns x and y ("" for none) of tables from ``picked``. ends: {column: further numbers that its axis must
+    contain}."""
     spans = [Span(n) for n in (x, y) if n]
     for s in spans:
         s.see(np.array((ends or {}).get(s.name, ())))
@@ -170,7 +174,7 @@ def binned(
 
 
 def of_all(tables: Iterator[Any], within: tuple[Within, ...], names: Iterable[str]) -> Iterator[tuple[Picked, np.ndarray, int]]:
-    """``picked`` of each table."""
+    """The result of ``picked`` for each table."""
     wanted = [n for n in dict.fromkeys(names) if n]
     for table in tables:
         yield picked(table, wanted, within)

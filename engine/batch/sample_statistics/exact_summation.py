@@ -1,8 +1,8 @@
-"""Sums of doubles without rounding, independent of their partition.
+"""Sums of doubles without rounding errors. The sums do not depend on the partition of their terms.
 
-A sum is an expansion (Shewchuk 1997): its first double is the correctly rounded sum, each further one the rounded rest
-(``math.fsum``). The expansion of a sum is unique, and sums of expansions are exact. An array of sums has a last axis for the
-doubles of each expansion, padded with zeros.
+A sum is an expansion (Shewchuk 1997): its first double is the correctly rounded sum, and each further double is the correctly
+rounded remainder (``math.fsum``). The expansion of a sum is unique, and sums of expansions are exact. The last axis of an array of
+sums holds the doubles of each expansion, padded with zeros.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from math import fsum, prod
 import numpy as np
 
 SPLIT = 134217729.0
-"""2²⁷ + 1: cuts a double into halves whose products are exact (Dekker 1971)."""
+"""2²⁷ + 1: splits a double into halves whose products are exact (Dekker 1971)."""
 LARGEST = 1e140
-"""Largest number in a sum; the split of a larger square would overflow."""
+"""Largest magnitude of a term. The split of a larger square would overflow."""
 
 
 def expansion(values: Sequence[float]) -> list[float]:
@@ -31,8 +31,9 @@ def expansion(values: Sequence[float]) -> list[float]:
 def sums(columns: np.ndarray) -> np.ndarray:
     """The exact sums of columns (n × m) as expansions (m × doubles).
 
-    The leading bits of a column are added first, as many as a double can sum n times; then the lower bits (Rump, Ogita, Oishi
-    2008)."""
+    First the leading bits of a column are added, limited to so many bits that n additions are exact. The lower bits follow in the
+    same way (Rump, Ogita, Oishi 2008).
+    """
     parts, left, carries = [np.zeros(columns.shape[1])], columns, len(columns).bit_length() + 1
     while (top := np.abs(left).max(axis=0, initial=0.0)).any():
         grain = np.ldexp(1.5, np.frexp(top)[1] + carries)
@@ -62,7 +63,8 @@ def _flat(array: np.ndarray) -> np.ndarray:
 
 
 def products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Products of numbers (n × m) and their rounding errors (n × m), stacked (2n × m). Their sum is exact above 10⁻²⁹⁰."""
+    """Products of numbers (n × m) and their rounding errors (n × m), stacked (2n × m). Product plus error is exact for products
+    above 10⁻²⁹⁰."""
     p = a * b
     (ah, al), (bh, bl) = _halves(a), _halves(b)
     return np.concatenate([p, ((ah * bh - p) + ah * bl + al * bh) + al * bl])

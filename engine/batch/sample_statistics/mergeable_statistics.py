@@ -1,9 +1,10 @@
-"""Tallies: mergeable statistics of a batch's pieces, from which queries about very many cases are answered.
+"""Tallies: mergeable statistics of parts of a batch, which answer queries about very many cases.
 
-A tally has count, least, largest and sum of every column of numbers, the sums of a crossed sample's points (``sobol_index_sums``),
-and the rows of about a million cases of the whole batch, drawn by their numbers. The merged tally is independent of the partition
-to the last bit: sums are exact (``exact_summation``), and the draw depends on a case's number alone. Reading all rows of 10⁹ cases
-for each query would take half an hour and several gigabytes; tallies take a minute (``service/CAPACITY.md``).
+A tally holds the count, least value, largest value and sum of every numerical column, and the sums of a crossed sample's points
+(``sobol_index_sums``). It also holds the drawn rows: about a million pseudo-randomly chosen cases of the whole batch. The merged
+tally does not depend on the partition, bit for bit. The reasons: sums are exact (``exact_summation``), and only a case's number
+decides whether it is drawn. Reading all rows of 10⁹ cases for each query would take half an hour and several gigabytes; tallies
+take a minute (``service/CAPACITY.md``).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     import pyarrow
 
 DRAWN = 1_000_000
-"""Approximate number of drawn cases; of fewer cases all are drawn."""
+"""Approximate number of drawn cases. In a batch with fewer cases, all cases are drawn."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +38,14 @@ class Tally:
 
     Attributes:
         cases: number of cases.
-        names: columns of numbers (c).
-        known: count of finite numbers (c).
-        low: least number (c).
-        high: largest number (c).
-        sums: sums (c × doubles of an expansion).
-        drawn: rows of drawn cases.
-        edges: rows of points of a crossed sample that are incomplete here.
-        points: sums of the complete points; None without any.
+        names: names of the c numerical columns.
+        known: number of finite values in each column (c).
+        low: least value of each column (c).
+        high: largest value of each column (c).
+        sums: exact sum of each column (c × doubles of an expansion).
+        drawn: rows of the drawn cases.
+        edges: rows of those points of a crossed sample that are incomplete in this part.
+        points: sums of the complete points; None if there are no complete points.
     """
 
     cases: int
@@ -58,18 +59,18 @@ class Tally:
     points: sobol_index_sums.Points | None
 
     def mean(self, name: str) -> float | None:
-        """The mean of a column, correctly rounded; None without numbers."""
+        """The mean of a column, correctly rounded; None if the column has no numbers."""
         i = self.names.index(name)
         return float(exact_summation.fractions(self.sums)[i] / int(self.known[i])) if self.known[i] else None
 
     def ends(self, name: str) -> tuple[float, float] | None:
-        """(least, largest) number of a column; None without numbers."""
+        """(least, largest) number of a column; None if the column has no numbers."""
         i = self.names.index(name)
         return (float(self.low[i]), float(self.high[i])) if self.known[i] else None
 
 
 def drawn(case: np.ndarray, of: int) -> np.ndarray:
-    """Whether each case (n numbers) is drawn, pseudo-randomly by its number. of: number of all cases."""
+    """Whether each of n cases is drawn, pseudo-randomly by its case number. of: number of all cases."""
     if of <= DRAWN:
         return np.ones(len(case), bool)
     return mixed(case.astype(np.uint64) + np.uint64(0x9E3779B97F4A7C15)) < np.uint64(int(2.0**64 * (DRAWN / of)))
@@ -94,7 +95,7 @@ def tally_of(table: pyarrow.Table, cases: Cases, kept: Sequence[Reduction]) -> T
 
 
 def together(tallies: Sequence[Tally], cases: Cases) -> Tally:
-    """The tally of all cases of several tallies."""
+    """The tally of all cases of the given tallies."""
     import pyarrow as pa
 
     added = {n: np.sum([getattr(t, n) for t in tallies], axis=0) for n in ("cases", "known")}
@@ -109,7 +110,7 @@ def together(tallies: Sequence[Tally], cases: Cases) -> Tally:
 
 
 def _closed(rows: pyarrow.Table, paths: int) -> tuple[sobol_index_sums.Points | None, pyarrow.Table]:
-    """(sums of the complete points, rows of the others) of rows in order of their cases."""
+    """(sums of the complete points, rows of the incomplete points). rows: rows in the order of their cases."""
     wide = 2 * paths + 2
     of = rows["case"].to_numpy() // wide
     point, count = np.unique(of, return_counts=True)
@@ -124,8 +125,8 @@ def _closed(rows: pyarrow.Table, paths: int) -> tuple[sobol_index_sums.Points | 
 
 
 def indices_in(t: Tally, cases: Cases, kept: Sequence[Reduction], of: Sequence[str]) -> list[Indices]:
-    """Sobol indices of results, and of failures where cases failed, from all complete points. SceneError for too few points, and
-    for results that are not in the table."""
+    """Sobol indices of results, and of failures if cases failed, from all complete points. SceneError for too few points, and for
+    results that are not in the table."""
     if problems := refused(cases, kept, of, (), {}):
         raise SceneError(problems)
     points, units = t.points, {r.name: r.unit for r in kept} | {FAILED: "1"}
@@ -176,7 +177,7 @@ def unpacked(table: pyarrow.Table) -> Tally:
 def _stream(table: pyarrow.Table) -> bytes:
     import pyarrow as pa
 
-    bare = pa.schema([pa.field(f.name, f.type, f.nullable) for f in table.schema])  # the job has the metadata
+    bare = pa.schema([pa.field(f.name, f.type, f.nullable) for f in table.schema])  # the job stores the metadata
     sink = pa.BufferOutputStream()
     with pa.ipc.new_stream(sink, bare) as writer:
         writer.write_table(table.cast(bare))
@@ -184,7 +185,7 @@ def _stream(table: pyarrow.Table) -> bytes:
 
 
 def same(a: Tally, b: Tally) -> bool:
-    """Whether two tallies are the same, bit for bit, but for the order of their rows."""
+    """Whether two tallies are bit-identical, apart from the order of their rows."""
 
     def alike(x: Any, y: Any) -> bool:
         if isinstance(x, np.ndarray):

@@ -1,8 +1,8 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
-A quantile's interval lies between two order statistics, whose ranks alone determine its probability, for any distribution. A
-probability has the interval of Clopper and Pearson. A case without a value counts as the least for lower ends and as the largest
-for upper ends, so that intervals hold for any value of it.
+The interval of a quantile lies between two order statistics. Only their ranks determine its confidence, for any distribution. A
+probability has the Clopper–Pearson interval. For the lower end of an interval, a case without a value counts as the smallest
+value; for the upper end, as the largest value. The intervals are therefore valid for any value of such a case.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from trunnion.basics.optional_packages import brought
 from trunnion.batch.sample_statistics.sobol_indices import CONFIDENCE, Estimate
 
 EVEN = "the intervals are those of independent cases; the cases are spread more evenly, so the intervals are wider than necessary"
-EXACT = "the intervals hold for any distribution, with at least the confidence"
+EXACT = "the intervals hold for any distribution, with at least the stated confidence"
 USUAL = (0.05, 0.5, 0.95)
 
 
@@ -28,9 +28,9 @@ class Spread:
 
     Attributes:
         of: the result.
-        unit: its unit.
+        unit: unit of the result.
         quantiles: (probability, estimate of the quantile).
-        above: (bound, estimate of the probability above it).
+        above: (bound, estimate of the probability of a value above the bound).
         cases: number of cases.
         missing: number of cases without a value.
         note: meaning of the intervals.
@@ -45,7 +45,7 @@ class Spread:
     note: str
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         plain = {n: getattr(self, n) for n in ("of", "unit", "cases", "missing", "note")} | {"confidence": CONFIDENCE}
         quantiles = [{"probability": p, **asdict(e)} for p, e in self.quantiles]
         return plain | {"quantiles": quantiles, "above": [{"bound": b, **asdict(e)} for b, e in self.above]}
@@ -62,7 +62,7 @@ def spread(
 
 
 def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
-    """The quantile at a probability of sorted values (n); an end without a bounding value is None."""
+    """The quantile of sorted values (n) at a probability. An end of its interval is None if no value bounds it."""
     binomial = brought("scipy.special", "analysis", "an interval").bdtr
     n, tail = len(known) + missing, 0.5 * (1.0 - CONFIDENCE)
     if not len(known):
@@ -75,7 +75,7 @@ def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
 
 
 def _share(count: int, known: int, missing: int) -> Estimate:
-    """The probability of an outcome of ``count`` among ``known`` cases."""
+    """The probability of an outcome that ``count`` of ``known`` cases have."""
     special, n, tail = brought("scipy.special", "analysis", "an interval"), known + missing, 0.5 * (1.0 - CONFIDENCE)
     if not known:
         return Estimate(None, 0.0, 1.0)

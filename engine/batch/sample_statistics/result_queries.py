@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 
 def indices_of(cases: Cases, kept: Sequence[Reduction], table: pyarrow.Table, of: Sequence[str] = ()) -> list[Indices]:
-    """Sobol indices of results (default: all reductions), and of failures where cases failed. SceneError unless the cases are a
-    crossed sample, for too few cases, and for results that are not in the table."""
+    """Sobol indices of results (default: all reductions), and of failures if cases failed.
+
+    SceneError if the cases are not a crossed sample, for too few cases, and for results that are not in the table.
+    """
     problems = _unkept(kept, of)
     if cases.sampling != "saltelli":
         what = "Sobol indices need a crossed sample"
@@ -49,7 +51,7 @@ def spreads_of(
     if problems:
         raise SceneError(problems)
     bounds = {n: [bound(b, units[n], f"above.{n}", problems) for b in given] for n, given in above.items()}
-    if cases.sampling == "saltelli":  # the first and last case of each point are a sample; the others repeat their numbers
+    if cases.sampling == "saltelli":  # only the first and last case of each point are a sample; others repeat their numbers
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"
@@ -63,7 +65,7 @@ def spreads_of(
 def refused(
     cases: Cases, kept: Sequence[Reduction], of: Sequence[str], at: Sequence[float], above: Mapping[str, Sequence[Any]]
 ) -> list[Problem]:
-    """Every problem of a query of distributions."""
+    """All problems of a query about distributions."""
     units = {r.name: r.unit for r in kept}
     problems = _unkept(kept, [*of, *above])
     if not cases.sampling:
@@ -84,7 +86,7 @@ def _unkept(kept: Sequence[Reduction], of: Sequence[str]) -> list[Problem]:
 
 
 def bound(given: Any, unit: str, where: str, problems: list[Problem]) -> float:
-    """A bound in the unit of its result; NaN for a wrong bound, whose problem is appended to ``problems``."""
+    """A bound in the unit of its result. For a wrong bound, a problem is appended to ``problems`` and the result is NaN."""
     try:
         if isinstance(given, str):
             try:

@@ -1,9 +1,9 @@
-"""Exact sums over the points of a crossed sample, in any order, and the Sobol indices that follow from them.
+"""Exact sums over the points of a crossed sample, in any order, and the Sobol indices computed from these sums.
 
-``sobol_indices`` has the estimators, and evaluates them from all rows. A result is a row of numbers f for each point, one for each
-of its cases. All estimates follow from the number of points, the sums of f, and sums of products of two f, for each replicate (the
-jackknife leaves one out). Incomplete points are summed separately, with zeros for missing values and with counts of these, so that
-any value can replace them later.
+``sobol_indices`` defines the estimators and evaluates them from all rows. A result has one value f for each case of a point. All
+estimates follow from the number of points, the sums of f, and the sums of products of two values f, for each replicate (the
+jackknife leaves out one replicate at a time). Incomplete points are summed separately. There, missing values count as zero and are
+counted, so that another value can replace them later.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from trunnion.batch.sample_statistics.sobol_indices import FAILED, FLAT, Estimat
 
 @lru_cache(maxsize=64)
 def pairs(paths: int) -> np.ndarray:
-    """The summed products as indices of a point's cases (2 × products), all squares first.
+    """The pairs of a point's cases whose products are summed, as case indices (2 × products). All squares come first.
 
-    A is 0, A with number i from B is 1 + i, B with number i from A is 1 + paths + i, B is the last."""
+    Case 0 is A. Case 1 + i is A with number i from B. Case 1 + paths + i is B with number i from A. The last case is B.
+    """
     a, b = 0, 2 * paths + 1
     found = [(i, i) for i in range(b + 1)] + [(a, b)]
     for i in range(paths):
@@ -44,12 +45,12 @@ class Points:
         paths: number of varied numbers.
         whole: number of complete points (r × REPLICATES).
         gaps: number of incomplete points (r × REPLICATES).
-        sums: sums of numbers and products over complete points (r × REPLICATES × places × doubles).
-        others: the same over incomplete points, in blocks: numbers, products, products with missing values, missing values, pairs
-            of missing values.
-        low: least value (r).
-        high: largest value (r).
-        missing: number of cases without a value by reason, for each result.
+        sums: sums of values and of products over complete points (r × REPLICATES × places × doubles).
+        others: sums over incomplete points, in blocks: values, products, values whose partner is missing, missing values, pairs of
+            missing values.
+        low: least value of each result (r).
+        high: largest value of each result (r).
+        missing: for each result, {reason: number of cases without a value}.
     """
 
     names: tuple[str, ...]
@@ -63,13 +64,16 @@ class Points:
     missing: tuple[dict[str, int], ...]
 
     def document(self, of: str, unit: str, paths: tuple[str, ...]) -> Indices:
-        """The indices of a result."""
+        """The indices of the result ``of``."""
         return _indices(self, self.names.index(of), of, unit, paths)
 
 
 def points_of(names: Sequence[str], paths: int, number: np.ndarray, values: np.ndarray, outcome: np.ndarray) -> Points:
-    """The sums over points. number (points): their numbers; values (results × points × cases of a point; NaN: none); outcome
-    (points × cases of a point). Failure of a case is an additional result."""
+    """The sums over points. number (points): indices of the points; values: results × points × cases of a point, NaN for a missing
+    value; outcome: points × cases of a point.
+
+    An additional result is 1 for failed cases and 0 for other cases.
+    """
     values = np.where((outcome == "done") & (np.abs(values) <= exact_summation.LARGEST), values, np.nan)
     missing = tuple(_missing(v, outcome) for v in values)
     f = np.concatenate([values, (outcome != "done").astype(float)[None]])
@@ -85,7 +89,7 @@ def points_of(names: Sequence[str], paths: int, number: np.ndarray, values: np.n
 
 
 def together(some: Sequence[Points]) -> Points:
-    """The sums over all points of several sums."""
+    """The total of several sums over points."""
     one = some[0]
     missing = tuple(
         {why: sum(s.missing[r].get(why, 0) for s in some) for why in dict.fromkeys(w for s in some for w in s.missing[r])}
@@ -120,12 +124,12 @@ def _summed(x: np.ndarray) -> np.ndarray:
 
 
 def _added(f: np.ndarray, p: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
-    """Exact sums of placed numbers, and of their products."""
+    """Exact sums of placed values, and of their products."""
     return [_summed(f), _summed(exact_summation.products(f[..., p], f[..., q]))]
 
 
 def _filled(f: np.ndarray, m: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """The blocks ``Points.others`` of incomplete points. m: whether each value is missing."""
+    """The blocks of ``Points.others`` for incomplete points. m: whether each value is missing."""
     if not m.any():
         return np.zeros((f.shape[2], REPLICATES, 2 * f.shape[3] + 3 * len(p), 0))
     cross = np.concatenate([f[..., p] * m[..., q], f[..., q] * m[..., p]])
@@ -133,7 +137,7 @@ def _filled(f: np.ndarray, m: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.nd
 
 
 def _joined(blocks: list[np.ndarray]) -> np.ndarray:
-    """Blocks of places, concatenated."""
+    """Blocks, concatenated along the axis of places."""
     most = max(b.shape[-1] for b in blocks)
     return np.concatenate([np.pad(b, ((0, 0), (0, 0), (0, 0), (0, most - b.shape[-1]))) for b in blocks], axis=2)
 
@@ -172,7 +176,7 @@ def _indices(points: Points, r: int, of: str, unit: str, paths: tuple[str, ...])
 
 
 def _at(others: np.ndarray, value: Fraction, wide: int, products: int) -> np.ndarray:
-    """Sums over incomplete points (REPLICATES × places) with ``value`` for each missing one."""
+    """Sums over incomplete points (REPLICATES × places), with ``value`` in place of each missing value."""
     ends = np.cumsum([wide, products, products, wide])
     f, ff, fm, m, mm = np.split(others, ends, axis=1)
     return np.concatenate([f + value * m, ff + value * fm + value * value * mm], axis=1)

@@ -1,17 +1,17 @@
 """Sobol indices of a crossed sample (``sampling="saltelli"``), with intervals.
 
-f are results of samples A and B, of A_i (A with number i from B) and of B_i (B with number i from A); both halves are used
-(Saltelli et al. 2010):
+f_A and f_B are the results of samples A and B. f_Ai is the result of A with number i from B, and f_Bi that of B with number i
+from A. ⟨⟩ is the mean over all points. Both halves of the sample are used (Saltelli et al. 2010):
 
     first S_i = ½ ⟨f_B (f_Ai − f_A) + f_A (f_Bi − f_B)⟩ / V
     total T_i = ¼ ⟨(f_A − f_Ai)² + (f_B − f_Bi)²⟩ / V (Jansen 1999)
     second S_ij = ⟨½ (f_Bi f_Aj + f_Ai f_Bj) − f_A f_B⟩ / V − S_i − S_j
     V = ½ ⟨(f_A − f_B)²⟩
 
-The only influential number has exactly 1, a number without influence exactly 0, for any points.
+For any points, the index of the only influential number is exactly 1, and that of a number without influence exactly 0.
 
-Intervals: the points are in REPLICATES independent scrambles. The jackknife leaves out each in turn, and Student's t gives an
-interval from the differences. The intervals therefore hold for evenly spread points, too.
+Intervals: the points belong to REPLICATES independent scrambles. The jackknife leaves out one scramble at a time, and Student's t
+gives an interval from the differences. The intervals are therefore also valid for evenly spread points.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 CONFIDENCE = 0.95
 FAILED = "failed"
-"""An additional result where cases fail: 1 for a case with another outcome than ``done``, else 0."""
+"""Name of an additional result if cases fail: 1 for a case whose outcome is not ``done``, otherwise 0."""
 FLAT = 1e-12
-"""Standard deviation, relative to the largest value, that counts as rounding: the result does not vary."""
+"""A result does not vary if its standard deviation, relative to its largest value, is below this value (rounding)."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its 95 % confidence interval; all None where it cannot be estimated."""
+    """A number with its 95 % confidence interval. All attributes are None if the number cannot be estimated."""
 
     value: float | None
     low: float | None
@@ -55,16 +55,16 @@ class Indices:
 
     Attributes:
         of: the result.
-        unit: its unit.
+        unit: unit of the result.
         paths: the varied numbers (d).
-        first: share of the variance that vanishes where a number is known (d).
-        total: share of the variance that stays where all other numbers are known (d).
-        second: share of the interaction of two numbers by pair of paths.
+        first: for each number, the share of the variance that vanishes if this number is known (d).
+        total: for each number, the share of the variance that remains if all other numbers are known (d).
+        second: {pair of paths: share of the variance from the interaction of the two numbers}.
         mean: mean of the result.
-        deviation: its standard deviation.
+        deviation: standard deviation of the result.
         points: number of points.
         cases: number of cases.
-        missing: number of cases without a value by reason: their outcome, or ``no value``.
+        missing: {reason: number of cases without a value}; the reason is the outcome of the case, or ``no value``.
         notes: limits of the estimates.
     """
 
@@ -82,7 +82,7 @@ class Indices:
     notes: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The same data as plain lists and numbers."""
         second = [{"paths": list(pair), **asdict(e)} for pair, e in self.second.items()]
         plain = {n: getattr(self, n) for n in ("of", "unit", "points", "cases", "missing")}
         of = {n: zip(self.paths, getattr(self, n), strict=True) for n in ("first", "total")}
@@ -92,9 +92,10 @@ class Indices:
 
 
 def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], units: Mapping[str, str]) -> list[Indices]:
-    """The indices of results, columns of a crossed sample's table, and of failures where cases fail.
+    """The indices of results (columns of the table of a crossed sample), and of failures if cases fail.
 
-    Rows must be in order of cases. Incomplete points at the end are ignored. SceneError for too few points."""
+    Rows must be in the order of cases. Incomplete points at the end are ignored. SceneError for too few points.
+    """
     each = 2 * len(paths) + 2
     cases = table["case"].to_numpy()
     n = int(np.argmin(cases == np.arange(len(cases)))) if len(cases) and (cases != np.arange(len(cases))).any() else len(cases)
@@ -114,14 +115,14 @@ def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], un
 
 
 def enough(points: int) -> None:
-    """SceneError for too few points."""
+    """Raise SceneError for too few points."""
     if points < 2 * REPLICATES:
         what = f"{points} points of the crossed sample have been run; {2 * REPLICATES} are needed"
         raise SceneError([Problem("indices", what, "wait for more points, or raise count")])
 
 
 def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
-    """Number of cases without a value by reason."""
+    """{reason: number of cases without a value}."""
     why = np.where(outcome == "done", "no value", outcome)[np.isnan(values)]
     return {str(w): int((why == w).sum()) for w in dict.fromkeys(why.tolist())}
 
@@ -147,28 +148,29 @@ def _indices(told: tuple[str, str, tuple[str, ...]], f: np.ndarray, missing: dic
 
 
 def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list[str]:
-    """Notes about a result. whole: complete points of ``points``; known: cases of ``cases`` with a value."""
+    """Notes about a result. whole: number of complete points among ``points``; known: number of cases with a value among
+    ``cases``."""
     if flat:
         return ["the result does not vary" if known else "no case has a value"]
     notes = [] if whole >= 2 * REPLICATES else [f"only {whole} points have values in all their cases: no index can be estimated"]
     if whole < points:
         notes.append(
             f"{cases - known} of {cases} cases have no value, in {points - whole} of {points} points. The estimates use the other "
-            "points. The intervals include the estimates with the least, mean and largest value in place of missing ones; other "
+            "points. The intervals include the estimates with the least, mean and largest value in place of missing values; other "
             "missing values may give other estimates"
         )
     return notes
 
 
 def around(a: Estimate, b: Estimate) -> Estimate:
-    """The estimate a with the hull of both intervals."""
+    """The estimate a, with the smallest interval that contains both intervals."""
     if a.low is None or b.low is None or a.high is None or b.high is None:
         return a
     return Estimate(a.value, min(a.low, b.low), max(a.high, b.high))
 
 
 def _jackknifed(f: np.ndarray, group: np.ndarray) -> list[Estimate]:
-    """Every number of ``_numbers`` with its jackknife interval. group (points): replicate."""
+    """The estimates of ``_numbers`` with jackknife intervals. group: replicate of each point."""
     return jackknifed(lambda kept: _numbers(f[kept]), group)
 
 

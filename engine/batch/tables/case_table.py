@@ -1,4 +1,4 @@
-"""The Arrow table of a batch: a row for each case, with its numbers, outcome and reductions, and units."""
+"""The Arrow table of a batch. Each case has a row with its varied numbers, outcome and reductions. Fields have units."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 FORMAT = "trunnion sweep 1"
 HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
-"""Columns of every table, beside the paths and the reductions."""
+"""Columns of every table, in addition to the varied paths and the reductions."""
 WHY = "error.why"
-"""A column before ``steps``, with errors of reductions."""
+"""A column before ``steps``. It exists only if the reductions include errors."""
 
 
 def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:
-    """The schema of a batch's table: ``unit`` and ``description`` in the metadata of every field, and the table's origin in the
-    schema's metadata."""
+    """The schema of a batch's table. The metadata of every field hold ``unit`` and ``description``; the metadata of the schema
+    state the table's origin."""
     import pyarrow as pa
 
     def field(name: str, kind: Any, unit: str, text: str) -> Any:
@@ -46,7 +46,7 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
     ]
     if about_errors(chosen):
         words = ", ".join(word for word in REASONS if word)
-        fields.append(field(WHY, pa.string(), "", f"reason without error estimates: {words}; empty with estimates"))
+        fields.append(field(WHY, pa.string(), "", f"reason for missing error estimates: {words}; empty with estimates"))
     fields.append(field("steps", pa.int64(), "1", "steps taken"))
     fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
     texts = {"format": FORMAT, "version": version()} | {k: json.dumps(v, ensure_ascii=False) for k, v in about.items()}
@@ -63,8 +63,8 @@ def table(
     numbers: np.ndarray,
     why: np.ndarray,
 ) -> pyarrow.Table:
-    """The table's rows of n cases. cases: their numbers; values (n × paths); numbers (n × reductions); why (n): indices of REASONS.
-    NaN becomes null."""
+    """The rows of n cases. cases (n): case numbers; values: n × paths; numbers: n × reductions; why (n): indices of REASONS. NaN
+    becomes null."""
     import pyarrow as pa
 
     words = tuple(REASONS)

@@ -1,8 +1,8 @@
-"""Reductions of a case: of columns over its output rows, counts and first times of its events.
+"""Reductions of a case: single numbers, taken from a column over its output rows or from its events.
 
-The text of a reduction is ``kind:what``, which is the name of its column, too. Kinds of columns are ``max``, ``min``, ``mean``
-(over finite values) and ``final``. Kinds of events, or ``any``, are ``first`` (time, s) and ``count``. The prefix ``error:``
-means the global error of a reduction.
+A reduction is written ``kind:what``, which is also the name of its column in the table. For a column, the kind is ``max``,
+``min``, ``mean`` (over finite values) or ``final``. For a kind of event, or ``any``, it is ``first`` (time, s) or ``count``. The
+prefix ``error:`` means the global error of a reduction.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from trunnion.runtime.abi import EventKind
 OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
 OF_DECISIONS = ("margin", "marginal")
-"""Over all deciding events of a case: the least margin, and the number of margins below the run's own error."""
+"""Over all deciding events of a case: the least margin, and the number of margins that are below the run's own error."""
 ERROR = "error"
 EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind}
 
 DEFAULTS = ("max:*.contact[*].normal_force", "max:*.friction.torque[*]", "min:*.friction.torque[*]", "final:*.q[*]", "count:any",
             "first:any")  # fmt: skip
-"""Default reductions; those without a matching column are dropped."""
+"""Default reductions. A default reduction without a matching column is dropped."""
 
 
 def event_kind(word: str) -> str:
-    """The current name of a kind of event, which may be deprecated; "any" stays."""
+    """The current name of a kind of event. A deprecated name is replaced; any other word, such as "any", is unchanged."""
     return EVENTS.get(word, word)
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """One number of every case.
+    """A reduction, which gives one number for each case.
 
     Attributes:
         kind: one of OF_COLUMNS, OF_EVENTS, or ERROR.
         what: name of a column, of a kind of event, or of another reduction.
-        unit: its unit.
-        description: its description.
+        unit: unit of the number.
+        description: description of the number.
     """
 
     kind: str
@@ -52,13 +52,13 @@ class Reduction:
 
     @property
     def name(self) -> str:
-        """Name of its column in the table."""
+        """Name of the reduction's column in the table."""
         return f"{self.kind}:{self.what}"
 
 
 def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = "reductions") -> tuple[Reduction, ...]:
-    """The reductions of texts, with patterns expanded; the default ones without texts. SceneError for every text without a
-    match."""
+    """The reductions that the texts name, with patterns expanded; without texts, the default reductions. SceneError lists every
+    text without a match."""
     found: dict[str, Reduction] = {}
     problems: list[Problem] = []
     names = {c.name: c for c in everything}
@@ -73,7 +73,7 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
     for text in dict.fromkeys(texts or DEFAULTS):
         kind, sign, what = text.removeprefix(ERROR + ":").partition(":")
         if not sign or kind not in (*OF_COLUMNS, *OF_EVENTS) or not what:
-            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT; error: before one of them for its error"
+            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT; for the error of one, put error: before it"
             problems.append(Problem(where, f"{text!r} is not a reduction", hint))
             continue
         new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, names)
@@ -88,11 +88,11 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
 
 def error_of(r: Reduction) -> Reduction:
     """The global error of a reduction, as a reduction."""
-    return Reduction(ERROR, r.name, r.unit, f"global error of {r.name}: at most about; empty where no error is stated")
+    return Reduction(ERROR, r.name, r.unit, f"estimated bound of the global error of {r.name}; empty where no error is stated")
 
 
 def with_errors(chosen: tuple[Reduction, ...], certify: bool) -> tuple[Reduction, ...]:
-    """The reductions; with ``certify`` the errors of all of them, too."""
+    """The reductions. With ``certify``, also the errors of all reductions."""
     if not certify:
         return chosen
     return tuple(dict.fromkeys((*chosen, *(error_of(r) for r in chosen if r.kind != ERROR))))
@@ -130,6 +130,6 @@ def _unmatched(where: str, text: str, kind: str, what: str, names: Iterable[str]
 
 
 def wanted_columns(chosen: Sequence[Reduction]) -> tuple[str, ...]:
-    """Names of the columns of a kernel for these reductions; at least one."""
+    """Names of the kernel's columns that these reductions need; at least one name."""
     names = dict.fromkeys(r.what for r in chosen if r.kind in OF_COLUMNS)
     return tuple(names) or ("events.count",)

@@ -1,4 +1,5 @@
-"""Tables of a sweep's chunks, merged into few large ones: a small table's columns take as much memory as its rows."""
+"""Merges the tables of a sweep's chunks into few large tables, because the columns of a small table take as much memory as its
+rows."""
 
 from __future__ import annotations
 
@@ -8,11 +9,11 @@ if TYPE_CHECKING:
     import pyarrow
 
 MOST_APART = 64
-"""Number of small tables that stay separate before adjacent ones are merged."""
+"""At twice this number of small tables, adjacent tables among the first half are merged."""
 
 
 class TableMerge:
-    """Tables by the number of their first case, in any order."""
+    """Collects tables in any order. Each table is stored by the number of its first case."""
 
     def __init__(self) -> None:
         self.large: dict[int, pyarrow.Table] = {}
@@ -25,7 +26,8 @@ class TableMerge:
             self._merge()
 
     def _merge(self) -> None:
-        """Merge each run of adjacent small tables. The newest stay, because others may come between them."""
+        """Merge each run of adjacent tables in the first half. The second half stays separate, because further tables may come
+        between them."""
         import pyarrow as pa
 
         runs: list[list[int]] = []
@@ -36,7 +38,7 @@ class TableMerge:
             self.large[run[0]] = pa.concat_tables([self.small.pop(start) for start in run]).combine_chunks()
 
     def whole(self) -> pyarrow.Table:
-        """One table of all, in order of cases."""
+        """All tables joined in the order of cases."""
         import pyarrow as pa
 
         both = self.large | self.small

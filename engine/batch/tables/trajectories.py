@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     import pyarrow
 
 ON_A_ROW = 1e-6
-"""Largest distance of a stored row from a multiple of the spacing, relative to the spacing."""
+"""A row is at a multiple of the spacing if its distance from the multiple, relative to the spacing, is below this value."""
 FORMAT = "trunnion rows 1"
 
 
 @dataclass(frozen=True)
 class Series:
-    """Stored rows of every case. columns: their columns; every: their spacing, s; None: all rows."""
+    """The rows to store for every case. columns: columns to store; every: spacing of the stored rows, s; None means all rows."""
 
     columns: tuple[Column, ...]
     every: float | None
@@ -38,7 +38,7 @@ class Series:
 
     @property
     def schema(self) -> pyarrow.Schema:
-        """The schema of its table: ``case``, ``time`` and the columns, with units."""
+        """The schema of the table of stored rows: ``case``, ``time`` and the columns, with units."""
         import pyarrow as pa
 
         def field(name: str, kind: Any, unit: str, text: str) -> Any:
@@ -49,14 +49,14 @@ class Series:
         return pa.schema(fields, metadata={"format": FORMAT})
 
     def thinned(self, rows: np.ndarray) -> np.ndarray:
-        """The rows (case, time, …) at multiples of the spacing."""
+        """The rows (case, time, …) whose times are multiples of the spacing."""
         if self.every is None:
             return rows
         parts = rows[:, 1] / self.every
         return rows[np.abs(parts - np.round(parts)) < ON_A_ROW]
 
     def table(self, cases: np.ndarray, rows: np.ndarray) -> pyarrow.Table:
-        """The table of rows (n × (1 + columns): time, columns) of cases (n), in order of cases."""
+        """The table of stored rows, in the order of cases. cases (n): case of each row; rows: n × (1 + columns), time first."""
         import pyarrow as pa
 
         order = np.argsort(cases, kind="stable")
@@ -67,7 +67,7 @@ class Series:
 def series_of(everything: Sequence[Column], patterns: Sequence[str], every: float | None, problems: list[Problem]) -> Series | None:
     """The stored rows for patterns of columns; None without patterns. Mistakes are appended to ``problems``."""
     if every is not None and not (isfinite(every) and every > 0.0):
-        problems.append(Problem("spacing", f"{every:g} s is not a positive time", "give a positive time, or none for all rows"))
+        problems.append(Problem("spacing", f"{every:g} s is not a positive time", "give a positive time, or omit it for all rows"))
     if every is not None and not patterns:
         problems.append(Problem("spacing", "no rows are stored", "name their columns in trajectories"))
     if not patterns:

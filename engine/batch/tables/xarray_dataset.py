@@ -1,4 +1,4 @@
-"""A table of cases as an xarray dataset with the dimensions of its grid, or ``case``."""
+"""A table of cases as an xarray dataset, with the dimensions of its grid or with the dimension ``case``."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ def units(table: pyarrow.Table) -> dict[str, str]:
 
 
 def dataset(table: pyarrow.Table, paths: Sequence[str], count: int, about: Mapping[str, Any]) -> xarray.Dataset:
-    """The table with a dimension for each path where its ``count`` cases are a grid whose last path varies fastest; otherwise with
-    the dimension ``case``. ``attrs`` have units and ``about``. Missing cases of a grid are NaN."""
+    """The table as a dataset. If its ``count`` cases are a grid whose last path varies fastest, every path is a dimension.
+    Otherwise the only dimension is ``case``.
+
+    ``attrs`` hold units and ``about``. Missing cases of a grid are NaN.
+    """
     xr = brought("xarray", "xarray", "to_xarray()")
     said, cases = units(table), table["case"].to_numpy()
     axes = {path: list(dict.fromkeys(table[path].to_numpy().tolist())) for path in paths}
@@ -38,7 +41,7 @@ def dataset(table: pyarrow.Table, paths: Sequence[str], count: int, about: Mappi
 
 
 def _spread(column: Any, cases: Any, sizes: list[int]) -> np.ndarray:
-    """A column over the grid, the last path varying fastest."""
+    """A column, arranged on the grid. The last path varies fastest."""
     values = column.to_pandas().to_numpy()
     plain = values.dtype.kind in "fiu"
     whole = np.full(prod(sizes), np.nan if plain else None, float if plain else object)

@@ -77,7 +77,7 @@ def test_all_mistakes_are_told_at_once(files: Path, capsys: Said) -> None:
              "--try", "y=1", "--plot", "x.txt")  # fmt: skip
     assert main(["fit", "glider.json", "--column", f"{X}=plaice", "--column", "rail=place", *wrong]) == 2
     told = capsys.readouterr().err
-    for words in ("c.csv", "no column 'plaice'", "'rail' is no column", "neither bounds nor a prior", "did you mean coulomb",
+    for words in ("c.csv", "no column 'plaice'", "'rail' is not a column", "neither bounds nor a prior", "did you mean coulomb",
                   "--noise", "--level", "--try", "--plot"):  # fmt: skip
         assert words in told, words
 

@@ -121,15 +121,15 @@ def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> No
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"priors": {QD: "cauchy(1, 2)"}}, "no prior"),
+        ({"priors": {QD: "cauchy(1, 2)"}}, "not a valid prior"),
         ({"priors": {Q: "lognormal(0, 1)"}}, "must be positive"),
         ({"bounds": {QD: (0.6, 0.7)}}, "outside the bounds"),
         ({"bounds": {QD: (1, 0)}}, "no value lies"),
         ({"bounds": {"gravity[1]": (0, 1)}}, "not a parameter of the fit"),
         ({"bounds": {QD: ("1 kg", 2)}}, "bounds, joints.rail.start.qd"),
-        ({"noise": {"rail.qd[1]": 1.0}}, "none is given for rail"),
+        ({"noise": {"rail.qd[1]": 1.0}}, "no noise is given for rail"),
         ({"noise": 0.0}, "must be positive"),
-        ({"level": 95}, "no probability"),
+        ({"level": 95}, "not a probability"),
     ],
 )
 def test_what_cannot_be_meant_is_told(asked: dict[str, Any], said: str) -> None:

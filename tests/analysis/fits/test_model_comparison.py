@@ -86,7 +86,7 @@ def test_what_is_wrong_with_candidates_is_told_together() -> None:
     with pytest.raises(trunnion.SceneError) as told:
         trunnion.compare(SLIDER, candidates, [QD], TIME, {X: TIME})
     text = str(told.value)
-    assert all(x in text for x in ("candidate colomb", "no friction law", "candidate stribeck", "mu_static", "rail.nothing"))
+    assert all(x in text for x in ("candidate colomb", "not a friction law", "candidate stribeck", "mu_static", "rail.nothing"))
 
 
 def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunnion.ModelComparison) -> None:

@@ -109,7 +109,7 @@ def test_pins_of_a_loop_are_told_too() -> None:
 
 def test_what_cannot_be_told_is_said() -> None:
     r = simulate(shaken(), until=0.1, every=1e-3)
-    with pytest.raises(SceneError, match="is no joint of this scene"):
+    with pytest.raises(SceneError, match="is not a joint of this scene"):
         knocks(r, {"rail": 1e-5})
     with pytest.raises(SceneError, match="must be positive"):
         knocks(r, {"pin": -1e-5})

@@ -11,7 +11,8 @@ from trunnion.scene.queries.mass_properties import mass_properties
 
 
 class ClosedFormEquation:
-    """The equation of motion of one degree of freedom. start: y = [coordinate, rate] at t = 0, rad or m, and per s."""
+    """The equation of motion of a mechanism with one degree of freedom. start: y = [coordinate, rate] at t = 0, in rad or m, and
+    per s."""
 
     about = "one equation of motion for one freedom, no reactions"
     start: list[float]
@@ -21,14 +22,14 @@ class ClosedFormEquation:
         raise NotImplementedError
 
     def positions(self, y: Sequence[float]) -> dict[str, list[float]]:
-        """World positions of the mass centres at y by name of body, m."""
+        """World positions of the mass centres at state y, {name of body: position, m}."""
         raise NotImplementedError
 
 
 class BallPendulum(ClosedFormEquation):
-    """Example 8.1 in its plane x–z: I α + m g l sin θ = −R|f| of (104), θ from the downward vertical.
+    """Example 8.1 in its plane x–z: I α + m g l sin θ = −R|f|, equation (104), with θ measured from the downward vertical.
 
-    f depends on α, so that the equation is quadratic in α.
+    The equation is quadratic in the angular acceleration α, because the contact force f depends on α.
     """
 
     def __init__(self, scene: sm.Scene, variant: FrictionVariant):
@@ -90,7 +91,7 @@ class CrankSlider(ClosedFormEquation):
 
 
 class FourBars(ClosedFormEquation):
-    """Benchmark A02 with parallel cranks, as they stay in exact arithmetic: one equation for all."""
+    """Benchmark A02: in exact arithmetic all cranks stay parallel, so one equation describes all four-bars."""
 
     about = "one equation, for the parallel motion only: it omits the other motion that begins where a freedom is added"
 
@@ -110,7 +111,7 @@ class FourBars(ClosedFormEquation):
 
 
 class Pendulum(ClosedFormEquation):
-    """Benchmark A01: θ̈ = −(g/l) sin θ, a point mass 1 m from its pivot."""
+    """Benchmark A01: θ̈ = −(g/l) sin θ for a point mass 1 m from its pivot."""
 
     def __init__(self, scene: sm.Scene, variant: FrictionVariant):
         self.g, self.body = -float(scene.gravity[1]), next(iter(scene.bodies))
@@ -126,4 +127,4 @@ class Pendulum(ClosedFormEquation):
 EQUATIONS: dict[str, Callable[[sm.Scene, FrictionVariant], ClosedFormEquation]] = {
     "spherical_pendulum": BallPendulum, "crank_slider_free": CrankSlider, "n_four_bar": FourBars, "simple_pendulum": Pendulum,
 }
-"""Equations by scene name; each is used only where its start positions agree with the scene's."""
+"""Closed-form equations by scene name. An equation is used only if its start positions agree with those of the scene."""

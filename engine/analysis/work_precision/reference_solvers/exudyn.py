@@ -1,4 +1,4 @@
-"""Exudyn: rigid bodies in redundant coordinates with constraints for all joints, implicit solvers with fixed steps."""
+"""Exudyn: rigid bodies in redundant coordinates, with constraints for all joints and implicit solvers with fixed steps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from trunnion.analysis.work_precision.reference_solvers.solver_interface import 
 from trunnion.system.structure.bodies_and_joints import GROUND
 
 CONSTRAINED_AXES = {"cylindrical": [0, 1, 1, 0, 1, 1], "universal": [1, 1, 1, 0, 0, 1], "fixed": [1, 1, 1, 1, 1, 1]}
-"""Constrained axes (1) of Exudyn's generic joint by joint type: three translations, three rotations, in the joint's frame."""
+"""By joint type, the axes that Exudyn's generic joint constrains (1): three translations, then three rotations, in the joint's
+frame."""
 PADDING = 1e-9
 
 
@@ -35,16 +36,16 @@ class Exudyn(ReferenceSolver):
             raise SceneNotSupported("not represented: " + ", ".join(wrong))
 
     def describe_omissions(self) -> str:
-        """The omitted parts of the scene, and the program's steps."""
+        """The parts of the scene that Exudyn omits, and its step control."""
         words = ["fixed steps, no error control"]
         words += ["joint friction"] if self.scene.rubs else []
         return "; ".join(words)
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Build the system, step it and read its sensors (see ``ReferenceSolver.run``)."""
+        """Build the system, integrate with fixed steps and read the sensors (see ``ReferenceSolver.run``)."""
         import sys
 
-        sys.exudynFast = True  # type: ignore[attr-defined]  # its module without range checks
+        sys.exudynFast = True  # type: ignore[attr-defined]  # selects the module without range checks
         with redirect_stdout(StringIO()):  # the program prints a banner
             import exudyn as exu
 
@@ -65,13 +66,13 @@ class Exudyn(ReferenceSolver):
         kind = exu.DynamicSolverType.GeneralizedAlpha if s.method == self.methods[0] else exu.DynamicSolverType.TrapezoidalIndex2
         started = time.perf_counter()
         if not system.SolveDynamic(settings, solverType=kind):
-            raise RuntimeError("its solver failed")
+            raise RuntimeError("Exudyn's solver failed")
         seconds = time.perf_counter() - started
         rows = [np.array(system.GetSensorStoredData(k)) for k in sensors]
         return self.by_position(np.stack([_rows_at(r, self.times) for r in rows], axis=1)), seconds
 
     def _build(self, exu):
-        """(system, sensor of every body's mass centre)."""
+        """(system, one sensor for the mass centre of each body)."""
         from exudyn.itemInterface import SensorBody
         from exudyn.utilities import RigidBodyInertia
 
@@ -100,7 +101,7 @@ class Exudyn(ReferenceSolver):
         return system, sensors
 
     def _effort(self, system, of: dict, link: Link, freedom, effort: float) -> None:
-        """Apply the constant torque of a revolute joint. SceneNotSupported where its axis is not fixed in the world."""
+        """Apply the constant torque of a revolute joint. SceneNotSupported if the joint's axis is not fixed in the world."""
         if not freedom.turns or link.kind != "revolute" or link.inboard != GROUND:
             raise SceneNotSupported(f"not represented: effort of {link.name}")
         system.CreateTorque(bodyNumber=of[link.outboard], loadVector=effort * freedom.axis)
@@ -123,7 +124,7 @@ def _add_joint(system, link: Link, bodies: list) -> None:
 
 
 def _rows_at(rows: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Sensor rows at the sample times; Exudyn writes them at the end of the step that reaches each time."""
+    """Sensor rows at the sample times. Exudyn writes a row at the end of the step that reaches the sample time."""
     nearest = np.abs(rows[:, 0][None, :] - times[:, None]).argmin(axis=1)
     if np.abs(rows[nearest, 0] - times).max() > 1e-6 * times[-1]:
         raise RuntimeError("its sensors were not written at the sample times")

@@ -1,4 +1,4 @@
-"""MuJoCo: the mechanism as MJCF, its loops closed by soft constraints."""
+"""MuJoCo: the mechanism as an MJCF model. Soft constraints close the loops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND
 
 
 class Mujoco(ReferenceSolver):
-    """A scene in MuJoCo with fixed steps; MuJoCo's own C loop makes the steps between two samples."""
+    """A scene in MuJoCo with fixed steps. MuJoCo's own C loop makes all steps between two samples."""
 
     name = "mujoco"
     package = "mujoco"
@@ -37,7 +37,7 @@ class Mujoco(ReferenceSolver):
             raise SceneNotSupported(str(e)) from e
 
     def describe_omissions(self) -> str:
-        """The omitted parts of the scene, and the program's differences."""
+        """The parts of the scene that MuJoCo omits, and its differences from the engine."""
         words = ["fixed steps, no error control"]
         thin = any(np.abs(repair_inertia(p.inertia) - p.inertia).max() > 0 for p in self.scene.parts)
         words += ["inertia added about axes that had none"] if thin else []
@@ -66,7 +66,7 @@ class Mujoco(ReferenceSolver):
         return self.by_position(np.array(out)), seconds
 
     def velocities(self) -> list[float]:
-        """Start rates (qvel) in the order of the joints, m/s and rad/s; those of a ball joint in the child's axes."""
+        """Start rates (qvel) in the order of the joints, m/s and rad/s. The rates of a ball joint refer to the child's axes."""
         out: list[float] = []
         for i, p in enumerate(self.scene.parts):
             link = next(k for k in self.scene.links if not k.cut and k.child == i)
@@ -80,7 +80,8 @@ class Mujoco(ReferenceSolver):
         return out
 
     def xml(self, s: Setting) -> str:
-        """The scene as MJCF: body frames at the mass centres with the bodies' axes, all joint coordinates zero at the start."""
+        """The scene as MJCF. Body frames lie at the mass centres with the bodies' axes. All joint coordinates are zero at the
+        start."""
         tight = f'solref="{2 * s.step:.17g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
         head = (
             '<mujoco><compiler angle="radian" autolimits="true" inertiafromgeom="false" balanceinertia="false"/>'
@@ -103,14 +104,14 @@ class Mujoco(ReferenceSolver):
         return f'<body name="{p.name}" {place}>{inside}{"".join(self._sites(i))}{children}</body>'
 
     def _sites(self, body: int) -> list[str]:
-        """MJCF sites of a body for the ends of springs."""
+        """MJCF sites of a body: the end points of springs."""
         return [
             f'<site name="spring{n}_{end}" pos="{_format(s.points[end])}"/>'
             for n, s in enumerate(self.scene.springs) for end in (0, 1) if s.bodies[end] == body
         ]
 
     def _closures(self, tight: str) -> str:
-        """Joints that close loops, as point constraints: one for a ball joint, two along the axis for a revolute."""
+        """Point constraints for joints that close loops: one point for a ball joint, two points on the axis for a revolute."""
         out = []
         for link in (k for k in self.scene.links if k.cut):
             arms = [0.0] if link.kind == "spherical" else [-0.5, 0.5]
@@ -132,7 +133,7 @@ class Mujoco(ReferenceSolver):
         return f"<tendon>{''.join(out)}</tendon>" if out else ""
 
     def _motors(self) -> str:
-        """Constant efforts of joints, as motors of constant force."""
+        """Constant efforts of joints, expressed as motors of constant force."""
         out = [
             f'<general joint="{k.name}_{i}" gaintype="fixed" gainprm="0" biastype="affine" biasprm="{e:.17g} 0 0"/>'
             for k in self.scene.links if not k.cut for i, e in enumerate(k.effort if k.forward else k.effort[::-1]) if e
@@ -141,9 +142,10 @@ class Mujoco(ReferenceSolver):
 
 
 def repair_inertia(inertia: np.ndarray) -> np.ndarray:
-    """The inertia with its two smaller principal moments raised until their sum is at least the third, as MuJoCo requires.
+    """The inertia with its two smaller principal moments raised until their sum is at least the largest moment, as MuJoCo
+    requires.
 
-    Thin rods and planar bodies have zero moments about some axes. Planar motion does not depend on the change.
+    Thin rods and planar bodies have zero moments about some axes. Planar motion does not depend on this change.
     """
     moments, axes = np.linalg.eigh(inertia)
     lack = moments[2] * (1 + 1e-9) - moments[0] - moments[1]
@@ -153,9 +155,9 @@ def repair_inertia(inertia: np.ndarray) -> np.ndarray:
 
 
 def _inertial_element(p: Part) -> str:
-    """The MJCF inertia of a part: principal moments where their axes are the body's, else the full matrix.
+    """The MJCF inertia of a part: principal moments if the body's axes are principal axes, else the full matrix.
 
-    MuJoCo accepts smaller principal moments than diagonal entries of a full matrix.
+    MuJoCo accepts smaller values as principal moments than as diagonal entries of a full matrix.
     """
     inertia = repair_inertia(p.inertia)
     if np.count_nonzero(inertia - np.diag(np.diag(inertia))):
@@ -166,11 +168,11 @@ def _inertial_element(p: Part) -> str:
 
 
 def _ignore_warning(message: str) -> None:
-    """Drop MuJoCo's warnings of states that are no longer finite: the result shows them."""
+    """Ignore MuJoCo's warnings about states that are not finite: the result contains these states."""
 
 
 def _freedoms_from_parent(link: Link):
-    """Freedoms from parent to child, with axes such that a positive rate moves the child."""
+    """Freedoms in the order from parent to child. A positive rate along each axis moves the child relative to the parent."""
     from dataclasses import replace
 
     chosen = link.freedoms if link.forward else link.freedoms[::-1]
@@ -178,7 +180,7 @@ def _freedoms_from_parent(link: Link):
 
 
 def _joint_elements(link: Link, p: Part) -> str:
-    """The MJCF joint elements of a body; their coordinates are zero at the start."""
+    """The MJCF joint elements of a body. The joint coordinates are zero at the start."""
     at = _format(p.R.T @ (link.point - p.center))
     if link.kind == "free":
         return "<freejoint/>"

@@ -1,4 +1,5 @@
-"""Pinocchio: accelerations by its articulated-body algorithm, with loops by its constraint dynamics; SciPy integrates."""
+"""Pinocchio computes the accelerations: by its articulated-body algorithm, or by its constraint dynamics if there are loops. SciPy
+integrates."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from trunnion.system.structure.bodies_and_joints import GROUND
 
 
 class Pinocchio(ReferenceSolver):
-    """A scene in Pinocchio: at the start every joint frame is at its point, with axes parallel to the world's."""
+    """A scene in Pinocchio. At the start every joint frame has its origin at the joint's point and its axes parallel to the world
+    axes."""
 
     name = "pinocchio"
     package = "pin"
@@ -28,7 +30,7 @@ class Pinocchio(ReferenceSolver):
         self._build()
 
     def describe_omissions(self) -> str:
-        """The omitted parts of the scene, and the program's differences."""
+        """The parts of the scene that Pinocchio omits, and its differences from the engine."""
         words = ["integrated by SciPy, called from Python"]
         words += ["joint friction"] if self.scene.rubs else []
         words += ["loops drift (only their accelerations are constrained)"] if self.scene.loops else []
@@ -69,7 +71,7 @@ class Pinocchio(ReferenceSolver):
             self.accuracy = pin.ProximalSettings(1e-12, 1e-10, 20)
 
     def _closure(self, link: Link) -> list:
-        """A joint that closes a loop, as point constraints: one for a ball joint, two along the axis for a revolute."""
+        """Point constraints for a joint that closes a loop: one point for a ball joint, two points on the axis for a revolute."""
         pin, out = self.pin, []
         for a in [0.0] if link.kind == "spherical" else [-0.5, 0.5]:
             at = link.point + (a * link.freedoms[0].axis if a else 0.0)
@@ -100,7 +102,7 @@ class Pinocchio(ReferenceSolver):
         return out
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Integrate, then compute the mass centres at the samples (see ``ReferenceSolver.run``)."""
+        """Integrate, then compute the positions of the mass centres at the samples (see ``ReferenceSolver.run``)."""
         y, seconds = integrate(self._rate, self.start, s, self.times)
         return self.by_position(np.array([self._centers(v) for v in y])), seconds
 
@@ -113,7 +115,7 @@ class Pinocchio(ReferenceSolver):
 
 
 def _joints(pin, link: Link, part) -> list:
-    """(joint, start rates, efforts) from parent to child; a joint of several ordered freedoms becomes several joints."""
+    """(joint, start rates, efforts) from parent to child. A joint with several ordered freedoms becomes several joints."""
     sign = 1.0 if link.forward else -1.0
     if link.kind == "free":
         return [(pin.JointModelFreeFlyer(), [*part.velocity, *part.omega], [0.0] * 6)]
@@ -125,7 +127,8 @@ def _joints(pin, link: Link, part) -> list:
 
 
 def _quaternion_rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """q̇ from the local velocity v, of a ball joint (quaternion x, y, z, w) or a free body (position, then quaternion)."""
+    """q̇ for the local velocity v. q is the quaternion (x, y, z, w) of a ball joint, or the position and quaternion of a free
+    body."""
     x, y, z, w = q[-4:]
     wx, wy, wz = v[-3:]
     turn = 0.5 * np.array([

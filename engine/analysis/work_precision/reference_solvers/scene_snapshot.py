@@ -1,4 +1,4 @@
-"""A scene at its start as plain numbers in the world frame, from which another program can build the mechanism."""
+"""A scene at its start as plain numbers in the world frame. Other programs can build the mechanism from these numbers."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Part:
     Attributes:
         mass: kg.
         center: mass centre (3), m.
-        R: its axes as columns (3×3).
-        inertia: about the mass centre, in the body's axes (3×3), kg m².
-        velocity: of the mass centre (3), m/s.
+        R: the body's axes as columns (3×3).
+        inertia: inertia about the mass centre, in the body's axes (3×3), kg m².
+        velocity: velocity of the mass centre (3), m/s.
         omega: angular velocity (3), rad/s.
-        parent: index of its parent in the tree, or GROUND.
+        parent: index of the parent body in the tree, or GROUND.
     """
 
     name: str
@@ -42,7 +42,8 @@ class Part:
 
 @dataclass(frozen=True)
 class Freedom:
-    """A freedom of a joint: world axis (3), rotation or translation, rate of the outboard part relative to the inboard one."""
+    """A freedom of a joint. axis: world axis (3); turns: whether it is a rotation; rate: rate of the outboard part relative to the
+    inboard part."""
 
     axis: np.ndarray
     turns: bool
@@ -57,13 +58,13 @@ class Link:
         inboard: index of the inboard body, or GROUND.
         outboard: index of the outboard body, or GROUND.
         point: the joint's point (3), m.
-        frame: the inboard frame (3×3).
-        cut: whether it closes a loop.
-        child: index of the body that it carries in the tree.
-        forward: whether that body is the outboard one.
-        omega: angular velocity of the outboard part relative to the inboard one (3), rad/s.
+        frame: axes of the inboard frame as columns (3×3).
+        cut: whether the joint closes a loop.
+        child: index of the child body in the tree.
+        forward: whether the child body is the outboard body.
+        omega: angular velocity of the outboard part relative to the inboard part (3), rad/s.
         effort: constant effort of each freedom, N or N m.
-        rubs: whether it has friction.
+        rubs: whether the joint has friction.
     """
 
     name: str
@@ -83,7 +84,8 @@ class Link:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring-damper between two points, each in its body's axes from the mass centre (ground: world), m.
+    """A spring-damper between two points. points: position relative to the mass centre in the body's axes, m (ground: world
+    position).
 
     stiffness, N/m; damping, N s/m; length: free length, m.
     """
@@ -97,7 +99,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The mechanism at its start, in SI units. missing: parts of the scene that a snapshot cannot express."""
+    """The mechanism at its start, in SI units. missing: parts of the scene that the snapshot cannot represent."""
 
     parts: tuple[Part, ...]
     links: tuple[Link, ...]
@@ -117,7 +119,7 @@ class Snapshot:
 
 
 def take_snapshot(ready: BenchmarkModel) -> Snapshot:
-    """The snapshot of a compiled scene, its loops assembled."""
+    """The snapshot of a compiled scene with its loops assembled."""
     scene = ready.scene
     model = Model(scene, ["*.position[*", "*.orientation[*", "*.velocity[*", "*.angular_velocity[*", "*.qd[*"])
     model.block.configure(Settings())
@@ -137,7 +139,7 @@ def _vector(at: dict[str, float], name: str, n: int = 3) -> np.ndarray:
 
 
 def rotation_matrix(q: np.ndarray) -> np.ndarray:
-    """Rotation matrix (3×3) of a unit quaternion, scalar first."""
+    """Rotation matrix (3×3) of a unit quaternion (scalar part first)."""
     w, x, y, z = q
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -147,7 +149,7 @@ def rotation_matrix(q: np.ndarray) -> np.ndarray:
 
 
 def quaternion(R: np.ndarray) -> np.ndarray:
-    """Unit quaternion, scalar first, of a rotation matrix."""
+    """Unit quaternion (scalar part first) of a rotation matrix."""
     K = np.array([
         [R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
         [R[2, 1] - R[1, 2], R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
@@ -166,7 +168,7 @@ def _part(scene: sm.Scene, at: dict[str, float], name: str, parent: int) -> Part
 
 
 def _link(model: Model, parts: tuple[Part, ...], j: Joint, at: dict[str, float]) -> Link:
-    """Joint j in the world frame, at its outboard point: the two points differ only along sliding axes."""
+    """Joint j in the world frame. Its point is the outboard point; the inboard point differs from it only along sliding axes."""
     system, values = model.system, model.built.parameters.values
     number = [values[x.index] if not isinstance(x, float) else x for x in j.out_point]
     body = system.bodies[j.out] if j.out != GROUND else None
@@ -207,11 +209,11 @@ def _spring(model: Model, parts: tuple[Part, ...], s: sm.SpringDamper) -> Spring
 
 
 UNSUPPORTED = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "motor", "latch")
-"""Parts of joints that a snapshot cannot express."""
+"""Parts of joints that a snapshot cannot represent."""
 
 
 def _unsupported_parts(scene: sm.Scene) -> list[str]:
-    """Parts of the scene that a snapshot cannot express, such as "spring of hinge"."""
+    """Parts of the scene that a snapshot cannot represent, such as "spring of hinge"."""
     out = []
     for name, j in scene.joints.items():
         out += [f"{what} of {name}" for what in UNSUPPORTED if getattr(j, what) is not None]

@@ -1,4 +1,5 @@
-"""SciPy's integrators on the engine's right-hand side, called from Python, and on closed-form equations of motion."""
+"""SciPy's integrators on two kinds of equations: the engine's right-hand side, called from Python, and closed-form equations of
+motion."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 MOST_EVALUATIONS = 100_000
-"""Evaluations of the right-hand side after which a run is abandoned."""
+"""A run is abandoned after this number of evaluations of the right-hand side."""
 
 
 class TooManyEvaluations(Exception):
@@ -25,7 +26,8 @@ class TooManyEvaluations(Exception):
 
 
 def integrate(f: Callable, y0: np.ndarray, s: Setting, times: np.ndarray) -> tuple[np.ndarray, float]:
-    """(states (samples × n), stepping time, s) of ẏ = f(t, y) from y0 (n). RuntimeError and TooManyEvaluations for a failed run."""
+    """Integrate ẏ = f(t, y) from y0 (n). Returns the states (samples × n) and the stepping time, s. A failed run raises
+    RuntimeError or TooManyEvaluations."""
     from scipy.integrate import solve_ivp
 
     calls = 0
@@ -83,7 +85,7 @@ class ScipyOnEngine(Scipy):
         return "; ".join(words)
 
     def _rate(self, t: float, y: np.ndarray) -> np.ndarray:
-        """ẏ at (t, y), with the friction modes of this state."""
+        """ẏ at (t, y). The friction modes follow from this state."""
         block = self.block
         block.y[: block.ny] = y
         if block.start(t, t + 1.0, 1.0, self.row) != bl.OK:
@@ -102,7 +104,7 @@ class ScipyOnEngine(Scipy):
 
 
 class ScipyOnClosedForm(Scipy):
-    """``solve_ivp`` on the closed-form equation of one mechanism."""
+    """``solve_ivp`` on the closed-form equation of motion of one mechanism."""
 
     name = "scipy on the closed form"
 
@@ -121,7 +123,7 @@ class ScipyOnClosedForm(Scipy):
         return self.form.about
 
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Integrate, then compute positions from the coordinate (see ``ReferenceSolver.run``)."""
+        """Integrate, then compute the positions from the coordinate (see ``ReferenceSolver.run``)."""
         y, seconds = integrate(lambda _t, y: self.form.rate(y), np.array(self.form.start), s, self.times)
         return self.by_position(np.array([self._centers(v) for v in y])), seconds
 

@@ -1,4 +1,4 @@
-"""Measure every installed reference solver, with a friction law that it can solve."""
+"""Measures every installed reference solver with a friction law that the solver can handle."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 SOLVERS: tuple[type[ReferenceSolver], ...] = (ScipyOnEngine, ScipyOnClosedForm, Sundials, Mujoco, Pinocchio, Exudyn)
 SLOW_RUN = 5.0
-"""A method whose run takes longer than this, s, is not tried with finer steps or tighter tolerances."""
+"""After a run longer than this, s, the method is not tried with finer steps or tighter tolerances."""
 
 
 def measure_reference_solvers(study: WorkPrecision, ready: dict[FrictionVariant, BenchmarkModel], progress: Progress) -> None:
-    """Measure the installed solvers; adds their points, and what they omit, to the study."""
+    """Measure the installed solvers. Adds their points and the descriptions of what they omit to the study."""
     chosen = choose_smooth_law(ready)
     if chosen is None:
         study.solvers.append(("all", "", "no law of this chart can be written as an ordinary differential equation"))
@@ -46,7 +46,7 @@ def measure_reference_solvers(study: WorkPrecision, ready: dict[FrictionVariant,
         except SceneNotSupported as e:
             study.solvers.append((kind.name, kind.version(), f"not run: {' '.join(str(e).split())}"))
             continue
-        except Exception as e:  # noqa: BLE001  # whatever a foreign program raises is a result
+        except Exception as e:  # noqa: BLE001  # any exception of another program counts as its result
             study.solvers.append((kind.name, kind.version(), f"not run: {_describe_exception(e)}"))
             continue
         study.solvers.append((kind.name, kind.version(), solver.describe_omissions()))
@@ -54,7 +54,7 @@ def measure_reference_solvers(study: WorkPrecision, ready: dict[FrictionVariant,
 
 
 def choose_smooth_law(ready: dict[FrictionVariant, BenchmarkModel]) -> BenchmarkModel | None:
-    """The model for other programs: without friction, or with the regularised law whose v_eps is nearest to 1e-4 m/s."""
+    """The model to solve with other programs: without friction, or with the regularised law whose v_eps is nearest to 1e-4 m/s."""
     able = [p for v, p in ready.items() if not v.law or has_v_eps(p.scene)]
     if not able:
         return None
@@ -68,7 +68,7 @@ def _make_solver(kind: type[ReferenceSolver], ready: BenchmarkModel, scene: Snap
 
 
 def _measure_settings(study: WorkPrecision, solver: ReferenceSolver, ready: BenchmarkModel) -> list[Measurement]:
-    """Points of all settings of a solver; a method that has become too slow is not refined further."""
+    """Points of all settings of a solver. After a run longer than SLOW_RUN the method is not refined further."""
     out: list[Measurement] = []
     slow: set[str] = set()
     omitted, no_error = solver.describe_omissions(), (math.nan, math.nan)
@@ -79,7 +79,7 @@ def _measure_settings(study: WorkPrecision, solver: ReferenceSolver, ready: Benc
         started = time.perf_counter()
         try:
             data, first = solver.run(s)
-        except Exception as e:  # noqa: BLE001  # whatever a foreign program raises is a result
+        except Exception as e:  # noqa: BLE001  # any exception of another program counts as its result
             outcome = _describe_exception(e)
             out.append(Measurement(*head, *no_error, math.nan, math.nan, 0, outcome=outcome, leaves_out=omitted))
             slow |= {s.method} if time.perf_counter() - started > SLOW_RUN else set()
@@ -95,7 +95,7 @@ def _measure_settings(study: WorkPrecision, solver: ReferenceSolver, ready: Benc
 
 
 def _time_runs(solver: ReferenceSolver, s: Setting, first: float, repeats: int) -> tuple[float, float, int]:
-    """(minimum, median, count) of the times of repeated runs, s; a first run of more than 1 s is not repeated."""
+    """(minimum, median, count) of the times of repeated runs, s. If the first run takes more than 1 s, no run is repeated."""
     if first > 1.0:
         return first, first, 1
     return time_repeats(lambda: solver.run(s)[1], repeats)

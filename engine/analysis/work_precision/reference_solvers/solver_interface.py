@@ -1,4 +1,4 @@
-"""The interface of reference solvers: other programs that solve the same scene."""
+"""The interface of reference solvers, which are other programs that solve the same scene."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ TOLERANCES = tuple(10.0**-k for k in range(3, 12, 2))
 
 
 class SceneNotSupported(Exception):
-    """The program cannot represent the scene; the text says why."""
+    """The program cannot represent the scene. The text gives the reason."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A method with a relative tolerance, or a fixed step in s."""
+    """A method, either with a relative tolerance (rtol) or with a fixed step (s)."""
 
     method: str
     rtol: float = 0.0
@@ -29,16 +29,17 @@ class Setting:
 
 
 class ReferenceSolver(ABC):
-    """A program prepared for a scene. The constructor raises SceneNotSupported; whatever ``run`` raises counts as a failure."""
+    """A program prepared for a scene. The constructor may raise SceneNotSupported. Any exception of ``run`` counts as a
+    failure."""
 
     name: ClassVar[str]
     package: ClassVar[str]
     methods: tuple[str, ...] = ()
     """The methods to measure."""
     steps: ClassVar[tuple[int, ...]] = ()
-    """Numbers of fixed steps between two sample times; () for error control with TOLERANCES."""
+    """Numbers of fixed steps between two sample times; () means error control with TOLERANCES."""
     all_columns: ClassVar[bool] = False
-    """Whether the solver gives every column; otherwise it gives only positions of mass centres."""
+    """Whether the solver returns every column. Other solvers return only the positions of mass centres."""
 
     def __init__(self, ready: BenchmarkModel, scene: Snapshot):
         self.ready, self.scene = ready, scene
@@ -47,7 +48,7 @@ class ReferenceSolver(ABC):
 
     @classmethod
     def version(cls) -> str:
-        """Installed version; "" where it is not installed."""
+        """Installed version; "" if the package is not installed."""
         try:
             return version(cls.package)
         except PackageNotFoundError:
@@ -58,17 +59,17 @@ class ReferenceSolver(ABC):
         """The parts of the scene that this program omits, and the computations in which it differs from Trunnion."""
 
     def settings(self) -> list[Setting]:
-        """Every method with decreasing steps or tolerances."""
+        """Every method, each with decreasing steps or tolerances."""
         if self.steps:
             return [Setting(m, step=self.ready.every / n) for m in self.methods for n in self.steps]
         return [Setting(m, r) for m in self.methods for r in TOLERANCES]
 
     @abstractmethod
     def run(self, s: Setting) -> tuple[np.ndarray, float]:
-        """Run once. Returns (compared columns at the sample times, (samples + 1) × columns; stepping time, s)."""
+        """Run once. Returns the compared columns at the sample times, (samples + 1) × columns, and the stepping time, s."""
 
     def by_position(self, positions: np.ndarray) -> np.ndarray:
-        """Compared columns (samples × columns) from positions of all mass centres (samples × bodies × 3), m."""
+        """The compared columns (samples × columns), taken from the positions of all mass centres (samples × bodies × 3), m."""
         index = {p.name: i for i, p in enumerate(self.scene.parts)}
         out = []
         for name in self.ready.measure.names:

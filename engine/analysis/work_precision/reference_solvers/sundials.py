@@ -1,4 +1,5 @@
-"""SUNDIALS through CasADi: CVODES for open mechanisms without friction, else IDAS with the multipliers as algebraic unknowns."""
+"""SUNDIALS through CasADi: CVODES for open mechanisms without friction, otherwise IDAS with the multipliers as algebraic
+unknowns."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ SX = ca.SX
 
 
 class Sundials(ReferenceSolver):
-    """Variable-order BDF on the engine's equations, which CasADi's virtual machine evaluates."""
+    """Variable-order BDF on the engine's equations. CasADi's virtual machine evaluates the equations."""
 
     name = "sundials (casadi)"
     package = "casadi"
@@ -47,7 +48,7 @@ class Sundials(ReferenceSolver):
         self.methods = (self.plugin.upper(),)
 
     def _dae(self, sym: Symbols) -> dict[str, SX]:
-        """Expressions of ẏ and of the multipliers' residuals, with the parameters' values substituted."""
+        """Expressions of ẏ and of the residuals of the multipliers, with numerical values for the parameters."""
         m = model(sym)
         pick, active = combination(sym), list(active_rows(m))
         acc = outward(m, pick)
@@ -91,7 +92,8 @@ class Sundials(ReferenceSolver):
 
 
 def _mode_expressions(m: Model, acc: Accelerations, pick: SX) -> tuple[list[SX], list[SX]]:
-    """(mode symbols, expressions that replace them): branches by the momentary speed, directions by the motion."""
+    """(mode symbols, expressions that replace them). The momentary sliding speed selects the branch; the motion gives the
+    direction."""
     sym, old, new = m.sym, [], []
     for e in elements(sym.system):
         w, rates, g = wrench(e, reaction_rows(m, acc, e, pick)), joint_rates(m, e.joint), numbers(sym, e)

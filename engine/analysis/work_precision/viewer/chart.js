@@ -77,7 +77,7 @@ function dot(c, p, e) {
   e.addEventListener("pointerenter", event => {
     const number = v => v === null ? "–" : v.toPrecision(3);
     const lines = [c.name, p.setting, p.outcome === "done" ? "" : "FAILED: " + p.outcome,
-      "error " + number(p.error) + (p.predicted ? " · stated by the run itself " + number(p.predicted) : "") + (c.law ? " · against the exact law " + number(p.model_error) : ""),
+      "error " + number(p.error) + (p.predicted ? " · estimated by the run itself " + number(p.predicted) : "") + (c.law ? " · against the exact law " + number(p.model_error) : ""),
       "median " + number(1e3 * p.median) + " ms, minimum " + number(1e3 * p.minimum) + " ms of " + p.repeats,
       p.steps ? p.steps + " steps, " + p.rejected + " rejected, " + p.evaluations + " evaluations, " + p.events + " events" : "",
       p.leaves_out ? "leaves out: " + p.leaves_out : ""];
@@ -124,8 +124,8 @@ get("all").onclick = () => { off.clear(); draw(); };
 get("none").onclick = () => { for (const c of chosen()) off.add(c.name); draw(); };
 list("References", study.references.map(r => (r.law ? r.law + ": " : "") + r.made_by + ", which differ by " + r.error.toExponential(1)));
 list("Against other programs", study.verdict);
-list("What they leave out", study.peers.map(p => p.filter(Boolean).join(" — ")));
-list("Building, once a structure, not in the times", study.builds.map(b => b[0] + ": " + b[1].toPrecision(3) + " s"));
+list("What the other programs leave out", study.peers.map(p => p.filter(Boolean).join(" — ")));
+list("Build times, once per structure, not included in the times", study.builds.map(b => b[0] + ": " + b[1].toPrecision(3) + " s"));
 list("Failures", study.curves.flatMap(c => c.points.filter(p => p.outcome !== "done").map(p => c.name + ", " + p.setting + ": " + p.outcome)));
 list("Notes", study.notes);
 window.addEventListener("resize", draw);
