@@ -97,7 +97,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "nlatches": system.latches, "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(main.turned.get(e.joint.name, (0, 0))[1] * (len(e.needs) + e.joint.kind.nv) for e in main.elements),
-        "npaces": len(paces), "nbodies": len(system.bodies),
+        "npaces": len(paces), "nbodies": len(system.bodies), "nlight": len(system.light),
         "sets": int(any(e.sets for e in main.elements)), "nfill": len(filled.below),
     } | {n: f"K_{n.upper()}" for n in KERNEL.integers if n.startswith("c_")}  # fmt: skip
     tables: dict[str, Sequence[int]] = {"active_rows": main.active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind}

@@ -220,6 +220,9 @@ def _reduce(m: Model) -> None:
     total[:, 0] += ground[:, lam].T @ ground_z
     total = ca.sparsify(total)
     m.S, m.Se, m.g0 = symmetric(total[:, lam]), total[:, eta], total[:, 0]
+    for c in system.light:
+        assert c.light is not None
+        m.S[c.rows, c.rows] -= 1.0 / c.light.inertia
 
 
 def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:

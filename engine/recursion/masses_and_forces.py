@@ -183,5 +183,5 @@ def joint_forces(sym: Symbols, step: Step) -> list[SX]:
 
 def rotors(sym: Symbols, j: Joint) -> SX:
     """Rotor inertias of a tree joint's free freedoms as a diagonal matrix (n×n)."""
-    own = [j.devices[k].inertia for k in j.free]
+    own = [j.devices[k].turned for k in j.free]
     return ca.diag(ca.sparsify(ca.vertcat(SX(0, 1), *[SX(0) if i is None else sym.leaf(i) for i in own])))

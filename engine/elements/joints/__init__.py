@@ -1,7 +1,7 @@
 """Joint types. A new type is a new file here and one line of TYPES; nothing else in the engine names a type."""
 
 from trunnion.basics.object_paths import objects
-from trunnion.elements.joints.cam_and_curve_followers import MIMIC
+from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW, MIMIC
 from trunnion.elements.joints.declaration_checks import registered
 from trunnion.elements.joints.free import FREE
 from trunnion.elements.joints.joint_kind import Axis, JointKind
@@ -30,7 +30,7 @@ TYPES = (
 )
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
 
-TIES = {MIMIC.name: MIMIC}
-"""Couplings of freedoms of two joints; a scene cannot name them as the type of a joint."""
+TIES = {kind.name: kind for kind in (MIMIC, LIGHT_ROW)}
+"""Kinds of rows beside those of cut joints; a scene cannot name them as the type of a joint."""
 
 __all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "TIES", "Axis", "JointKind"]

@@ -22,3 +22,5 @@ CAM = _kind("cam", "point")
 FLAT_CAM = _kind("flat_cam", "face")
 POINT_ON_CURVE = _kind("point_on_curve", "curve", "way along the curve from its first point", along=True)
 MIMIC = JointKind(name="mimic", freedoms="", follows="freedom")
+LIGHT_ROW = JointKind(name="light", freedoms="", follows="freedom")
+"""Row of a light freedom (theory, "Light bodies")."""

@@ -144,7 +144,7 @@ class AccelerationTangents:
             if own.size:
                 program.call(Builtin.SELECT, [self.efforts[i], own], [own.size, *j.free])
             for at, k in enumerate(j.free):
-                rotor = j.devices[k].inertia
+                rotor = j.devices[k].turned
                 if rotor is not None:
                     program.call(
                         Builtin.ADD_DOT, [s.numbers([rotor]), free_of(self.qdd, j).slice(at, 1), own.slice(at, 1)], [1, -1]

@@ -77,6 +77,9 @@ class JacobianProgram(AccelerationTangents):
             out = self.program.scratch_slot(n)
             self.program.copy(c.blocks["xi"], out)
             self._add_accelerations(c.ends, c, out)
+            if c.joint.light:
+                less, force = self.scene.constant([-1.0 / c.joint.light.inertia]), Slot(Space.Z, self.rows[c.joint.rows], 1)
+                self.program.call(Builtin.ADD_DOT, [less, force, out], [1, 1])
             for k in range(n):
                 if c.joint.rows + k in self.rows:
                     self.program.copy(out.slice(k, 1), Slot(Space.OUT, at + self.rows[c.joint.rows + k], 1))

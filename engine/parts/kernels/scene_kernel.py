@@ -73,7 +73,7 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
     rows = list(range(system.rows)) if redundant else active
-    kernel, _ = _kernel_unit(system, parameters, rows, redundant, not redundant and len(rows) >= MANY_ROWS)
+    kernel, _ = _kernel_unit(system, parameters, rows, redundant, not redundant and not system.light and len(rows) >= MANY_ROWS)
     kernel.numbers["coupled"] = int(coupled)
     outputs = _outputs_unit(system, chosen, quadratures)
     sizes = kernel.numbers | {"works": kernel.numbers["npowers"] * quadratures}
@@ -126,7 +126,7 @@ def _kernel_unit(
         "nb": len(system.bristles), "nx": system.external.size, "np": parameters,
         "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "nkappa": m.nkappa,
         "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
-        "neta": system.neta, "nn": m.nn, "nrates": m.nrates,
+        "neta": system.neta, "nn": m.nn, "nrates": m.nrates, "nlight": len(system.light),
         "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches,
         "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,

@@ -104,12 +104,12 @@ class SceneTables:
 
     def _body(self, j: Joint) -> None:
         carried = self.system.bodies[j.child]
-        rotors = any(d.inertia is not None for d in j.devices)
+        rotors = any(d.turned is not None for d in j.devices)
         which = BodyKey(j.kind_name, j.forward, j.driven, self.rubbed, self.rubbed and bool(self.system.cuts), rotors)
         primitive = body_step.body_primitive(which)
         point = j.inb_point if j.forward else j.out_point
         pitch = [] if j.pitch is None else [j.pitch]
-        spun = [d.inertia or 0.0 for d in j.devices] if rotors else []
+        spun = [d.turned or 0.0 for d in j.devices] if rotors else []
         own = self.numbers([*spun, *j.inb_frame, *j.out_frame, *point, *pitch, carried.mass, *carried.center, *carried.inertia])
         if carried.per_mass:
             moved = self.constant_slot(own.size)

@@ -8,7 +8,7 @@ from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.layout.load_operands import ends, joining
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
 from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE
-from trunnion.parts.programs.couplings import foot, piece, tied
+from trunnion.parts.programs.couplings import foot, light, piece, tied
 from trunnion.parts.programs.joint_forces import JointForces
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, Load, state_coordinates
 
@@ -77,8 +77,12 @@ class ScenePasses(JointForces):
 
     def closed(self, program: Program, moving: list[BodySlots], allocate: Allocate, forces: bool = True) -> list[CutJointSlots]:
         """Write the cut joints, from the motions of all bodies. forces: also what their devices do to the bodies."""
-        tie = lambda j: tied(self, program, j, moving, allocate)  # noqa: E731
-        return [tie(j) if j.mimic else self._closed(program, j, moving, allocate, forces) for j in self.system.cuts]
+        return [self._row(program, j, moving, allocate, forces) for j in self.system.cuts]
+
+    def _row(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
+        if j.light:
+            return light(self, program, j, moving, allocate)
+        return tied(self, program, j, moving, allocate) if j.mimic else self._closed(program, j, moving, allocate, forces)
 
     def _closed(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
         ground = "inb" if j.inb == GROUND else "out" if j.out == GROUND else ""

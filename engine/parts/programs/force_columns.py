@@ -94,12 +94,14 @@ class ForceColumns:
             program.call(Builtin.ADD_DOT, [*pair, g0], [size, 1])
         own = Slot(Space.MAPS, m.at("S") + m.active * column, column + 1)
         self._constrain(own, column + 1)
+        if c.joint.light:
+            program.call(Builtin.ADD, [self.scene.constant([-1.0 / c.joint.light.inertia]), own.slice(column, 1)], [1])
         for other in range(column):
             program.copy(own.slice(other, 1), Slot(Space.MAPS, m.at("S") + m.active * other + column, 1))
         e = self.rubbing.get(c.joint.name)
         if e:
             self.stepping.pin_of_cut(program, e, c.row("gat", k), self.rows.slice(e.n0, len(e.needs)), whole=False)
-        self.own = {} if c.joint.mimic else {c.joint.name: c.row("gat", k)}
+        self.own = {} if c.joint.mimic or c.joint.light else {c.joint.name: c.row("gat", k)}
         self._keep(column)
 
     def _of_friction(self, e: Element, k: int) -> None:

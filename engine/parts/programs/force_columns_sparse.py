@@ -46,6 +46,9 @@ class SparseForceColumns:
         self.loops.append(r)
         for other in self.loops:
             self._couple(r, other)
+        if c.joint.light:
+            own_response = Slot(Space.MAPS, m.at("S") + (m.active + 1) * r.rows[0], 1)
+            program.call(Builtin.ADD, [self.scene.constant([-1.0 / c.joint.light.inertia]), own_response], [1])
 
     def _column(self, r: LoopPath, k: int) -> None:
         """Reduce column k inward."""

@@ -111,6 +111,7 @@ int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints
 int npaces : periodic loads
+int nlight : active rows of light freedoms, which come last
 int nbodies : bodies
 int ndn : numbers of the law's derivative
 int nkappa : scaled reactions (redundant variant)

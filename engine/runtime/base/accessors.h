@@ -117,6 +117,9 @@ static inline int *tr_pair_classes(const tr_sim *s) { return (int *)TR_A(s, pair
 static inline int *tr_stopping_marks(const tr_sim *s) { return (int *)TR_A(s, stopping); }
 static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, leaders); }
 
+/* Number of active rows that constrain a loop; the rows of light freedoms follow them. */
+static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
+
 /* Unit of a constraint row (1 rad or the length), and of a rate without the rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }

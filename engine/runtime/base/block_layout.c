@@ -17,6 +17,8 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(power, k->npowers); TR_PLACE(part_power, k->npowers); TR_PLACE(impulse_work, 2 * k->npowers); TR_PLACE(work, s->nworks); TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(dy_unforced, n); TR_PLACE(z, tr_z_length(s)); TR_PLACE(zold, tr_z_length(s)); TR_PLACE(zstart, tr_z_length(s)); TR_PLACE(zend, tr_z_length(s));
   TR_PLACE(zbeyond, tr_z_length(s)); TR_PLACE(scale, n);
   TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
+  const int light = k->nlight, of_loops = light ? a - light : 0;
+  TR_PLACE(light_S, of_loops * of_loops); TR_PLACE(light_Z, of_loops * light); TR_PLACE(light_D, light * light); TR_PLACE(light_P, light);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);
   TR_PLACE(smin, pairs); TR_PLACE(smax, pairs); TR_PLACE(zone, TR_DOUBLES(tr_zone) * pairs); TR_PLACE(loop_error, 2 * rows);
   TR_PLACE(ev, TR_DOUBLES(tr_event) * s->events.capacity); TR_PLACE(breaks, s->clock.nbreaks); TR_PLACE(tables, ntable);

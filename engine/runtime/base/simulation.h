@@ -184,6 +184,7 @@ typedef struct tr_places {
   int loop_error;   /* residuals of the loops, then of their rates */
   int ev, breaks, tables; /* event records; break times; tables of signals */
   int open_lambda, gram, open_kappa; /* open reactions: directions of λ, work space, scaled reactions */
+  int light_S, light_Z, light_D, light_P; /* rows of light freedoms: S of the other rows, S⁻¹ C, D − Cᵀ S⁻¹ C and its order */
   int openV, openQ, openN, openG; /* open directions where joints on loops rub: λ, the springs' loads Q, N, QᵀQ */
   int open_amounts, openY; /* amount of each open direction; its derivative by η */
   int openF, openP, openB, openE; /* matrix of their equations and its order; Qᵀ ∂δ/∂N; ∂N/∂η with them */

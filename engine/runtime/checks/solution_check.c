@@ -33,7 +33,7 @@ static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CRE
 static int tr_is_row_dropped(const tr_sim *s, int i) {
   const int *perm = (const int *)TR_A(s, perm);
   if (s->loops.rank_now >= s->loops.rank) return 0;
-  for (int q = s->loops.rank_now; q < s->k->active; ++q)
+  for (int q = s->loops.rank_now; q < tr_loop_rows(s); ++q)
     if (perm[q] == i) return 1;
   return 0;
 }

@@ -13,6 +13,9 @@ typedef struct tr_reaction_choice {
 /* Number of open directions whose amounts are unknowns beside the friction; 0 outside the redundant variant. */
 static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
 
+/* Number of rows of loops that depend on others. Requires the factor. */
+static inline int tr_dependent_rows(const tr_sim *s) { return tr_loop_rows(s) - s->loops.rank_now; }
+
 /* Derivative of the reaction components by η (n×e). Requires the laws' values. */
 static inline const double *tr_loads_by_friction(const tr_sim *s) { return tr_open_count(s) ? TR_A(s, openE) : TR_A(s, Np) + s->k->nn; }
 
@@ -26,6 +29,12 @@ static inline int tr_jacobian_rows(const tr_sim *s) {
  * load maps.
  * Returns 0, with NaN in N, if there are none. */
 static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
+
+/* S of the rows of loops alone (n×n, n = tr_loop_rows). Requires raw maps. */
+static const double *tr_loop_matrix(tr_sim *s);
+
+/* Factorise what the rows of light freedoms add to S. Requires the factor of tr_loop_matrix. */
+static void tr_factor_light_rows(tr_sim *s);
 
 /* Factorise S of the current state. Returns its rank. */
 static int tr_factor_loops(tr_sim *s);

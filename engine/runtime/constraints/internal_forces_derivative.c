@@ -26,7 +26,7 @@ static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int
 
 static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const double *J) {
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now, cols = s->ny + 1, ld = tr_jacobian_rows(s);
+  int a = k->active, e = k->neta, m = k->nkappa, r = tr_dependent_rows(s), cols = s->ny + 1, ld = tr_jacobian_rows(s);
   int top = s->ny;
   tr_reaction_choice q;
   memset(&q, 0, sizeof q);

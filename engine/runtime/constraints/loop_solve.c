@@ -43,6 +43,30 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
   return 1;
 }
 
+static const double *tr_loop_matrix(tr_sim *s) {
+  const int a = s->k->active, n = tr_loop_rows(s);
+  const double *S = TR_A(s, maps);
+  double *own = TR_A(s, light_S);
+  if (!s->k->nlight) return S;
+  for (int i = 0; i < n; ++i) memcpy(own + i * n, S + i * a, sizeof(double) * n);
+  return own;
+}
+
+/* With S = [S' C; Cᵀ D], of which S' belongs to the loops: Z = S'⁻¹ C and D − Cᵀ Z, which is negative. S itself would lose the
+ * digits of S' in the responses of light freedoms (theory, "Light bodies"). */
+static void tr_factor_light_rows(tr_sim *s) {
+  const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
+  double *Z = TR_A(s, light_Z), *D = TR_A(s, light_D);
+  for (int q = 0; q < l; ++q) {
+    const double *C = TR_A(s, maps) + (size_t)(n + q) * a;
+    tr_cholesky_solve(n, s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), C, Z + q * n);
+    for (int p = 0; p < l; ++p) D[p + q * l] = C[n + p];
+  }
+  for (int q = 0; q < l; ++q)
+    for (int p = 0; p < l; ++p) D[p + q * l] -= tr_dot(TR_A(s, maps) + (size_t)(n + p) * a, Z + q * n, n);
+  tr_lu(l, D, (int *)TR_A(s, light_P));
+}
+
 static int tr_factor_loops(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_form_maps(s);
@@ -50,7 +74,8 @@ static int tr_factor_loops(tr_sim *s) {
   s->loops.recursive_pivot = 0.0;
   s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active && tr_factor_sparse(s);
   if (s->loops.sparse) return s->loops.rank_now = k->active;
-  s->loops.rank_now = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
+  s->loops.rank_now = tr_cholesky(tr_loop_rows(s), tr_loop_matrix(s), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
+  if (k->nlight) tr_factor_light_rows(s);
   return s->loops.rank_now;
 }
 
@@ -74,10 +99,19 @@ TR_APART void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
   }
 }
 
+/* Add the unknowns of light freedoms to the solution x (n) of the rows of loops alone. */
+static void tr_solve_light_rows(tr_sim *s, const double *b, double *x) {
+  const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
+  for (int q = 0; q < l; ++q) x[n + q] = b[n + q] - tr_dot(TR_A(s, maps) + (size_t)(n + q) * a, x, n);
+  tr_lu_solve(l, TR_A(s, light_D), (int *)TR_A(s, light_P), x + n);
+  tr_add_columns(n, l, TR_A(s, light_Z), x + n, -1.0, x);
+}
+
 static void tr_solve_loops(tr_sim *s, const double *b, double *x) {
   TR_NEED(s, TR_HAS_FACTOR);
   if (s->loops.sparse) tr_solve_sparse(s, b, x);
-  else tr_cholesky_solve(s->k->active, s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
+  else tr_cholesky_solve(tr_loop_rows(s), s->loops.rank_now, TR_A(s, S), (int *)TR_A(s, perm), TR_A(s, d), b, x);
+  if (s->k->nlight) tr_solve_light_rows(s, b, x);
 }
 
 static void tr_scale_loop_rows(tr_sim *s, int nothing) {
@@ -85,16 +119,16 @@ static void tr_scale_loop_rows(tr_sim *s, int nothing) {
   tr_form_maps(s);
   const double *S = TR_A(s, maps);
   double *d = TR_A(s, d), big[2] = {0.0, 0.0};
-  int n = k->active;
+  const int n = tr_loop_rows(s), a = k->active;
   for (int i = 0; i < n; ++i) {
     int kind = k->row_kind[k->active_rows[i]];
-    if (S[i + i * n] > big[kind]) big[kind] = S[i + i * n];
+    if (S[i + i * a] > big[kind]) big[kind] = S[i + i * a];
   }
   double turn = big[0] / (s->set.length * s->set.length), travel = big[1] * s->set.length * s->set.length;
   if (big[1] < NOTHING_OF_KIND * turn) big[1] = turn;
   else if (big[0] < NOTHING_OF_KIND * travel) big[0] = travel;
   for (int i = 0; i < n; ++i) {
-    double m = S[i + i * n], b = big[k->row_kind[k->active_rows[i]]];
+    double m = S[i + i * a], b = big[k->row_kind[k->active_rows[i]]];
     if (!(m > NOTHING_OF_ROW * b)) m = b;
     d[i] = m > 0.0 && !nothing ? 1.0 / sqrt(m) : 1.0;
   }
@@ -106,9 +140,10 @@ static void tr_update_rank(tr_sim *s) {
   tr_form_maps(s);
   TR_SPOILT(s, TR_HAS_FACTOR);
   s->loops.sparse = 0;
-  int r = tr_cholesky(k->active, TR_A(s, maps), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), k->active, RANK_PIVOT, RANK_PIVOT);
+  const int n = tr_loop_rows(s);
+  int r = tr_cholesky(n, tr_loop_matrix(s), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), n, RANK_PIVOT, RANK_PIVOT);
   if (r > s->loops.rank) {
-    double last = TR_A(s, S)[(r - 1) * (k->active + 1)];
+    double last = TR_A(s, S)[(r - 1) * (n + 1)];
     s->loops.rank = r, s->loops.least_pivot = last * last;
   }
 }
@@ -116,7 +151,7 @@ static void tr_update_rank(tr_sim *s) {
 static int tr_null_space(tr_sim *s, double *V) {
   TR_NEED(s, TR_HAS_FACTOR);
   const tr_kernel *k = s->k;
-  int a = k->active, r = a - s->loops.rank_now;
+  int a = k->active, r = tr_dependent_rows(s);
   const int *perm = (const int *)TR_A(s, perm);
   const double *S = TR_A(s, maps);
   double b[a + 1];
@@ -135,7 +170,7 @@ static int tr_null_space(tr_sim *s, double *V) {
 static void tr_choose_reactions(tr_sim *s, double *lam0) {
   TR_NEED(s, TR_HAS_FACTOR);
   const tr_kernel *k = s->k;
-  int a = k->active, e = k->neta, m = k->nkappa, r = a - s->loops.rank_now;
+  int a = k->active, e = k->neta, m = k->nkappa, r = tr_dependent_rows(s);
   s->loops.open = m && r > 0 ? s->loops.open : 0;
   if (m == 0 || r <= 0) return;
   double *V = TR_A(s, open_lambda), *Q = V + a * a, *T = TR_A(s, T), kap[m], x[r];
@@ -227,6 +262,6 @@ static double tr_loop_independence(const tr_sim *s) {
   const int r = s->loops.rank;
   if (s->loops.recursive_pivot > 0.0) return s->loops.recursive_pivot;
   if (r) TR_NEED(s, TR_HAS_FACTOR);
-  return r && s->loops.rank_now >= r ? TR_A(s, S)[(r - 1) * (s->k->active + 1)] : 0.0;
+  return r && s->loops.rank_now >= r ? TR_A(s, S)[(r - 1) * (tr_loop_rows(s) + 1)] : 0.0;
 }
 

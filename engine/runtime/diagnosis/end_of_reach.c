@@ -21,10 +21,11 @@ static double tr_find_lost_direction(tr_sim *s, double *lost) {
   int r = tr_null_space(s, open);
   for (int i = 0; i < a; ++i) b[i] = -TR_A(s, maps)[i + out * a];
   s->loops.rank_now--;
+  if (k->nlight) tr_factor_light_rows(s);
   tr_solve_loops(s, b, lost);
   s->loops.rank_now++;
   lost[out] = 1.0;
-  for (int i = 0; i < a; ++i)
+  for (int i = 0; i < tr_loop_rows(s); ++i)
     if (k->row_kind[k->active_rows[i]] == TR_CONSTRAINS_TRAVEL) travel[m++] = i;
   for (int i = 0; i < m; ++i) {
     kappa[i] = lost[travel[i]];
@@ -35,7 +36,7 @@ static double tr_find_lost_direction(tr_sim *s, double *lost) {
     tr_least_squares_solve(&least, kappa, 0, x);
     tr_add_columns(a, r, open, x, 1.0, lost);
   }
-  for (int i = 0; i < a; ++i) {
+  for (int i = 0; i < tr_loop_rows(s); ++i) {
     if (k->row_kind[k->active_rows[i]] == TR_CONSTRAINS_TURNING) couple += lost[i] * lost[i];
     else force += lost[i] * lost[i] * s->set.length * s->set.length;
   }
@@ -46,19 +47,19 @@ static double tr_find_lost_direction(tr_sim *s, double *lost) {
  * to the constraint row with the largest share, and fail_number to the smallest pivot (1: independent, 0: dependent). */
 static int tr_check_end_of_reach(tr_sim *s, double least) {
   const tr_kernel *k = s->k;
-  int a = k->active;
+  const int a = k->active, n = tr_loop_rows(s);
   if (!a || s->loops.rank < 1) return TR_OK;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (!tr_is_finite(k->nmaps, TR_A(s, maps))) return TR_OK;
   double *L = TR_A(s, S), lost[a], most = 0.0;
   s->loops.sparse = 0;
   TR_MADE(s, TR_HAS_FACTOR);
-  s->loops.rank_now = tr_cholesky(a, TR_A(s, maps), TR_A(s, d), L, (int *)TR_A(s, perm), s->loops.rank, 0.0, GROW_PIVOT);
+  s->loops.rank_now = tr_cholesky(n, tr_loop_matrix(s), TR_A(s, d), L, (int *)TR_A(s, perm), s->loops.rank, 0.0, GROW_PIVOT);
   if (s->loops.rank_now < 1) return TR_OK;
-  double last = L[(s->loops.rank_now - 1) * (a + 1)], pivot = s->loops.rank_now < s->loops.rank ? 0.0 : last * last;
+  double last = L[(s->loops.rank_now - 1) * (n + 1)], pivot = s->loops.rank_now < s->loops.rank ? 0.0 : last * last;
   if (pivot > least * s->loops.least_pivot) return TR_OK;
   double pitch = tr_find_lost_direction(s, lost);
-  for (int i = 0; i < a; ++i)
+  for (int i = 0; i < n; ++i)
     if (fabs(lost[i]) / TR_A(s, d)[i] > most) most = fabs(lost[i]) / TR_A(s, d)[i], s->audit.fail_detail = k->active_rows[i];
   s->audit.fail_number = pivot;
   return pitch < PURE_COUPLE ? TR_FAIL_GIMBAL : TR_FAIL_CLOSURE;

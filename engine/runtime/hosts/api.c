@@ -93,7 +93,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     tr_update_rank(s);
   }
   tr_move_run_to(s, t, TR_A(s, y));
-  const int open = k->coupled || (k->active && s->loops.rank < k->active);
+  const int open = k->coupled || (k->active && s->loops.rank < tr_loop_rows(s));
   if (k->neta && k->loop_friction && k->nkappa == 0 && open) return TR_NEED_REDUNDANT;
   int modes = tr_set_initial_modes(s);
   if (s->ask.cancelled) return s->clock.status = TR_CANCELLED;
@@ -145,7 +145,7 @@ int tr_redundancy(tr_sim *s, double *out) {
   if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return -1;
   if (k->active == 0) s->loops.rank_now = 0;
   tr_expand_multipliers(s, TR_A(s, y), z, 0);
-  if (k->active == k->rows && s->loops.rank_now == k->active) return 0;
+  if (k->active == k->rows && tr_dependent_rows(s) == 0) return 0;
   int count = tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
   tr_orthonormalise(m, count, out);
   return count;

@@ -6,7 +6,7 @@
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  int rows = k->rows, m = o->nkappa, a = k->active, extra = a - s->loops.rank_now, count = 0;
+  int rows = k->rows, m = o->nkappa, a = k->active, extra = tr_dependent_rows(s), count = 0;
   char is_active[rows + 1];
   double *V = TR_A(s, open_lambda), zz[rows + k->neta + 1];
   memset(is_active, 0, sizeof is_active);
@@ -33,7 +33,7 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
 static void tr_minimise_reactions(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
-  if (rows == 0 || m == 0 || k->nmore || (k->active == rows && s->loops.rank_now == k->active)) return;
+  if (rows == 0 || m == 0 || k->nmore || (k->active == rows && tr_dependent_rows(s) == 0)) return;
   double *base = TR_A(s, open_kappa), *N = base + m, *dir = TR_A(s, event_y), x[rows];
   int count = tr_open_reactions(s, y, z, dir, N, base);
   tr_least_squares least = tr_least_squares_factor(m, count, N, TR_A(s, gram));

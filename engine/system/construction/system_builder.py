@@ -15,6 +15,7 @@ from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.construction.cam_profile_spline import profile
 from trunnion.system.construction.friction_builder import element
 from trunnion.system.construction.joint_frames import frame
+from trunnion.system.construction.light_freedoms import light_freedoms, light_rows, with_inertias
 from trunnion.system.construction.load_builder import load
 from trunnion.system.construction.mimic_couplings import ties
 from trunnion.system.construction.point_curve_spline import curve
@@ -75,12 +76,16 @@ class _Maker(Points):
         names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)
         joints = tuple(self.joint(name) for name in names)
         joints = self.place(joints)
+        tied = ties(self.scene, self.table, joints)
+        light = light_freedoms(self.scene, self.table, bodies, joints, tied)
+        added = light_rows(joints, light, sum(j.kind.rows for j in (*joints, *tied) if j.cut))
+        joints = with_inertias(joints, light) if light else joints
         loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
         ground = tuple((n, self.relative("ground", self.named("ground", n), p)) for n, p in self.scene.ground.points.items())
         return System(
             bodies, joints, loads, gravity, tuple(self.scene.inputs), len(self.devices.tables),
             self.devices.stops + self.devices.hooks, tuple(self.scene.outputs), ground,
-            ties(self.scene, self.table, joints), self.devices.hooks, self.scene.simulation.realtime is not None,
+            (*tied, *added), self.devices.hooks, self.scene.simulation.realtime is not None,
         )
 
     def body(self, i: int, joint: str, name: str) -> Body:

@@ -15,7 +15,7 @@ from trunnion.system.structure.devices_and_loads import Motor as Motor
 from trunnion.system.structure.devices_and_loads import Signal as Signal
 from trunnion.system.structure.devices_and_loads import Stop as Stop
 from trunnion.system.structure.external_value_layout import External
-from trunnion.system.structure.joint_couplings import Curve, Mimic, Profile, Wheels
+from trunnion.system.structure.joint_couplings import Curve, LightFreedom, Mimic, Profile, Wheels
 from trunnion.system.structure.parameter_table import Leaf, Leaves
 from trunnion.system.structure.pin_fit import Fit as Fit
 
@@ -105,6 +105,7 @@ class Joint:
     profile: Profile | None = None
     curve: Curve | None = None
     mimic: Mimic | None = None
+    light: LightFreedom | None = None
 
     @property
     def kind(self) -> JointKind:
@@ -119,7 +120,8 @@ class Joint:
     @property
     def travels(self) -> int:
         """Number of rows of a cut joint that constrain a translation, m. The other rows constrain rotations."""
-        return 0 if self.mimic and self.mimic.turns else self.kind.travels
+        own = self.mimic or self.light
+        return 0 if own and own.turns else self.kind.travels
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -204,6 +206,11 @@ class System:
     def cuts(self) -> tuple[Joint, ...]:
         """The cut joints, then the couplings."""
         return self.joints[len(self.bodies) :] + self.ties
+
+    @cached_property
+    def light(self) -> tuple[Joint, ...]:
+        """The rows of light freedoms, the last of the ties."""
+        return tuple(j for j in self.ties if j.light)
 
     @cached_property
     def nq(self) -> int:

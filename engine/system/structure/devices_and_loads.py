@@ -74,7 +74,7 @@ class Latch:
 @dataclass(frozen=True)
 class Device:
     """The devices along a freedom of a joint; None: no such device. spring: (stiffness, rest). inertia: of a rotor that the freedom
-    turns in addition to the bodies."""
+    turns in addition to the bodies. added: the inertia of a ``LightFreedom``, 0 for any other."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -84,6 +84,12 @@ class Device:
     inertia: Leaf | None = None
     motor: Motor | None = None
     latch: Latch | None = None
+    added: float = 0.0
+
+    @property
+    def turned(self) -> Leaf | None:
+        """Inertia that the recursion adds to the freedom, with that of a light freedom (``LightFreedom``)."""
+        return self.inertia if self.inertia is not None else self.added or None
 
 
 @dataclass(frozen=True)

@@ -87,3 +87,15 @@ class Mimic:
     turns: bool
     ratio: Leaf
     offset: Leaf
+
+
+@dataclass(frozen=True)
+class LightFreedom:
+    """A freedom that moves only bodies which are light beside others on a loop (theory, "Light bodies"). The recursion adds
+    ``inertia`` (kg or kg m²) to the freedom, and a row takes the force of that inertia away again. joint: index of the tree
+    joint; turns: whether the freedom is a rotation."""
+
+    joint: int
+    freedom: int
+    turns: bool
+    inertia: float

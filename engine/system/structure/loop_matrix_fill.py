@@ -61,7 +61,7 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
 def fill(system: System, active: Sequence[int], part: float = FEW_ENTRIES) -> Fill:
     """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, or if the factor has more
     than the fraction ``part`` of a dense factor's entries."""
-    if len(active) < MANY_ROWS:
+    if len(active) < MANY_ROWS or system.light:
         return Fill()
     loops = rows_by_loop(system, active)
     near, most = coupled(system, [c for c, _ in loops]), part * len(active) * (len(active) + 1) / 2

@@ -1,0 +1,103 @@
+"""Freedoms of tree joints on loops whose outboard bodies are light beside the other bodies of the loops (theory, "Light
+bodies")."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint
+from trunnion.system.structure.joint_couplings import LightFreedom
+from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTable
+
+LIGHT = 1e-3
+"""Inertia of a light body over that of the heaviest body on a loop. The equations of loops lose as many digits as this ratio
+has; above it they keep the digits that events and steps need."""
+
+
+def light_freedoms(
+    scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
+) -> list[LightFreedom]:
+    """All light freedoms of tree joints. more: ties of other freedoms, which close loops too."""
+    on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
+    if not on_loops:
+        return []
+    masses, turns = ([size(scene, bodies[i]) for i in on_loops] for size in (_mass, _spin))
+    out = []
+    for i in on_loops:
+        j, own = joints[i], bodies[i]
+        moved = [k for k in range(len(bodies)) if k != i and i in _path(bodies, k)]
+        if not all(_is_light(scene, bodies[k], masses, turns) for k in moved):
+            continue
+        for k in j.free:
+            turning = j.kind.turns(k)
+            inertia, sizes = (_spin(scene, own) + _offset(scene, table, own, j), turns) if turning else (_mass(scene, own), masses)
+            light = LIGHT * max(sizes)
+            if inertia < light and j.devices[k].inertia is None:
+                added = min(x for x in sizes if x >= light)
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # so that cases of a sweep share a kernel
+    return out
+
+
+def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int) -> tuple[Joint, ...]:
+    """The rows of light freedoms, from row ``rows`` on."""
+    return tuple(
+        replace(
+            joints[x.joint], name=f"{joints[x.joint].name}.light[{x.freedom + 1}]", kind_name=LIGHT_ROW.name, pitch=None,
+            devices=(), friction=None, cut=True, child=GROUND, rows=rows + at, stiffness=None, light=x,
+        )
+        for at, x in enumerate(found)
+    )  # fmt: skip
+
+
+def with_inertias(joints: Sequence[Joint], found: Sequence[LightFreedom]) -> tuple[Joint, ...]:
+    """The joints with the inertias that the recursion adds to light freedoms."""
+    added = {(x.joint, x.freedom): x.inertia for x in found}
+    return tuple(
+        replace(j, devices=tuple(replace(d, added=added.get((i, k), 0.0)) for k, d in enumerate(j.devices)))
+        for i, j in enumerate(joints)
+    )
+
+
+def _is_light(scene: Scene, b: Body, masses: Sequence[float], turns: Sequence[float]) -> bool:
+    return _mass(scene, b) < LIGHT * max(masses) and _spin(scene, b) < LIGHT * max(turns)
+
+
+def _path(bodies: Sequence[Body], body: int) -> list[int]:
+    """A body and all its inboard bodies."""
+    out = []
+    while body != GROUND:
+        out.append(body)
+        body = bodies[body].parent
+    return out
+
+
+def _bodies_on_loops(bodies: Sequence[Body], cuts: Sequence[Joint]) -> list[int]:
+    """Bodies between the ends of a cut joint, or of a tie."""
+    found: set[int] = set()
+    for c in cuts:
+        ends = [_path(bodies, b) for b in c.ends]
+        common = set(ends[0]).intersection(*map(set, ends[1:]))
+        found |= set().union(*map(set, ends)) - common
+    return sorted(found)
+
+
+def _mass(scene: Scene, b: Body) -> float:
+    return mass_properties(scene.bodies[b.name])[0]
+
+
+def _spin(scene: Scene, b: Body) -> float:
+    """Half the trace of a body's inertia, kg m²."""
+    inertia = mass_properties(scene.bodies[b.name])[2]
+    return 0.5 * sum(inertia[k][k] for k in range(3))
+
+
+def _offset(scene: Scene, table: ParameterTable, b: Body, j: Joint) -> float:
+    """Inertia of a body's mass about the point of the joint that carries it, kg m²."""
+    point: Leaves = j.out_point if j.forward else j.inb_point
+    distance = math.dist(*([table.values[x.index] if isinstance(x, Param) else x for x in leaves] for leaves in (b.center, point)))
+    return _mass(scene, b) * distance**2
