@@ -169,7 +169,7 @@ typedef struct tr_places {
   int event_y;      /* state at an event; also directions of open reactions */
   int K, kstep;     /* slopes (ẏ) of the stages; rows of the dense output */
   int power, work;  /* powers evaluated last; works of the step up to a row inside it */
-  int part_power, impulse_work; /* powers of the last part of an impulse step; works of all impulse steps, without and with this step */
+  int part_power, impulse_work; /* powers of the last part of an impulse step; works of all such steps, without and with it */
   int w, maps;      /* stage 1 of the kernel: values for stage 2; affine maps (``base/affine_maps.h``) */
   int dy_unforced;  /* ẏ without impulses, at the state of the last impulses */
   int z, zold;      /* present multipliers; multipliers at the start of the step, restored after a refused trial */
@@ -197,13 +197,13 @@ typedef struct tr_places {
   int impending_law, impending_dlaw; /* η by the laws in the impending motion of a group; ∂η/∂N */
   int impending;    /* unit axis of the impending motion of each ball in such groups, at the offsets of its rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */
-  int past_speeds, stopping; /* speeds at the ends of the last steps; marks (int per pair) of pairs that stop with the captured pair */
+  int past_speeds, stopping; /* speeds at the ends of the last steps; marks (int per pair): the pair stops with the captured pair */
   int lever, capture_tried; /* levers of the multipliers; speed at which capture last failed, m/s, per pair */
   int speed_errors; /* errors of the speeds, m/s, per pair: of the last trial step, then summed over all steps */
   int violations;   /* violations of pairs and stops: at present, at the start of the step, at the end of the step */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, which decays */
-  int indicators, end_speed, saved_modes; /* model exchange: event indicators, counts; speeds that end sliding, m/s; modes before an event */
-  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, point, matrix, pivots; Jacobian of the choice */
+  int indicators, end_speed, saved_modes; /* model exchange: event indicators, counts; speeds that end sliding; modes before events */
+  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, point, matrix, pivots; Jacobian of choice */
 } tr_places;
 
 /* Cancellation by the host, which the runtime queries every few milliseconds of work. */
