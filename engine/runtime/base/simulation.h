@@ -169,7 +169,7 @@ typedef struct tr_places {
   int event_y;      /* state at an event; also directions of open reactions */
   int K, kstep;     /* slopes (ẏ) of the stages; rows of the dense output */
   int power, work;  /* powers evaluated last; works of the step up to a row inside it */
-  int part_power, impulse_work; /* powers of the last part of an impulse step; works of all such steps, without and with it */
+  int part_power, impulse_work; /* powers of the last part of an impulse step; impulse works before and after the step */
   int w, maps;      /* stage 1 of the kernel: values for stage 2; affine maps (``base/affine_maps.h``) */
   int dy_unforced;  /* ẏ without impulses, at the state of the last impulses */
   int z, zold;      /* present multipliers; multipliers at the start of the step, restored after a refused trial */
@@ -202,8 +202,8 @@ typedef struct tr_places {
   int speed_errors; /* errors of the speeds, m/s, per pair: of the last trial step, then summed over all steps */
   int violations;   /* violations of pairs and stops: at present, at the start of the step, at the end of the step */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, which decays */
-  int indicators, end_speed, saved_modes; /* model exchange: event indicators, counts; speeds that end sliding; modes before events */
-  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, point, matrix, pivots; Jacobian of choice */
+  int indicators, end_speed, saved_modes; /* model exchange: event indicators, counts; speeds at the end of sliding; old modes */
+  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, point, matrix, pivots; second Jacobian */
 } tr_places;
 
 /* Cancellation by the host, which the runtime queries every few milliseconds of work. */

@@ -54,7 +54,7 @@ static void tr_audit_friction(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_audit *a = &s->audit;
   double load = LEAST_LOAD * s->set.energy / s->set.length;
-  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* otherwise tr_update_extremes has evaluated them */
+  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes has done this */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);

@@ -13,13 +13,13 @@
 #define BRANCH_MISSED 1e-6 /* × the kink speed; × squared sine of a ball's tilt */
 #define CREEPS 1e-7        /* × the speed unit: speed of a held pair that loop closure leaves, or that accumulates in a cut joint */
 #define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: the same speed */
-#define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its sliding direction */
+#define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
 #define FRICTION_NOTHING 1e-12 /* × the load: smaller friction counts as zero */
 #define STOP_MISSED 1e-9   /* × the length, or rad: depth of an open stop, or distance of an engaged one */
 
 /* Solution recomputed from the maps alone. */
 typedef struct tr_recomputed {
-  double *acc, *acc_size; /* (neta) accelerations, sums of absolute terms; without maps, each continues with the loop rows (active) */
+  double *acc, *acc_size; /* (neta) accelerations, sums of absolute terms; without maps also (active) loop residuals */
   double *N, *N_size;     /* (nn) reaction components, and sums of their absolute terms */
   double *law, *dn;       /* η by the laws, and ∂η/∂N */
   tr_sliding *sliding;
