@@ -1,4 +1,4 @@
-/* Access to parts of a block: pairs and their modes, signals, end stops, multipliers; units; cancellation. */
+/* Access to parts of a block: pairs and their modes, signals, end stops and multipliers. Units, and cancellation of a run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -69,10 +69,9 @@ static inline double *tr_stored_loads(const tr_sim *s) { return TR_A(s, z) + s->
 
 static inline const tr_method *tr_method_of(const tr_sim *s) { return tr_methods + s->step.method; }
 
-/* Whether the method is auto. */
 static inline int tr_is_auto(const tr_sim *s) { return tr_methods[s->set.method].kind == TR_CHOSEN; }
 
-/* The explicit method that method auto starts with. */
+/* The explicit method with which method auto starts. */
 static inline int tr_auto_explicit_method(const tr_sim *s) { return s->set.rtol > TR_AUTO_LOOSE_ABOVE ? TR_AUTO_LOOSE : TR_AUTO_TIGHT; }
 
 /* Parts of the signals x. */
@@ -109,7 +108,7 @@ static inline int tr_is_set_valued(const tr_sim *s, int i) { return tr_pair_of(s
 static inline int tr_has_kink_at_rest(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_TURN; }
 static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && !tr_is_sliding(s, i); }
 
-/* Copy the modes of all pairs to `kept` (nsliders), and back. */
+/* Copy the modes of all pairs to `kept` (nsliders), and from `kept` back to the block. */
 static inline void tr_save_modes(const tr_sim *s, tr_mode *kept) { memcpy(kept, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders); }
 static inline void tr_restore_modes(tr_sim *s, const tr_mode *kept) { memcpy(tr_mode_of(s, 0), kept, sizeof(tr_mode) * s->k->nsliders); }
 
@@ -147,7 +146,7 @@ static const double *tr_pair_rates(const tr_sim *s, int i) {
   return map_rates(s->k, TR_A(s, maps)) + tr_pair_of(s, i)->rate0;
 }
 
-/* Whether i is among the n numbers of `rest`. */
+/* Whether i is an element of `rest` (n). */
 static int tr_contains(const int *rest, int n, int i) {
   for (int q = 0; q < n; ++q)
     if (rest[q] == i) return 1;

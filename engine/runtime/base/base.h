@@ -50,7 +50,7 @@ static void tr_orthonormalise(int m, int r, double *N);
  * distance e with the rate ė. The motion q closes this gap with critical damping: q = u + (e + (ė + ω e) τ) exp(−ω τ). */
 static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out);
 
-/* Number of external inputs, which are the first tables. */
+/* Number of external inputs. They are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
@@ -78,6 +78,6 @@ static inline void tr_set_time(tr_sim *s, double t);
 /* Set the signals of time t, then call tr_evaluate_maps. */
 static inline void tr_evaluate_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t), tr_evaluate_maps(s, y); }
 
-/* Potential energy at y, J; 0 if the audit does not need it. */
+/* Potential energy at y, J. It is 0 in mechanisms without latches. */
 static double tr_potential_energy(const tr_sim *s, const double *y);
 #endif

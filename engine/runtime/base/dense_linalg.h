@@ -7,7 +7,7 @@
 #include "base/tolerances.h"
 
 
-/* Exchange rows and columns k < m of a symmetric matrix (n×n), given by its lower triangle. */
+/* Exchange row and column k with row and column m > k of a symmetric matrix (n×n), stored as its lower triangle. */
 static inline void tr_exchange_symmetric(int n, int k, int m, double *L) {
   double *ck = L + (size_t)k * n, *cm = L + (size_t)m * n, t;
   for (int i = 0; i < k; ++i) t = L[k + (size_t)i * n], L[k + (size_t)i * n] = L[m + (size_t)i * n], L[m + (size_t)i * n] = t;
@@ -198,7 +198,7 @@ static int tr_lu_determinant_sign(int n, const double *A, const int *perm) {
 /* b ← A⁻¹ b with the factors A and the exchanges perm of tr_lu. */
 TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, double *b) {
   TR_UNROLL
-  for (int k = 0; k < n; ++k) { /* tr_lu exchanges whole rows, so all exchanges come first */
+  for (int k = 0; k < n; ++k) { /* tr_lu exchanges whole rows, so all exchanges precede the substitution */
     double a = b[perm[k]];
     b[perm[k]] = b[k];
     b[k] = a;

@@ -20,7 +20,7 @@ typedef struct tr_clock {
   double t;                /* time of the state `y`, s */
   double t_start, t_end;   /* start and end of the run, s */
   double every, row_next;  /* spacing of rows and time of the next row, s; `every` 0: one row per step */
-  long row_index;          /* rows written so far */
+  long row_index;          /* number of rows written so far */
   int width;               /* doubles in a row, including time */
   int nbreaks, next_break; /* times at which a step must end: their number, index of the next */
   int status;              /* TR_OK while the run continues */
@@ -44,7 +44,7 @@ typedef struct tr_stepping {
   int have_k1;         /* whether the first row of K is ẏ at the state `y` */
   int missed;          /* whether the last step, repeated to end at an event, did not reach the event */
   int have_dense;      /* whether the dense output belongs to the last accepted step */
-  int dense_rows;      /* rows of the dense output */
+  int dense_rows;      /* number of rows of the dense output */
   int have_jac;        /* whether the Jacobian at jac_t is valid */
   double margin;       /* largest violation (tr_worst_violation) at the state `y`; NaN: unknown */
   double margin_end;   /* largest violation at the end of the last step, or at the last decision */
@@ -53,7 +53,7 @@ typedef struct tr_stepping {
   int recursive;       /* whether the solution was found without maps; then `acc` and NN belong to the solution */
   int loads_known;     /* whether z holds the loads of the multipliers behind the multipliers (tr_stored_loads) */
   int watch;           /* whether tr_rhs calls tr_update_extremes */
-  int failure;         /* status of the last evaluation or projection that failed */
+  int failure;         /* status of the last failed evaluation or projection */
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps that favour a change of method (tr_choose_method) */
   double stiffness;    /* h |λ| of the accepted step (tr_is_limited_by_stability); NaN: unknown */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
@@ -94,7 +94,7 @@ enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1 };
 
 /* Pairs under set-valued laws. */
 typedef struct tr_friction {
-  int held;            /* pairs held at rest */
+  int held;            /* number of pairs held at rest */
   int shared;          /* whether some pairs share their load as a group */
   int reserve;         /* whether large groups share again, with the largest possible reserve */
   int stored;          /* TR_STORES_…: whether groups of any size store loads, because the rule has no solution */
@@ -125,7 +125,7 @@ typedef struct tr_moreau {
   int keeps;           /* whether modes stay unchanged even if they violate laws */
   int frozen;          /* whether directions of fast sliding with several components are frozen over a step */
   double burst_t;      /* start of the window in which events are counted, s */
-  double first_t;      /* first use by method auto, s; -1: none */
+  double first_t;      /* time of the first use by method auto, s; -1: never */
   double failed_t;     /* last time at which no step was possible, s */
   long burst_events;   /* number of events before that window */
   int steps, calm;     /* impulse steps since the last change of method; consecutive impulse steps without a mode change */
@@ -157,8 +157,8 @@ typedef struct tr_audit {
   double most, terms;  /* largest kinetic energy; largest sum of the absolute terms, the scale of round-off, J */
   double power;        /* largest power of a pair's friction, W */
   double gap;          /* relative position residual of the loops after the last projection */
-  double size[TR_LAWS], pair[TR_LAWS]; /* figures of the present step, which may still be refused */
-  tr_judgement all;    /* figures of all accepted steps */
+  double size[TR_LAWS], pair[TR_LAWS]; /* audit per law: figure of the present step, which may still be refused, and its pair */
+  tr_judgement all;    /* judgement of all accepted steps */
 } tr_audit;
 
 /* Offsets of the arrays, in doubles from the end of the struct (tr_lay_out). "Per pair" means for every friction pair. */
@@ -168,10 +168,10 @@ typedef struct tr_places {
   int y, ynew, yold, ytmp, yout, dy; /* states at `t`, after and before the step, of a stage, of a row or probe; ẏ evaluated last */
   int event_y;      /* state at an event; also directions of open reactions */
   int K, kstep;     /* slopes (ẏ) of the stages; rows of the dense output */
-  int power, work;  /* powers evaluated last; works of the step up to a row inside it */
+  int power, work;  /* powers evaluated last; works from the start of the step to a row inside the step */
   int part_power, impulse_work; /* powers of the last part of an impulse step; impulse works before and after the step */
   int w, maps;      /* stage 1 of the kernel: values for stage 2; affine maps (``base/affine_maps.h``) */
-  int dy_unforced;  /* ẏ without impulses, at the state of the last impulses */
+  int dy_unforced;  /* ẏ without impulses, at the state to which impulses were last applied */
   int z, zold;      /* present multipliers; multipliers at the start of the step, restored after a refused trial */
   int zstart, zend; /* multipliers at the start and at the end of the last trial step (tr_interpolate_multipliers) */
   int zbeyond;      /* multipliers at the end of that trial step, on a branch that ended at an event inside the step */
@@ -182,7 +182,7 @@ typedef struct tr_places {
   int lu, r;        /* Newton's method on the complement equations: matrix, residual */
   int smin, smax;   /* extremes over the stages of a step, per pair (tr_update_extremes) */
   int zone;         /* tr_zone per pair */
-  int loop_error;   /* residuals of the loops, then of their rates */
+  int loop_error;   /* residuals of the loop positions, then of the loop rates */
   int ev, breaks, tables; /* event records; break times; tables of signals */
   int open_lambda, gram, open_kappa; /* open reactions: directions of λ, work space, scaled reactions */
   int openV, openQ, openN, openG; /* open directions where joints on loops have friction: λ, the springs' loads Q, N, QᵀQ */
@@ -208,7 +208,7 @@ typedef struct tr_places {
 
 /* Cancellation by the host, which the runtime queries every few milliseconds of work. */
 typedef struct tr_asking {
-  int (*host)(void); /* returns 1 to cancel; 0: no host */
+  int (*host)(void); /* function that returns 1 to cancel; 0: no host */
   double work;       /* multiplications since the last query */
   int cancelled;     /* whether the run is cancelled; every search then ends without a result */
 } tr_asking;
@@ -216,7 +216,7 @@ typedef struct tr_asking {
 /* Bounds on the statistics of a bounded step (``stepping/realtime_steps.c``). */
 typedef struct tr_bounding {
   long evaluations, iterations; /* 0: no bound */
-  long index;                   /* bounded steps since the start of the run */
+  long index;                   /* number of bounded steps since the start of the run */
   int overrun;                  /* outcome of the last bounded step: TR_OVERRUN_… */
 } tr_bounding;
 

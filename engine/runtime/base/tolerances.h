@@ -15,8 +15,8 @@
 
 /* Times. */
 #define JUST_AFTER 1e-12        /* s: signals with kinks are evaluated this much after a start */
-#define BREAK_REACHED 1e-10     /* s, × the time: distance from a break that counts as reached */
-#define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step has no effect */
+#define BREAK_REACHED 1e-10     /* s, × the time: a break closer than this counts as reached */
+#define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step is lost in round-off */
 #define LAST_ROW 1e-9           /* × the duration of the run: if the last row is earlier by more, a row at the end follows */
 #define STEP_START 1e-3         /* × a step: an event before this fraction counts as at the start */
 #define STEP_END 0.999999       /* × a step: an event after this fraction counts as at the end */
@@ -36,7 +36,7 @@
 #define LOOP_NEARLY_CLOSED 1e-8 /* × the length (rad), many loops: one more correction leaves round-off (the square) */
 #define CLOSURE_SHRINKS 0.2   /* × the last residual: an iteration with a larger residual has reached round-off */
 #define CLOSURE_STEPS 12      /* iterations on positions; they converge quadratically from any end of a step */
-#define CLOSURE_RATE_STEPS 3  /* iterations on rates, which are linear */
+#define CLOSURE_RATE_STEPS 3  /* iterations on rates, whose equations are linear */
 
 /* Newton's method on the complement equations. */
 #define NEWTON_MAX 30         /* iterations; two to five are usual */
@@ -50,15 +50,15 @@
 /* Largest violation of a mode by a pair or stop at the end of a step. TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE <
  * TOL_RELEASE, so that a decision does not cause a new event at once. */
 #define TOL_RESOLVE 1e-11 /* × the friction ratio; × length · rate²: used in decisions */
-#define TOL_RELEASE 1e-10 /* × the friction ratio */
-#define TOL_CONE 1e-10    /* × s²/|ω|²: border between sliding and spinning of a ball */
-#define TOL_KINK 1e-9     /* × the kink speed */
-#define TOL_STOP 1e-12    /* m (rotations: rad) */
+#define TOL_RELEASE 1e-10 /* × the friction ratio: tolerance of a release */
+#define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between sliding and spinning of a ball */
+#define TOL_KINK 1e-9     /* × the kink speed: tolerance of its crossing */
+#define TOL_STOP 1e-12    /* m (rotations: rad): tolerance of the contact of a stop */
 #define EVENT_CLOSE 10.0  /* × these tolerances: largest distance from its event of a state refined with closed loops */
 
 /* Rest. */
 #define REST_BROKEN 1e-7   /* × the sum of absolute terms of an acceleration: a dependent pair with more is not at rest */
-#define HELD_SPEED 1e-12   /* × the speed unit: round-off of closing the loops */
+#define HELD_SPEED 1e-12   /* × the speed unit: round-off of loop closure */
 #define POWER_GIVEN 1e-6   /* × friction · speed: largest power with which friction may drive a pair */
 #define FAINT_RATIO 1e-5   /* × the acceleration by friction: smaller accelerations have no meaningful direction */
 #define DECISION_STEPS 40  /* largest number of mode changes from one start; a longer search cycles */

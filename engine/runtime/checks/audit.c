@@ -69,7 +69,7 @@ static void tr_audit_friction(tr_sim *s) {
 
 static void tr_audit_laws(tr_sim *s) {
   tr_audit *a = &s->audit;
-  if (s->k->active + s->k->neta == 0) return; /* only the balance of energy applies */
+  if (s->k->active + s->k->neta == 0) return; /* no other laws than the balance of energy */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
   if (s->k->neta) tr_audit_friction(s);

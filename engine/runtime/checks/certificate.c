@@ -2,7 +2,7 @@
  * equations, number of roots. */
 #include "checks/checks.h"
 
-#define CONTRACTS 24       /* power iterations for the contraction */
+#define CONTRACTS 24       /* number of power iterations for the contraction */
 #define SAME_ROOT 1e-7     /* × the largest friction of a root: roots closer than this are equal */
 #define SAME_AS_NONE 1e-14 /* × the largest load: distance below which a root that is zero up to round-off equals another root */
 

@@ -9,13 +9,13 @@
 #define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): absolute allowance for a row */
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* × the terms of a law; half of the digits are lost near a ball's cone */
-#define CONE_BROKEN 1e-7   /* × the friction ratio; pairs are released at 1e-10 */
-#define BRANCH_MISSED 1e-6 /* × the kink speed; × squared sine of a ball's tilt */
+#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair; events release pairs at 1e-10 */
+#define BRANCH_MISSED 1e-6 /* × the kink speed, or squared sine of a ball's tilt: allowed distance from the branch */
 #define CREEPS 1e-7        /* × the speed unit: speed of a held pair that loop closure leaves, or that accumulates in a cut joint */
 #define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: the same speed */
 #define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
 #define FRICTION_NOTHING 1e-12 /* × the load: smaller friction counts as zero */
-#define STOP_MISSED 1e-9   /* × the length, or rad: depth of an open stop, or distance of an engaged one */
+#define STOP_MISSED 1e-9   /* × the length, or rad: allowed depth of an open stop, and allowed distance of an engaged stop */
 
 /* Solution recomputed from the maps alone. */
 typedef struct tr_recomputed {
@@ -92,7 +92,7 @@ static int tr_check_loops(const tr_sim *s, const double *maps, const double *z) 
   return 0;
 }
 
-/* Compute N_size and dn, once. */
+/* Compute N_size and dn, unless they are computed already. */
 static void tr_add_law_sizes(tr_sim *s, tr_recomputed *it) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
@@ -181,7 +181,6 @@ static int tr_check_stops(const tr_sim *s, const double *y) {
   return 0;
 }
 
-/* Whether any pair is held. */
 static int tr_has_stuck_pair(const tr_sim *s) {
   int any = 0;
   for (int i = 0; i < s->k->nsliders; ++i) any |= tr_is_stuck(s, i);

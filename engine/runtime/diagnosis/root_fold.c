@@ -4,7 +4,7 @@
 
 #define FOLD_AHEAD 1e-7  /* / rate: time after the last state at which roots are sought; an Euler step leads there */
 #define FOLD_AGAIN 1e-5  /* / rate: folds closer in time than this count as repeated */
-#define FOLDS_MOST 3     /* repeated folds after which the run ends */
+#define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
 #define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate in that time */
 #define FOLD_STARTS 48   /* random starts of Newton's method, in multiples of the frictions under the loads without friction */
 #define FOLD_BRANCHES 4  /* number of pairs whose branches are tried in all combinations */

@@ -21,7 +21,7 @@ static inline int tr_has_lane(const tr_sim *s) {
  * violation of a set-valued mode. Requires a solution. */
 static void tr_update_extremes(tr_sim *s);
 
-/* Reset the extremes and the least independence for a new step. */
+/* Reset the extremes and the smallest independence for a new step. */
 static void tr_clear_extremes(tr_sim *s);
 
 /* Evaluate ẏ at (t, y) in the modes in force. Returns 0 if no multipliers are found; step.failure then holds the reason. */

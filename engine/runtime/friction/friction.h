@@ -41,7 +41,7 @@ static double tr_pair_speed(const tr_sim *s, int i);
 /* Whether pair i counts as at rest (``base/stick_rule.h``). Requires maps. */
 static inline int tr_is_at_rest(const tr_sim *s, int i) { return tr_pair_speed(s, i) <= tr_rest_speed(tr_speed_unit(s)); }
 
-/* Whether pair i is so slow that reversed sliding has come to its end (``base/stick_rule.h``). Requires maps. */
+/* Whether pair i is so slow that reversed sliding counts as ended (``base/stick_rule.h``). Requires maps. */
 static inline int tr_is_crawling(const tr_sim *s, int i) { return tr_pair_speed(s, i) <= tr_crawl_speed(tr_speed_unit(s)); }
 
 /* Whether pair i is a ball in motion. Requires maps. */
@@ -142,7 +142,6 @@ static int tr_newton(tr_sim *s, double *eta);
  * which trial steps beyond the end of sliding require. Returns 1 on success. */
 static int tr_find_tilt(tr_sim *s, double *eta, int i);
 
-/* Reset the tilts in all modes. */
 static void tr_clear_tilts(tr_sim *s);
 
 /* Find η for ball i beyond the kink of its law, in the case that no root continues the sliding across the kink (a faster ball
@@ -171,7 +170,7 @@ static void tr_random_start(const tr_sim *s, const double *size, int which, unsi
 /* Whether eta, to which Newton's method has converged, is small enough for a root, and on the branches of the modes. */
 static int tr_is_root(tr_sim *s, const double *size, const double *eta);
 
-/* Collect the multipliers of the pairs whose motion is not prescribed. Requires held maps. */
+/* Collect those multipliers of the problem's pairs whose motion is not prescribed. Requires held maps. */
 static void tr_creep_collect_multipliers(const tr_sim *s, tr_creep_problem *c);
 
 /* Set B and `lead` by factorising the responses of the freedoms to friction. Requires held maps. */
