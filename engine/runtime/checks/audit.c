@@ -11,7 +11,7 @@
 #define NOTED 0.1        /* × the limit of inaccuracy: unexplained energy above which a note follows */
 #define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: round-off of these terms over a run */
 #define LAW_LEAST 1e-6   /* × a law's unit: smaller figures get no note */
-#define FAINT_LOAD 1e-9  /* × the largest friction: below it, the friction ratio of a pair is round-off */
+#define FAINT_LOAD 1e-9  /* × the largest friction: at smaller friction, the friction ratio of a pair is round-off */
 #define LEAST_LOAD 1e-15 /* × energy over length: smaller friction of any pair is round-off, as with μ = 0 */
 
 static double tr_audit_tolerance(const tr_sim *s) {

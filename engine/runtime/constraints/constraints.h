@@ -34,9 +34,9 @@ static int tr_factor_loops(tr_sim *s);
 static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 
 /* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest
- * diagonal of its kind. If all rows of a kind are round-off (rotations of a planar loop in axes other than the world's), the
- * other kind and the length scale give the size. nothing: no row has an effect; scales are then 1, so that all pivots stay
- * round-off. */
+ * diagonal of its kind. If all rows of a kind are round-off (rotations of a planar loop in axes other than the world's), their
+ * size follows from the other kind and the length scale. nothing: no row has an effect; scales are then 1, so that all pivots
+ * stay round-off. */
 static void tr_scale_loop_rows(tr_sim *s, int nothing);
 
 /* Store the rank of S at an accurate (assembled or projected) state, if the rank is larger than the stored one. Makes the

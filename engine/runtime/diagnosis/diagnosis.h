@@ -12,7 +12,7 @@ static int tr_let_ball_spin(tr_sim *s);
 static int tr_stop_slow_pair(tr_sim *s);
 
 /* Stop the jamming pair at the state `y` at once. At a speed below the tolerance this is an ordinary stop. At a higher speed
- * it is an impact, which requires the setting through_jams. Returns 1 if the run can continue. */
+ * the stop is an impact, which requires the setting through_jams. Returns 1 if the run can continue. */
 static int tr_continue_through_jam(tr_sim *s);
 
 /* Search a root in all combinations of branches of pairs that have two branches, first in the modes in force. Returns 1 on

@@ -44,9 +44,8 @@ static int tr_find_obstructing_pair(tr_sim *s) {
   return found;
 }
 
-/* The pair that causes the failure at the current state. If loops move several pairs as one freedom, it is the weakest of
- * these pairs (tr_find_weakest_pair) at the last friction found. Otherwise the split of loads between these pairs would select
- * it. */
+/* The pair that causes the failure at the current state. Of several pairs that loops move as one freedom, the weakest pair is
+ * returned (tr_find_weakest_pair, at the last friction found), because the split of loads between these pairs is arbitrary. */
 static int tr_find_jamming_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];

@@ -117,9 +117,9 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
   tr_normalise_quaternions(s, y);
 }
 
-/* Fraction of the step dv to take. It limits the largest change to CLOSE_CUT. If `longer`, it is the largest fraction that
- * reduces the residual `now` enough (PAYS). Then the coordinate with the largest change is also tried alone (a screw with an
- * unknown number of turns); on success this change replaces dv. */
+/* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. If `longer` is set, the fraction is
+ * the largest that reduces the residual `now` enough (PAYS). Then the coordinate with the largest change is also tried alone
+ * (a screw with an unknown number of turns); on success this change replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;

@@ -9,8 +9,8 @@
 #define NO_TILT 1e-60 /* replaces a zero tilt, because a tilt of 0 in the mode means that no tilt is prescribed */
 #define TILT_STEP 1e-6 /* first tilt; its square is far above round-off */
 #define TILT_IS 1e-9 /* × the square of a tilt: round-off of the distance */
-#define TILT_NEAR 1e-4 /* × a tilt: first step away from it in the search for a root */
-#define TILT_WIDENS 8.0 /* ratio of successive steps in that search */
+#define TILT_NEAR 1e-4 /* × a tilt: first distance from this tilt in the search for a root */
+#define TILT_WIDENS 8.0 /* ratio of successive distances in this search */
 #define TILT_GROWS 1.5 /* ratio of successive tilts in a search over all tilts */
 #define TILT_MAX 80 /* iterations; bisections alone need 50 */
 #define TILT_SWEEPS 30 /* sweeps over the tilts of several balls */

@@ -85,8 +85,8 @@ static double tr_acceleration_by_maps(tr_sim *s, int i) {
   return tr_acceleration_and_terms(s, i, &size);
 }
 
-/* Acceleration of freedom i divided by the sum of its absolute terms. It tests freedoms whose rest has no equation: the rest
- * of others implies their rest, or contradicts it. */
+/* Acceleration of freedom i divided by the sum of its absolute terms. The function tests freedoms without an equation of rest:
+ * the rest of other freedoms implies or contradicts their rest. */
 static double tr_relative_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;

@@ -106,8 +106,8 @@ static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 /* Acceleration of multiplier i's freedom at the solution. It needs no held maps. */
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
-/* Whether freedom i, which drives move with acceleration acc, counts as at rest. It does if its slow motion fades for a long
- * time, or if a break of the signals comes at about the time when it would stop (RESTS_BY). Otherwise its motion reverses.
+/* Whether freedom i, which drives move with acceleration acc, counts as at rest. The freedom is at rest if its slow motion
+ * fades for a long time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses.
  * Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
@@ -144,8 +144,8 @@ static int tr_find_tilt(tr_sim *s, double *eta, int i);
 
 static void tr_clear_tilts(tr_sim *s);
 
-/* Find η for ball i beyond the kink of its law, in the case that no root continues the sliding across the kink (a faster ball
- * would have to be further inside its cone). Returns 1 in that case, with the root in eta. Requires the laws' values. */
+/* Find η for ball i beyond the kink of its law, if no root continues the sliding from the kink: a faster ball would have to be
+ * further inside its cone. Returns 1 in that case, with the root in eta. Requires the laws' values. */
 static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i);
 
 /* Search a root by the tilt of ball i with growing tilts, even if φ(0) ≤ 0. Returns 1 if a root is found. */

@@ -26,7 +26,7 @@ static void tr_follow_leader(tr_sim *s, int member, int leader) {
   s->friction.shared = 1;
 }
 
-/* Share of pair m under the loads x (n): root of the sum of squares over its components, those with owner[i] = m. */
+/* Share of pair m under the loads x (n): root of the sum of squares over the components with owner[i] = m. */
 static double tr_pair_share(int n, const int *owner, const double *cap, const double *x, int m) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i)

@@ -88,7 +88,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* As tr_newton, and reverses the impending motion of groups at rest if the direction of their load requires it. */
+/* As tr_newton. Also reverses the impending motion of groups at rest if the direction of their load requires this. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
   if (!s->friction.impending_laws || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
