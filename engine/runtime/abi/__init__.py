@@ -1,5 +1,5 @@
-"""Declarations that the C runtime and Python share: enumerations, records, and the C header generated from them. No other file
-repeats a number, a size or a layout of these."""
+"""Enumerations and records that the C runtime and Python share, and the C header generated from them. Their numbers, sizes and
+layouts are declared here only."""
 
 from trunnion.runtime.abi.enumerations import (
     LINE,

@@ -1,4 +1,4 @@
-"""The C header ``tr_abi.h``, and the number by which kernels, runtime and Python verify that they use the same one."""
+"""The C header ``tr_abi.h``, and the number by which kernels, runtime and Python verify that they use the same header."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def records() -> list[Record]:
 
 
 def sizes() -> str:
-    """C definitions of counts and lengths outside records."""
+    """C definitions of counts and thresholds outside records."""
     counts = {"TR_EVENT_CONTACTS": run_records.EVENT_CONTACTS, "TR_EVENT_KINDS": batch_records.EVENT_KINDS}
     counts |= {"TR_STRANDS": batch_records.STRANDS, "TR_ASKS": len(Ask), "TR_METHODS": len(METHODS), "TR_LAWS": len(Law)}
-    lengths = f"#define TR_LINE {LINE!r} /* length of a mode's direction above which the pair moves along a line */\n"
+    lengths = f"#define TR_LINE {LINE!r} /* norm of a mode's direction above which the pair moves along a line */\n"
     return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n" + lengths
 
 
@@ -48,7 +48,7 @@ def body() -> str:
 
 @lru_cache(maxsize=1)
 def number() -> int:
-    """The ABI's number: a digest of the declarations, without comments."""
+    """The ABI's number: a digest of the declarations without their comments."""
     plain = re.sub(r"/\*.*?\*/", "", body(), flags=re.DOTALL)
     return int(hashlib.sha256(" ".join(plain.split()).encode()).hexdigest()[:7], 16)
 

@@ -6,7 +6,7 @@ from trunnion.runtime.abi.record_definition import Named
 
 
 class Status(Named):
-    """Result of a call into the runtime; from FAIL_NOT_FINITE on, the reason why a run cannot go on."""
+    """Result of a call into the runtime. From FAIL_NOT_FINITE on, the reason why a run ends or is rejected."""
 
     OK = 0
     MORE = 1, "step budget used up: call again"
@@ -14,7 +14,7 @@ class Status(Named):
     EVENTS_FULL = 3, "event buffer full: empty it and call again"
     NEED_JACOBIAN = 4, "the method needs the Jacobian unit: attach it and call again"
     DONE = 5
-    NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints do not fix: use the kernel's redundant variant"
+    NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints leave open: use the kernel's redundant variant"
     CANCELLED = 7, "the host cancelled the work"
     EVENT = 8, "an event was logged, and the host handles it"
     FAIL_NOT_FINITE = 10
@@ -22,7 +22,7 @@ class Status(Named):
     FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"
     FAIL_CLOSURE = 13, "loops cannot be closed"
     FAIL_MAX_STEPS = 14
-    FAIL_GIMBAL = 15, "the rotation axes of a loop lie in one plane, and it cannot move on"
+    FAIL_GIMBAL = 15, "the rotation axes of a loop lie in one plane, and the loop cannot move on"
     FAIL_MODES = 16, "no set of sticking and slipping pairs satisfies the friction laws"
     FAIL_METHOD = 17, "no method has this number"
     FAIL_STALLED = 19, "many trial steps without progress in time"
@@ -32,7 +32,7 @@ class Status(Named):
 
 
 class EventKind(Named, prefix="TR_EV_"):
-    """What happened at an event. 8 is reserved."""
+    """Kind of an event. The number 8 is reserved."""
 
     REVERSAL = 1, "sliding changed its direction, and the contact jumped"
     STICK = 2, "a sliding pair came to rest and sticks"
@@ -60,14 +60,14 @@ class PairState(Named):
 
 
 LINE = 1e134
-"""Length of a mode's direction above which the pair moves along a line (``modes/sliding_directions.c``)."""
+"""Norm of a mode's direction above which the pair moves along a line (``modes/sliding_directions.c``)."""
 
 
 class PairKind(Named, prefix="TR_KIND_"):
     """Behaviour of a pair's law at rest and at its kink."""
 
     SMOOTH = 0, "smooth"
-    KINK = 1, "two branches, which meet at a sliding speed"
+    KINK = 1, "two branches that meet at a sliding speed above zero"
     SET = 2, "set-valued at rest"
     TURN = 3, "kink where a single rate changes sign"
 
@@ -107,7 +107,7 @@ class Post(Named, prefix="TR_POST_"):
     """Post-processing of a column."""
 
     HOLD = 1, "keep the column's last value while its partner column, a normal force, is zero"
-    WRAP = 2, "add whole turns to an angle so that it is continuous"
+    WRAP = 2, "unwrap an angle: add multiples of 2π so that it is continuous"
 
 
 class Wants(Named, prefix="TR_WANTS_"):
@@ -128,7 +128,7 @@ class Array(Named, prefix="TR_ARRAY_"):
     TABLES = 4, "tables of signals"
     EVENTS = 5, "event records"
     MULTIPLIERS = 6, "active λ, then η"
-    SLOPES = 7, "rows of K of the last step"
+    SLOPES = 7, "slopes of the stages of the last step (rows of K)"
     MAPS = 8, "affine maps of the multipliers, by stage 1"
 
 
@@ -145,18 +145,18 @@ class Verdict(Named, prefix="TR_VERDICT_"):
     """Verdict of the audit on a run."""
 
     WITHIN = 0, "all figures are within the tolerance"
-    NOTE = 1, "some figure exceeds it"
-    INACCURATE = 2, "the energy error exceeds it by far: the run counts as failed"
+    NOTE = 1, "a figure exceeds the tolerance"
+    INACCURATE = 2, "the energy error exceeds the tolerance by far: the run counts as failed"
 
 
 class Law(Named, prefix="TR_LAW_"):
     """Figures of the audit besides energy, each relative to the unit in brackets."""
 
     CLOSURE = 0, "gap of a loop (length scale; 1 rad)"
-    CONE = 1, "friction of a pair beyond its law (its capacity)"
+    CONE = 1, "friction of a stuck pair beyond its capacity (that capacity)"
     DRIVES = 2, "power that friction adds to the motion of a pair (largest power of friction)"
     CREEPS = 3, "speed of a stuck pair (speed unit)"
-    UNREST = 4, "acceleration of a stuck pair (accelerations that cancel in it)"
+    UNREST = 4, "acceleration of a stuck pair (sum of the absolute values of its terms)"
     FRICTION = 5, "residual of the equations of friction (largest friction)"
 
 
@@ -169,12 +169,13 @@ class Breaks(Named, prefix="TR_BREAKS_"):
     LAW = 8, "friction differs from its law"
     BRANCH = 16, "a pair is not on the branch of its mode"
     POWER = 32, "friction drives"
-    START = 64, "friction drives a pair that starts"
+    START = 64, "friction drives a pair that starts to slide"
     STOP = 128, "an end stop is engaged without contact, or open with contact"
 
 
 class Overrun(Named, prefix="TR_OVERRUN_"):
-    """Outcome of a bounded step; from BY_IMPULSES on, how the rest of the step was computed after a limit or a failure."""
+    """Outcome of a bounded step. Members from BY_IMPULSES on state how the rest of the step was computed after a limit was reached
+    or a failure occurred."""
 
     NONE = 0, "completed within its limits"
     BY_IMPULSES = 1, "completed by one impulse step"
@@ -185,12 +186,12 @@ class Ask(Named, prefix="TR_ASK_"):
     """Kind of a request to the SIMD lanes."""
 
     STEP = 0, "trial step of an explicit method: stages, end and errors"
-    DENSE = 1, "extra stages of its dense output"
-    END = 2, "projection of a state, and its slope"
+    DENSE = 1, "extra stages of the dense output of a step"
+    END = 2, "projection of a state, and the derivative there"
     PROJECT = 3, "projection of a state"
     LOOK = 4, "multipliers and sliding of pairs at a state"
     ALL = 5, "as END, with all results of an evaluation"
-    ROWS = 6, "rows of one case, one in each lane"
+    ROWS = 6, "output rows of one case, one row in each lane"
 
 
 class Strand(Named, prefix="TR_STRAND_"):

@@ -13,11 +13,11 @@ int eta0 : first multiplier
 int neta : number of multipliers
 int rate0 : first rate in the maps
 int nrates : number of rates
-int dn0 : offset of its block in the law's derivative
-int kappa0 : first of its scaled reactions that friction changes
-int nmore : number of these (0 unless the joint is on a loop, in the redundant variant)
-int more0 : their offset among all scaled reactions that friction changes
-int dmore0 : offset of their derivatives by the components, then by η
+int dn0 : offset of the element's block in the derivative of the laws
+int kappa0 : first of the element's scaled reactions that friction changes
+int nmore : number of these scaled reactions (0 unless the joint is on a loop, in the redundant variant)
+int more0 : offset of these scaled reactions among those of all elements
+int dmore0 : offset of the blocks of the derivatives of these scaled reactions, by the components and then by η
 """)
 
 PAIR = Record("tr_pair", "A sliding pair of a frictional joint.", """
@@ -53,20 +53,20 @@ const int *code : calls of primitives
 
 DIRECTIONS = Record(
     "tr_directions",
-    "Forward derivatives in a scene of parts (engine/parts/derivatives/forward_mode.py): vectors of tangents beside "
-    "numbers, in cells that calls share.",
+    "Forward-mode derivatives in a scene of parts (engine/parts/derivatives/forward_mode.py). Each number that a direction can "
+    "change has a vector of tangents. Calls use these vectors in groups, the cells.",
     """
 int length : length of the code
 const int *code : calls of primitives
-int vectors : number of vectors, zero ones included
+int vectors : number of vectors, including zero vectors
 int cells : number of cells
-const int *cell : cells + 1: first vector of each
+const int *cell : (cells + 1) first vector of each cell
 int directions : number of directions to choose from
-const int *order : directions, those with equal effects adjacent
-const int *first : directions + 1: first seed of each
-const int *seed : three numbers each: vector, cell, index in x of its size (-1: size 1)
-int rows : number of rows that are differentiated
-const int *row : rows: their vectors (-1: independent of all directions)
+const int *order : (directions) indices of directions; directions with equal effects are adjacent
+const int *first : (directions + 1) first seed of each direction
+const int *seed : three integers for each seed: vector, cell, index in x of the size of the seed (-1: size 1)
+int rows : number of differentiated rows
+const int *row : (rows) vector of each row (-1: independent of all directions)
 """,
 )
 
@@ -76,11 +76,11 @@ PROGRAMS = (
 )  # fmt: skip
 """Functions of a scene of parts, in the order of their programs."""
 
-SCENE = Record("tr_scene", "A scene of parts: its programs, the primitives they call, the constants they read.",
+SCENE = Record("tr_scene", "A scene of parts: its programs, the primitives that they call, and the constants that they read.",
                "\n".join(f"tr_program {name}" for name in PROGRAMS) + """
-const tr_directions *directions : derivatives of those functions that have them
+const tr_directions *directions : derivatives of the functions that have derivatives
 int nc : number of constants
-const void *beside : another scene, whose constants follow these (for the columns of a linear unit)
+const void *beside : another scene, whose constants follow those of this scene (for the columns of a linear unit)
 const double *constants
 void (**op)(double *const *operands, const int *numbers) : primitives by their number in the code
 """)
@@ -96,27 +96,27 @@ int nx : signals
 int np : parameters
 int nc : constants
 int nw : values that stage 1 passes to stage 2
-int nmaps : numbers of the maps
-int rows : constraint rows
-int active : rows that are not structurally empty
+int nmaps : doubles of the maps
+int rows : number of constraint rows
+int active : number of constraint rows that are not structurally empty
 int neta : multipliers of friction
 int nn : reaction components
 int nrates : rates in the maps, with states of friction laws
-int npowers : powers beside the derivative, W
-int ntaken : number of powers that take energy (friction, dampers), which come first
+int npowers : powers computed with ẏ, W
+int ntaken : number of powers that take energy (friction, dampers); these come first
 int nsliders : sliding pairs
 int nstops : stops
-int nlatches : stops that are hooks of latches, which come last
+int nlatches : stops that are hooks of latches; these come last
 int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints
 int npaces : periodic loads
-int nlight : active rows of light freedoms, which come last
+int nlight : active rows of light freedoms, which follow all other rows
 int nbodies : bodies
-int ndn : numbers of the law's derivative
+int ndn : entries of the derivative of the laws
 int nkappa : scaled reactions (redundant variant)
 int nmore : scaled reactions that friction changes
-int ndmore : numbers of their derivatives by the reaction components and by η
+int ndmore : entries of the derivatives of these scaled reactions by the reaction components and by η
 int loop_friction : whether a joint on a loop has friction
 int coupled : whether inactive rows affect the choice of reactions
 int sets : whether some law is set-valued at rest
@@ -127,41 +127,41 @@ int c_events : offset of the constants of events
 int c_held : offset of the constants of held
 int c_energy : offset of the constants of energy
 int c_pressed : offset of the constants of pressed
-const int *active_rows : active: indices of the rows
-const int *row_kind : rows: TR_CONSTRAINS_…
-const int *qkind : nq: TR_COORDINATE_…
-const int *vkind : nv: TR_COORDINATE_…
-const int *quat : nquat: offsets of quaternions in q
-const int *down : nlatches: tooth behind which a latch is engaged at the start, whatever its position (0: disengaged)
-const int *presses : nlatches: stop whose depth shows whether the latch is pressed
-const int *fill_order : active: rows of λ in the order of pivots (engine/system/structure/loop_matrix_fill.py)
-const int *fill_start : active + 1: first entry below each pivot
-const int *fill_below : nfill: rows of the entries in that order
-const tr_element *element : nelements
-const tr_pair *pair : nsliders
-const tr_pace *pace : npaces
+const int *active_rows : (active) indices of the active rows
+const int *row_kind : (rows) TR_CONSTRAINS_…
+const int *qkind : (nq) TR_COORDINATE_…
+const int *vkind : (nv) TR_COORDINATE_…
+const int *quat : (nquat) offsets of quaternions in q
+const int *down : (nlatches) tooth that the latch engages at the start, at any position (0: disengaged)
+const int *presses : (nlatches) stop whose depth shows whether the latch is pressed
+const int *fill_order : (active) rows of λ in the order of pivots (engine/system/structure/loop_matrix_fill.py)
+const int *fill_start : (active + 1) first entry below each pivot
+const int *fill_below : (nfill) rows of these entries, in the order of pivots
+const tr_element *element : (nelements)
+const tr_pair *pair : (nsliders)
+const tr_pace *pace : (npaces)
 const void *scene : tr_scene of a kernel of parts, else 0
 void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
 void (*stage1)({STATE}, double *w, double *maps, double *dy, double *power) : maps; without multipliers also the outputs of stage 2
 void (*stage2)({STATE}, const double *w, const double *z, double *dy, double *power) : ẏ and the powers
 void (*laws)(const double *N, const double *r, const double *x, const double *c, double *e, double *dN, double *v) : η = law(N)
-void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : without derivative
+void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : laws without dN
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : tr_hold of each pair
-void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : without derivative
+void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : held without derivative
 void (*pressed)(const double *N, const double *r, const double *u, const double *x, const double *c, double *more, double *dN) : δ
 void (*closure)({STATE}, double *h) : residuals of the loops, then of their rates
-void (*events)({STATE}, double *g) : depth of every stop, then distance from release
+void (*events)({STATE}, double *g) : depth of every stop, then the distance of every stop from release
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: unknown
-void (*begin)({STATE}, double *w, double *maps, double *dy) : recursive friction (a tree, many loops): motion, rates; else 0
-void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with ∂law/∂N
-void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : from −e; λ behind borne
-void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : from [−η | λ]; residuals of rows last
-void (*shift)(const double *c, double *w, const double *gap, double *dv) : many loops, after narrow: rates that change rows by −gap
-void (*derive)({STATE}, double *w, const double *z, double *dy, double *power) : ẏ except rates of coordinates, after begin
+void (*begin)({STATE}, double *w, double *maps, double *dy) : motion and rates, for recursive friction; else 0
+void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with dN = ∂law/∂N
+void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : less = −e (η = e + dN N)
+void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : less = [−η | λ]; acc: also row residuals
+void (*shift)(const double *c, double *w, const double *gap, double *dv) : many loops, after narrow: dv changes the rows by −gap
+void (*derive)({STATE}, double *w, const double *z, double *dy, double *power) : after begin: ẏ except rates of coordinates
 """)
 
-OUTPUTS = Record("tr_outputs", "The unit of columns. a: accelerations of the free rates (nv) at this state.", f"""
+OUTPUTS = Record("tr_outputs", "The unit of columns. a holds the accelerations of the free rates (nv) at this state.", f"""
 int abi : must be TR_ABI
 int nout : columns
 int ncontacts : contacts
@@ -171,28 +171,29 @@ int npost : columns with post-processing
 int energy : column of energy.residual; -1: none
 int works : whether columns need integrals of the powers
 int wants : bits TR_WANTS_…
-const tr_post *post : npost
+const tr_post *post : (npost)
 const void *scene : tr_scene of a unit of parts, else 0
 void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
 void (*eval)({STATE}, const double *z, const double *a, const double *extra, double *out) : the columns
-void (*contacts)({STATE}, const double *z, const double *a, double *out) : tr_contact of each
+void (*contacts)({STATE}, const double *z, const double *a, double *out) : tr_contact of each contact
 void (*kappa)({STATE}, const double *z, const double *a, double *out) : the scaled reactions
 """)
 
 JACOBIAN = Record("tr_jacobian", "Derivative of [F; R; scaled reactions (nkappa); their change by friction (nmore)] by [y, t, z], "
-                  "column-major: all at once, or a point and then single columns.", f"""
+                  "column-major. F is ẏ, R are the residuals of the multipliers. `eval` gives all columns, `point` and then "
+                  "`along` single columns.", f"""
 int abi : must be TR_ABI
 int nc : constants
-int nw : values that the point stores
+int nw : values that `point` stores
 const void *scene : tr_scene of a unit of parts, else 0
 void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
-void (*eval)({STATE}, const double *z, double *w, double *J) : all columns, with work space of nw; 0: point and along
+void (*eval)({STATE}, const double *z, double *w, double *J) : all columns, with work space of nw; 0: use `point` and `along`
 void (*point)({STATE}, const double *z, double *w) : values at a point
 void (*along)({STATE}, const double *z, const double *w, const double *seed, double *J) : derivative along a direction
 """)
 
-LINEAR = Record("tr_linear", "Directional derivatives of F = ẏ and the multiplier residuals R along a seed of [inputs "
-                "(a tr_signal each), y, z], and of columns along a seed of [inputs, y, z of all rows, accelerations].", f"""
+LINEAR = Record("tr_linear", "Directional derivatives. The seed of F = ẏ and of the multiplier residuals R is [inputs (a tr_signal "
+                "each), y, z]. The seed of the columns is [inputs, y, z of all rows, accelerations].", f"""
 int abi : must be TR_ABI
 int nc : constants
 int ninputs : external inputs

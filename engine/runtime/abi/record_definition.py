@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 PLAIN: dict[str, Any] = {"int": ctypes.c_int, "long": ctypes.c_long, "size_t": ctypes.c_size_t, "double": ctypes.c_double}
 NUMPY = {"int": "intc", "double": "float64"}
 KNOWN: dict[str, Record] = {}
-"""Records by C name, as fields of other records."""
+"""Records by C name. Fields of other records refer to these names."""
 
 
 class Named(IntEnum):
-    """An enumeration with meanings: ``MEMBER = number, "meaning"``. ``prefix`` starts its names in C."""
+    """An enumeration with meanings: ``MEMBER = number, "meaning"``. ``prefix`` begins the names of its
+    members in C."""
 
     about: str
     prefix: ClassVar[str]
@@ -42,7 +43,7 @@ class Named(IntEnum):
     @classmethod
     def c_text(cls) -> str:
         """The C definition of the enumeration."""
-        named = cls.__members__.items()  # with second names of one number
+        named = cls.__members__.items()  # includes aliases
         lines = [f"  {cls.prefix}{name} = {m.value}," + (f" /* {m.about} */" if m.about else "") for name, m in named]
         return "\n".join([f"/* {one_line(cls.__doc__)} */", "enum {", *lines, "};\n"])
 
@@ -106,7 +107,7 @@ class Record:
         return "\n".join([f"/* {self.about} */", f"typedef struct {self.tag} {{", *lines, f"}} {self.tag};\n"])
 
     def row(self, **values: Any) -> tuple[Any, ...]:
-        """The values of all fields in the record's order. TypeError unless exactly its fields are given."""
+        """The values of all fields in the record's order. TypeError unless ``values`` names exactly the record's fields."""
         if set(values) != set(self.names):
             raise TypeError(f"{self.tag}: fields that do not match: {', '.join(sorted(set(values) ^ set(self.names)))}")
         return tuple(values[n] for n in self.names)
@@ -117,7 +118,7 @@ class Record:
         return [float(x) for value in row for x in (value if isinstance(value, tuple) else (value,))]
 
     def initialiser(self, name: str, **values: Any) -> str:
-        """C definition of a constant record ``name``, every field named."""
+        """C definition of a constant record ``name``, in which every field is named."""
         self.row(**values)
         return f"const {self.tag} {name}={{{','.join(f'.{n}={values[n]}' for n in self.names)}}};\n"
 

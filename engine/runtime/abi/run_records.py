@@ -8,9 +8,9 @@ from trunnion.runtime.abi.record_definition import Record
 from trunnion.runtime.integrators import METHODS
 
 EVENT_CONTACTS = 6
-"""Most contacts of one pair in an event (a universal joint's cross has four)."""
+"""Largest number of contacts of one pair in an event (a universal joint's cross has four)."""
 
-# -- contents of x: moment, a signal a table, a flag a stop, a mode a pair --------------------------------------------------------
+# -- contents of x: the moment, a signal for each table, a flag for each stop, a mode for each pair ------------------------------
 
 MOMENT = Record("tr_moment", "Time of an evaluation.", """
 double t : time, s
@@ -26,7 +26,7 @@ double third : third derivative
 
 MODE = Record("tr_mode", "Mode of a sliding pair, frozen within a step.", """
 double flag : TR_STUCK, …
-double direction[3] : frozen direction: rates when it was frozen (one component: their sign)
+double direction[3] : frozen direction: the rates when it was frozen; for a pair with one rate, the sign
 double tilt : prescribed tilt of a ball; 0: the tilt follows from the state
 """)
 
@@ -35,12 +35,12 @@ double tilt : prescribed tilt of a ball; 0: the tilt follows from the state
 SLIDING = Record("tr_sliding", "Sliding of a friction pair at a state.", """
 double speed : m/s, negative after a reversal of the frozen direction
 double border : sliding speed of the law's kink, m/s
-double cone : squared sine of a ball's tilt, negative if it spins without sliding; 1 for other pairs
+double cone : squared sine of a ball's tilt, negative if the ball spins without sliding; 1 if the pair is not a ball
 """)
 
 HOLD = Record("tr_hold", "Capacity and friction of a pair at rest.", """
 double capacity : largest friction in the present direction, N at the surface
-double size : friction needed, N at the surface
+double size : friction needed for rest, N at the surface
 double beyond : part of the needed friction that no friction can carry, N
 """)
 
@@ -51,9 +51,9 @@ double vector[3] : the contact's vector, rotated so that its angle is atan2(vect
 
 # -- inputs and settings --------------------------------------------------------------------------------------------------------
 
-KNOTS = Record("tr_knots", "Head of a table. Then follow n times, n values, n second derivatives (spline) or slopes (Hermite).", """
+KNOTS = Record("tr_knots", "Head of a table. n knot times, n values, n second derivatives (spline) or slopes (Hermite) follow.", """
 double kind : TR_TABLE_LINEAR, TR_TABLE_SPLINE or TR_TABLE_HERMITE
-double held : whether end values continue beyond the ends (else straight lines)
+double held : 1: constant beyond the ends; 0: straight lines beyond the ends
 double n : number of knots
 """)
 
@@ -62,10 +62,10 @@ INPUT = Record("tr_input", "An external input since its communication point. A m
 double kind : TR_TABLE_INPUT
 double followed : whether a motion follows the input
 double t0 : the communication point, s
-double u[3] : value and two derivatives there
+double u[3] : value and first two derivatives at t0
 double gap : distance of the motion from the input at t0
 double gap_rate : rate of the gap at t0
-double bandwidth : 1/s, rate at which the gap closes
+double bandwidth : rate at which the gap closes, 1/s
 """)
 
 SETTINGS = Record("tr_settings", "Settings of a run.", """
@@ -94,16 +94,16 @@ long rhs_evaluations : evaluations of the right-hand side
 long jacobians : evaluations of the Jacobian
 long newton_iterations : iterations on the complement equations
 long creeps : iterations that predict modes and share loads of many pairs
-long newton_most : most iterations of one solution
+long newton_most : largest number of iterations of one solution
 long events : events
 long projections : corrections of positions
 long outputs : output rows
 long maps : maps formed outside evaluations
-long solutions : solutions of decisions
+long solutions : solutions computed in mode decisions
 long by_impulses : bounded steps completed by an impulse step
-long relaxed : bounded steps completed with friction by sweeps
-long most_evaluations : most evaluations of a bounded step, with its output row
-long most_iterations : most iterations of a bounded step, with its output row
+long relaxed : bounded steps completed with friction approximated in sweeps
+long most_evaluations : largest number of evaluations in a bounded step, including its output row
+long most_iterations : largest number of iterations in a bounded step, including its output row
 long of_method[{len(METHODS)}] : accepted steps by method
 """)
 
@@ -129,18 +129,18 @@ LAST = Record("tr_last", "The last event, for columns.", """
 double time : s
 double kind : TR_EV_…
 double element : joint, counted from 1 among those with friction; 0: none
-double contact : contact that turned most, from 1; 0: none
+double contact : contact that turned most, counted from 1; 0: none
 double before : angle of that contact before, rad
 double after : angle of that contact after, rad
 double turn : angle by which its normal turned, rad
 double marginal : 1: the margin is below the run's error
 """)
 
-EXTRA = Record("tr_extra", "Values for columns that only the runtime knows. The states of all pairs follow behind this record.", """
+EXTRA = Record("tr_extra", "Values that columns take from the runtime. The states of all pairs follow this record.", """
 double energy0 : energy.residual at the start, J
 double closure : largest residual of loops
 double complement : relative residual of the complement equations
-double contraction : contraction of their fixed-point iteration
+double contraction : contraction of the fixed-point iteration of these equations
 double events : number of events so far
 double step : size of the last step, s
 double verdict : verdict of the audit so far, TR_VERDICT_…
@@ -161,7 +161,7 @@ double contraction : largest contraction of the complement equations
 double complement : largest relative residual of these equations
 double open_time : time of the first decision with several solutions, s; -1: none
 double open_pair : pair to which this decision belongs
-double stepped : first use of time stepping by method auto, s; -1: none
+double stepped : time when method auto first used time stepping, s; -1: never
 """)
 
 WORST = Record("tr_worst", "Worst figure of a law so far.", """
@@ -173,14 +173,14 @@ double joint : joint, counted from 1 among those with friction; 0: none
 JUDGEMENT = Record("tr_judgement", "Verdict of the audit on the run so far.", f"""
 double verdict : TR_VERDICT_…
 double tolerance : relative tolerance of the run, or the assumed one of a method without error control
-double judged : whether the energy was balanced (0: works were not integrated)
+double judged : 1: the energy was balanced; 0: works were not integrated
 double lost : largest unexplained energy, J; positive: gained
 double lost_time : time of the largest unexplained energy, s
-double jump_time : time of the largest change at once, s
-double jump_joint : joint of an event just before, counted from 1 among those with friction; 0: none
+double jump_time : time of the largest change between two balances, s
+double jump_joint : joint of the last event between these balances, counted from 1 among those with friction; 0: none
 double turned : energy turned over, J
 double share : unexplained energy over the energy turned over
-double noted : figures of laws above this get a note, in their units
-double noted_energy : a larger share of the energy turned over gets a note
+double noted : a law's figure above this value gets a note (in the unit of the figure)
+double noted_energy : a share above this value gets a note
 tr_worst law[{len(Law)}] : worst figure of every law
 """)

@@ -1,4 +1,4 @@
-/* Access to parts of a block: pairs and their modes, signals, end stops, multipliers; units; cancellation. */
+/* Access to parts of a block: pairs and their modes, signals, end stops and multipliers. Units, and cancellation of a run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -9,14 +9,16 @@
 #include "base/vectors.h"
 #include "tr_tables.h"
 
-/* Equation of a multiplier: its law; zero acceleration of a held pair; zero, if the motion is prescribed; its share of a
- * group's load; a stored load. */
+/* Equation of a multiplier, in the order of the names: friction law; zero acceleration of a held pair; zero friction, because
+ * the motion is prescribed; share of a group's load; stored load. */
 enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED };
 
-/* Source of stored loads of a group at rest: none (it shares by the rule), a creep, or the present multipliers. */
+/* Source of the stored loads of a group at rest: none (the group shares by the rule), a creep minimisation, or the present
+ * multipliers. */
 enum { TR_STORES_NONE, TR_STORES_CREEP, TR_STORES_PLACED };
 
-/* The multiplier whose share another one follows, its pair, and the place of that pair's derivative of the capacity. */
+/* Leader of a multiplier that shares a load: the leading multiplier, its pair, and the offset of the derivative of that pair's
+ * capacity. */
 typedef struct tr_leader {
   int multiplier, pair, dhold;
 } tr_leader;
@@ -24,10 +26,10 @@ typedef struct tr_leader {
 /* Passage of a pair through the proportional zone of its law. */
 typedef struct tr_zone {
   int inside;
-  int ncontacts;       /* number in `before` */
+  int ncontacts;       /* number of contacts in `before` */
   double entered;      /* time of entry, s */
   double direction[3]; /* sliding direction at the entry */
-  double reversal;     /* time of a reversal inside, s; NaN: none so far */
+  double reversal;     /* time of a reversal inside the zone, s; NaN: none so far */
   tr_contact before[TR_EVENT_CONTACTS]; /* contacts at the entry */
 } tr_zone;
 
@@ -37,20 +39,21 @@ typedef struct tr_memory {
   double value;
 } tr_memory;
 
-#define ASK_AFTER 1e7 /* multiplications between two questions to the host: a few milliseconds, also on slow machines */
+#define ASK_AFTER 1e7 /* multiplications between two queries of the host: a few milliseconds, even on slow machines */
 
-/* Work of a bounded step: maps formed outside evaluations count as evaluations, solutions of decisions as iterations. */
+/* Work of a bounded step. Maps formed outside evaluations count as evaluations. Each solution of a mode decision counts as an
+ * iteration. */
 static inline long tr_counted_evaluations(const tr_sim *s) { return s->stats.rhs_evaluations + s->stats.maps; }
 static inline long tr_counted_iterations(const tr_sim *s) { return s->stats.newton_iterations + s->stats.solutions; }
 
-/* Whether a bounded step has used up its work; the run is then marked as cancelled. */
+/* Whether a bounded step has used up its evaluations or iterations. In that case the run is marked as cancelled. */
 static inline int tr_is_at_bound(tr_sim *s) {
   if (!s->bound.evaluations || (tr_counted_evaluations(s) < s->bound.evaluations && tr_counted_iterations(s) < s->bound.iterations)) return 0;
   return s->ask.cancelled = 1;
 }
 
-/* Add `work` multiplications. Returns whether the run is cancelled, by its bound or by the host, which is asked every ASK_AFTER
- * multiplications. */
+/* Add `work` multiplications to the count. Returns whether the bound or the host has cancelled the run. The host is queried
+ * every ASK_AFTER multiplications. */
 static inline int tr_is_cancelled(tr_sim *s, double work) {
   if (tr_is_at_bound(s)) return 1;
   if (!s->ask.host || s->ask.cancelled || (s->ask.work += work) < ASK_AFTER) return s->ask.cancelled;
@@ -60,16 +63,15 @@ static inline int tr_is_cancelled(tr_sim *s, double work) {
 
 static inline const tr_pair *tr_pair_of(const tr_sim *s, int i) { return s->k->pair + i; }
 
-/* Length of z: multipliers [λ active | η], then, with recursive friction, the loads. */
+/* Number of doubles in z: the multipliers [λ active | η]; with recursive friction, the loads N follow. */
 static inline int tr_z_length(const tr_sim *s) { return s->k->active + s->k->neta + (s->k->begin ? s->k->nn : 0); }
 static inline double *tr_stored_loads(const tr_sim *s) { return TR_A(s, z) + s->k->active + s->k->neta; }
 
 static inline const tr_method *tr_method_of(const tr_sim *s) { return tr_methods + s->step.method; }
 
-/* Whether the method is auto. */
 static inline int tr_is_auto(const tr_sim *s) { return tr_methods[s->set.method].kind == TR_CHOSEN; }
 
-/* The explicit method that method auto starts with. */
+/* The explicit method with which method auto starts. */
 static inline int tr_auto_explicit_method(const tr_sim *s) { return s->set.rtol > TR_AUTO_LOOSE_ABOVE ? TR_AUTO_LOOSE : TR_AUTO_TIGHT; }
 
 /* Parts of the signals x. */
@@ -78,14 +80,15 @@ static inline tr_signal *tr_signal_of(const tr_sim *s, int table) { return (tr_s
 static inline double *tr_stop_flag(const tr_sim *s, int stop) { return (double *)tr_signal_of(s, s->k->ntables) + stop; }
 static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr_stop_flag(s, s->k->nstops) + i; }
 
-/* Whether a stop is the hook of a latch, with event kinds of its own. */
+/* Whether a stop is the hook of a latch. Hooks have their own event kinds. */
 static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->nstops - s->k->nlatches; }
 
-/* Whether an end stop is engaged, or the hook of a latch is down. The flag of a ratchet's hook is its tooth, from 1. */
+/* Whether an end stop is engaged, or the hook of a latch is down. The flag of a ratchet's hook is the number of the engaged
+ * tooth, counted from 1. */
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
-/* Depth of each stop at y, m or rad (hooks: ``recursion/latches.py``), and its force margin before release inside its reach,
- * for a hook how far its signal lifts it. `pushes` may be 0. */
+/* Depth of each stop at y, m or rad (hooks: ``recursion/latches.py``). pushes (or 0): for an end stop, its force margin before
+ * release inside its reach; for a hook, how far its signal lifts the hook. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + 1];
@@ -96,16 +99,16 @@ static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, d
 
 static inline void tr_stop_depths(const tr_sim *s, const double *y, double *depth) { tr_stop_depths_and_pushes(s, y, depth, 0); }
 
-/* The stop whose depth shows whether the latch of this hook is pressed. */
+/* The stop whose depth shows whether this hook's latch is pressed. */
 static inline int tr_stop_behind_hook(const tr_sim *s, int hook) { return s->k->presses[hook - (s->k->nstops - s->k->nlatches)]; }
 static inline int tr_mode_flag(const tr_mode *m) { return (int)m->flag; }
-/* Whether a pair is not stuck; for a law with a kink: whether it is saturated. */
+/* Whether a pair is not stuck; for a law with a kink, whether the pair is saturated. */
 static inline int tr_is_sliding(const tr_sim *s, int i) { return tr_mode_flag(tr_mode_of(s, i)) != TR_STUCK; }
 static inline int tr_is_set_valued(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_SET; }
 static inline int tr_has_kink_at_rest(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_TURN; }
 static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && !tr_is_sliding(s, i); }
 
-/* Copy the modes of all pairs to `kept` (nsliders), and back. */
+/* Copy the modes of all pairs to `kept` (nsliders), and from `kept` back to the block. */
 static inline void tr_save_modes(const tr_sim *s, tr_mode *kept) { memcpy(kept, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders); }
 static inline void tr_restore_modes(tr_sim *s, const tr_mode *kept) { memcpy(tr_mode_of(s, 0), kept, sizeof(tr_mode) * s->k->nsliders); }
 
@@ -117,27 +120,27 @@ static inline int *tr_pair_classes(const tr_sim *s) { return (int *)TR_A(s, pair
 static inline int *tr_stopping_marks(const tr_sim *s) { return (int *)TR_A(s, stopping); }
 static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, leaders); }
 
-/* Number of active rows that constrain a loop; the rows of light freedoms follow them. */
+/* Number of active rows that constrain a loop. The rows of light freedoms follow them. */
 static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
 
-/* Unit of a constraint row (1 rad or the length), and of a rate without the rate scale. */
+/* Unit of a constraint row (1 rad, or the length scale); unit of a rate divided by the rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
 
-/* Record of a table; the offsets of all records come first. */
+/* Record of a table. `tables` begins with the offsets of all records. */
 static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
 
-/* × the time, at least 1 s: closer times are equal; round-off of sums of steps */
+/* × the time, at least 1 s: times closer than this are equal. It covers the round-off of sums of steps. */
 #define SAME_TIME 1e-13
 static inline double tr_time_tolerance(double t) { return SAME_TIME * fmax(1.0, fabs(t)); }
 
 /* Unit of sliding speed, m/s. */
 static inline double tr_speed_unit(const tr_sim *s) { return s->set.length * s->set.rate; }
 
-/* Doubles of a state, with integrals and padding. */
+/* Number of doubles in a state, including integrals and padding. */
 static inline int tr_state_width(const tr_sim *s) { return TR_PAD(s->ny + s->nworks + s->naudit); }
 
-/* Number of pairs and stops. An event's index is its pair, or nsliders + its stop. */
+/* Number of pairs and stops. The index of an event is the index of its pair, or nsliders + the index of its stop. */
 static inline int tr_watched_count(const tr_sim *s) { return s->k->nsliders + s->k->nstops; }
 
 /* Rates of a pair in the current state. Requires maps. */
@@ -146,7 +149,7 @@ static const double *tr_pair_rates(const tr_sim *s, int i) {
   return map_rates(s->k, TR_A(s, maps)) + tr_pair_of(s, i)->rate0;
 }
 
-/* Whether i is among the n numbers of `rest`. */
+/* Whether i is an element of `rest` (n). */
 static int tr_contains(const int *rest, int n, int i) {
   for (int q = 0; q < n; ++q)
     if (rest[q] == i) return 1;

@@ -9,7 +9,7 @@
 #include "base/tolerances.h"
 #include "base/vectors.h"
 
-/* Factorised least squares: |κ + N x| is smallest over x (r); N is m×r. */
+/* Factorised least-squares problem: minimise |κ + N x| over x (r). N is m×r. */
 typedef struct tr_least_squares {
   int m, r, rank;
   const double *N;
@@ -17,7 +17,7 @@ typedef struct tr_least_squares {
   int *perm, *lo, *hi;
 } tr_least_squares;
 
-/* Append the powers just evaluated to ẏ (dy): those of columns' works, then the sums of the audit. */
+/* Append the powers evaluated last to ẏ (dy): powers of the works that columns need, then the audit's two sums of powers. */
 static inline void tr_append_powers(const tr_sim *s, double *dy) {
   const tr_kernel *k = s->k;
   const double *power = TR_A(s, power);
@@ -28,52 +28,56 @@ static inline void tr_append_powers(const tr_sim *s, double *dy) {
   out[s->nworks] = sum[0], out[s->nworks + 1] = sum[1];
 }
 
-/* ẏ (dy) with powers at the current state y, for the multipliers z. Requires raw maps. */
+/* Evaluate ẏ (dy) and the powers at the current state y with the multipliers z. Requires raw maps. */
 static inline void tr_evaluate_stage2(tr_sim *s, const double *y, const double *z, double *dy) {
   TR_NEED(s, TR_HAS_MAPS);
   s->k->stage2(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), z, dy, TR_A(s, power));
   tr_append_powers(s, dy);
 }
 
-/* Factorise for the directions N (m×r). `work` has tr_least_squares_doubles(r) numbers and must outlive the result. */
+/* Factorise the least-squares problem of the directions N (m×r). `work` has tr_least_squares_doubles(r) doubles and must
+ * outlive the result. */
 static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, double *work);
 
-/* The best x; kappa becomes the residual κ + N x. more (r numbers, or 0): solve Nᵀ(κ + N x) + more = 0 instead. */
+/* Solve for x, and replace kappa by the residual κ + N x. If `more` (r doubles) is not 0, solve Nᵀ(κ + N x) + more = 0
+ * instead. */
 static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x);
 
-/* Orthonormalise the directions N (m×r) by Gram and Schmidt, twice. Dependent directions become zero. */
+/* Orthonormalise the directions N (m×r) by two Gram–Schmidt passes. Dependent directions become zero. */
 static void tr_orthonormalise(int m, int r, double *N);
 
-/* External input at t since its communication point. A motion that follows the input may start off by a gap e with the rate ė;
- * it closes the gap with critical damping: q = u + (e + (ė + ω e) τ) exp(−ω τ). */
+/* External input at time t, with τ the time since its communication point. A motion that follows the input u may start at a
+ * distance e with the rate ė. The motion q closes this gap with critical damping: q = u + (e + (ė + ω e) τ) exp(−ω τ). */
 static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out);
 
-/* Number of external inputs, which are the first tables. */
+/* Number of external inputs. They are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
-/* The first break of the signals after t, s; INFINITY: none. */
+/* Time of the first break of the signals after t, s; INFINITY if there is none. */
 double tr_break_after(const tr_sim *s, double t);
 
-/* Form the raw maps of the current state, unless they are formed. */
+/* Form the raw maps of the current state, unless they exist already. */
 static void tr_form_maps(tr_sim *s);
 
-/* Change of rates δv (nv) by impulses [δλ | δη] at the current state y. deta may be 0. response: effect of a unit of each η on
- * its own freedom. again: the last impulses were applied at this state too. */
+/* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or 0) at the current state y. response: acceleration of each
+ * friction's own freedom by a unit of that friction. again: the previous call was at the same state, so its ẏ without impulses
+ * is used. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
-/* Make y the current state by the recursion alone; maps are formed on demand. Requires the signals. */
+/* Make y the current state by `begin` of the recursion, without maps. Later functions form maps on demand. Requires the
+ * signals. */
 static void tr_begin_recursion(tr_sim *s, const double *y, double *dy);
 
-/* Make y the current state: evaluate its maps, or with recursive friction form them on demand. Requires the signals. ẏ is
- * evaluated only if there are no multipliers. */
+/* Make y the current state and evaluate its maps. With recursive friction, later functions form maps on demand. Evaluates ẏ
+ * only if there are no multipliers. Requires the signals. */
 static void tr_evaluate_maps(tr_sim *s, const double *y);
 
 /* Evaluate the block's signals at time t. */
 static inline void tr_set_time(tr_sim *s, double t);
 
-/* tr_evaluate_maps at time t, with the signals of t. */
+/* Set the signals of time t, then call tr_evaluate_maps. */
 static inline void tr_evaluate_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t), tr_evaluate_maps(s, y); }
 
-/* Potential energy at y, J; 0 if the audit does not need it. */
+/* Potential energy at y, J. It is 0 in mechanisms without latches. */
 static double tr_potential_energy(const tr_sim *s, const double *y);
 #endif

@@ -1,9 +1,9 @@
-/* Layout of a block: its size, its arrays, and its move into a larger one. */
+/* Layout of a block: size, arrays, and copy into a larger block. */
 #include "base/base.h"
 
 static int tr_max(int a, int b) { return a > b ? a : b; }
 
-/* Set the offsets of all arrays behind the struct. Returns the number of doubles. */
+/* Set the offsets of all arrays behind the struct. Returns their total number of doubles. */
 static int tr_lay_out(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
@@ -67,7 +67,7 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
 
 static int tr_is_within(int value, int least, int most) { return least <= value && value <= most; }
 
-/* Whether every count and index in the struct is possible for its sizes; -1 means no index. */
+/* Whether every count and index in the struct is within the sizes of the kernel and the arrays. An index of -1 means none. */
 static int tr_has_valid_counts(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const int pair = k->nsliders - 1, watched = k->nsliders + k->nstops - 1, none = -1, rows = tr_max(TR_DENSE_ROWS, TR_WORK_NODES);

@@ -1,15 +1,15 @@
-/* Extensions of C11 that the runtime uses: vectors of four doubles, inlining. Exported sources get the same names in plain C
- * from ``portable.h`` (fmu/native). */
+/* Extensions of C11 that the runtime uses: vectors of four doubles, and inlining. In exported sources, ``portable.h``
+ * (fmu/native) defines the same names in plain C. */
 #ifndef TR_COMPILER_H
 #define TR_COMPILER_H
 
-/* Lanes of a vector; every array of a block is padded to whole vectors. */
+/* Lanes (doubles) of a vector. Every array of a block is padded to whole vectors. */
 #define TR_LANES 4
 #define TR_NOUGHT {0.0}
 typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_PAD(n) (((n) + 3) & ~3)
 
-/* Compiled separately for each constant size at a call, without loops. */
+/* A function that is compiled separately for each constant size at its calls, with unrolled loops. */
 #define TR_SIZED static inline __attribute__((always_inline))
 #ifdef __clang__
 #define TR_UNROLL _Pragma("clang loop unroll(full)")
@@ -17,8 +17,8 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_UNROLL
 #endif
 
-/* Code of events, starts and failures is compiled for size. Inlined like the stepping loop, it would take most of the
- * compiler's time. */
+/* Code between TR_RARE and TR_OFTEN (events, starts, failures) is compiled for size. Inlining it like the stepping loop would
+ * take most of the compile time. */
 #ifdef __clang__
 #define TR_RARE _Pragma("clang attribute push(__attribute__((minsize, noinline)), apply_to = function)")
 #define TR_OFTEN _Pragma("clang attribute pop")
@@ -27,14 +27,14 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_OFTEN
 #endif
 
-/* Part of the stepping loop with one caller, inlined there. Left to the compiler, steps take 1 to 2 percent longer. */
+/* A part of the stepping loop that is inlined in its only caller. Without this attribute, steps take 1 to 2 percent longer. */
 #define TR_INLINE static inline __attribute__((always_inline))
 
-/* Never inlined, so that it does not affect the code of steps that do not call it. */
+/* A function that is never inlined, so that the code of steps that do not call it stays the same. */
 #define TR_APART static __attribute__((noinline))
 
-/* a − b c with one rounding if the machine has it, as the compiler does in loops. In straight code the compiler would pair
- * products. */
+/* a − b c, with one rounding if the machine has a fused multiply-add. The compiler does the same in loops, but could combine
+ * products differently in straight-line code. */
 static inline double tr_multiply_subtract(double a, double b, double c) {
 #ifdef __FMA__
   return __builtin_fma(-b, c, a);

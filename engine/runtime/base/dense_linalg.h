@@ -1,4 +1,4 @@
-/* Small dense linear algebra, column-major; rank-revealing where rank is uncertain. */
+/* Small dense linear algebra with column-major matrices. The Cholesky factorisation is rank-revealing. */
 #ifndef TR_LINALG_H
 #define TR_LINALG_H
 #include <math.h>
@@ -7,7 +7,7 @@
 #include "base/tolerances.h"
 
 
-/* Exchange rows and columns k < m of a symmetric matrix (n×n), given by its lower triangle. */
+/* Exchange row and column k with row and column m > k of a symmetric matrix (n×n), stored as its lower triangle. */
 static inline void tr_exchange_symmetric(int n, int k, int m, double *L) {
   double *ck = L + (size_t)k * n, *cm = L + (size_t)m * n, t;
   for (int i = 0; i < k; ++i) t = L[k + (size_t)i * n], L[k + (size_t)i * n] = L[m + (size_t)i * n], L[m + (size_t)i * n] = t;
@@ -16,8 +16,9 @@ static inline void tr_exchange_symmetric(int n, int k, int m, double *L) {
   for (int i = m + 1; i < n; ++i) t = ck[i], ck[i] = cm[i], cm[i] = t;
 }
 
-/* Pivoted Cholesky factor of d S d (n×n, S in full storage): in the lower triangle of L, in the order `perm`. A pivot within the first
- * `base` counts above `keep`, a later one above `grow`. Returns the rank. */
+/* Pivoted Cholesky factor of d S d (n×n, S in full storage), in the lower triangle of L, in the order `perm`. The rank is the
+ * number of pivots before the first that is too small. The first `base` pivots must exceed `keep`, later pivots `grow`.
+ * Returns the rank. */
 static int tr_cholesky(int n, const double *S, const double *d, double *L, int *perm, int base, double keep, double grow) {
   for (int j = 0; j < n; ++j) {
     const double *from = S + (size_t)j * n, dj = d[j];
@@ -49,7 +50,7 @@ static int tr_cholesky(int n, const double *S, const double *d, double *L, int *
   return n;
 }
 
-/* Solve d S d x = b on the first `rank` pivots: x = d L⁻ᵀ L⁻¹ d b, zero for the other unknowns. */
+/* Solve S x = b on the first `rank` pivots: x = d L⁻ᵀ L⁻¹ d b. The other unknowns are zero. */
 static void tr_cholesky_solve(int n, int rank, const double *L, const int *perm, const double *d, const double *b, double *x) {
   double y[rank > 0 ? rank : 1];
   for (int i = 0; i < rank; ++i) {
@@ -68,7 +69,7 @@ static void tr_cholesky_solve(int n, int rank, const double *L, const int *perm,
   }
 }
 
-/* LU factors with partial pivoting, replacing A. Returns 0 if A is singular to working precision. */
+/* Replace A by its LU factors with partial pivoting. Returns 0 if A is singular to working precision. */
 TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
   TR_UNROLL
   for (int k = 0; k < n; ++k) {
@@ -100,10 +101,10 @@ TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
   return 1;
 }
 
-#define TR_LU_WIDE 4 /* columns eliminated from another column at once, which is then read and written a quarter of the times */
-#define TR_LU_LARGE 16 /* size from which this pays */
+#define TR_LU_WIDE 4 /* columns eliminated from another column in one pass, to reduce memory access to a quarter */
+#define TR_LU_LARGE 16 /* smallest matrix size at which this is faster */
 
-/* Factorise columns k to `end` of A; earlier columns are done. Exchanges rows in these columns alone. */
+/* Factorise the columns k ≤ c < end of A, after all earlier columns. Exchanges rows only within these columns. */
 static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
   for (int c = k; c < end; ++c) {
     double *column = A + (size_t)c * n;
@@ -127,7 +128,7 @@ static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
   return 1;
 }
 
-/* Eliminate columns k to k + 4 from the column `to`, in the order of single eliminations. */
+/* Eliminate the columns k to k + 3 from the column `to`, in the same order as single eliminations. */
 static inline void tr_lu_subtract_panel(int n, int k, const double *A, double *to) {
   const double *L0 = A + (size_t)k * n, *L1 = L0 + n, *L2 = L1 + n, *L3 = L2 + n, a = to[k], b = to[k + 1] = tr_multiply_subtract(to[k + 1], L0[k + 1], a);
   const double c = to[k + 2] = tr_multiply_subtract(tr_multiply_subtract(to[k + 2], L0[k + 2], a), L1[k + 2], b);
@@ -143,7 +144,7 @@ static inline void tr_lu_subtract_panel(int n, int k, const double *A, double *t
   for (; i < n; ++i) to[i] = tr_multiply_subtract(tr_multiply_subtract(tr_multiply_subtract(tr_multiply_subtract(to[i], L0[i], a), L1[i], b), L2[i], c), L3[i], d);
 }
 
-/* tr_lu_sized for large matrices, four columns at a time. */
+/* As tr_lu_sized, for large matrices, four columns at a time. */
 static int tr_lu_large(int n, double *A, int *perm) {
   for (int k = 0; k < n; k += TR_LU_WIDE) {
     const int end = k + TR_LU_WIDE < n ? k + TR_LU_WIDE : n;
@@ -161,7 +162,7 @@ static int tr_lu_large(int n, double *A, int *perm) {
   return 1;
 }
 
-/* LU factors as of tr_lu_sized; sizes of small mechanisms are compiled separately. */
+/* As tr_lu_sized; the sizes of small mechanisms are compiled separately. */
 static int tr_lu(int n, double *A, int *perm) {
   switch (n) {
     case 2: return tr_lu_sized(2, A, perm);
@@ -173,7 +174,7 @@ static int tr_lu(int n, double *A, int *perm) {
   }
 }
 
-/* b ← A⁻¹ b for three unknowns, by cross products and one division. Returns 0 if A is singular to working precision. */
+/* b ← A⁻¹ b for three unknowns, by Cramer's rule with one division. Returns 0 if A is singular to working precision. */
 static inline int tr_solve_three(const double *A, double *b) {
   const double *x = A, *y = A + 3, *z = A + 6, r[3] = {b[0], b[1], b[2]};
   const double yz[3] = {y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]};
@@ -187,17 +188,17 @@ static inline int tr_solve_three(const double *A, double *b) {
   return 1;
 }
 
-/* Sign (±1) of the determinant, from the factors and exchanges of tr_lu. */
+/* Sign (±1) of the determinant, from the factors A and the exchanges perm of tr_lu. */
 static int tr_lu_determinant_sign(int n, const double *A, const int *perm) {
   int sense = 1;
   for (int i = 0; i < n; ++i) sense *= (A[i + i * n] < 0.0) != (perm[i] != i) ? -1 : 1;
   return sense;
 }
 
-/* b ← A⁻¹ b with the factors and exchanges of tr_lu. */
+/* b ← A⁻¹ b with the factors A and the exchanges perm of tr_lu. */
 TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, double *b) {
   TR_UNROLL
-  for (int k = 0; k < n; ++k) { /* tr_lu exchanges whole rows, so all exchanges come first */
+  for (int k = 0; k < n; ++k) { /* tr_lu exchanges whole rows, so all exchanges precede the substitution */
     double a = b[perm[k]];
     b[perm[k]] = b[k];
     b[k] = a;
@@ -216,7 +217,7 @@ TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, d
   }
 }
 
-/* tr_lu_solve_sized; sizes of small mechanisms are compiled separately. */
+/* As tr_lu_solve_sized; the sizes of small mechanisms are compiled separately. */
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
   switch (n) {
     case 2: tr_lu_solve_sized(2, A, perm, b); break;

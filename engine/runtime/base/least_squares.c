@@ -1,16 +1,16 @@
-/* Least squares for reactions that redundant loops leave open: |κ + N x| is smallest, N (m×r) the scaled reactions of the open
- * directions.
+/* Least squares for reactions that redundant loops leave open: minimise |κ + N x|. N (m×r) contains the scaled reactions of
+ * the open directions.
  *
- * The Gram matrix of unit columns is factorised, so that units do not matter. Two corrections on the residual restore the
- * digits lost by squaring the condition. A direction concerns few joints, so rows outside the span of a column are skipped.
- * Dependent directions get zero. */
+ * The columns are normalised before the Gram matrix is factorised, so that units have no effect. The Gram matrix squares the
+ * condition number; two iterative refinements restore the lost digits. A direction involves few joints, so the code skips rows
+ * outside the nonzero span of a column. The coefficients of dependent directions are zero. */
 #include "base/base.h"
 
-#define DEPENDENT 1e-12 /* remainder of a unit direction, squared; sums of m ≈ 1e3 products are accurate to 1e-14 */
-#define CORRECTIONS 2 /* corrections on the residual */
-#define VANISHED 1e-20 /* × a direction's squared length: what orthogonalisation leaves of a dependent one */
+#define DEPENDENT 1e-12 /* squared remainder of a dependent unit direction; sums of m ≈ 1e3 products are accurate to 1e-14 */
+#define CORRECTIONS 2 /* iterative refinements */
+#define VANISHED 1e-20 /* × a direction's squared norm: squared norm that orthogonalisation leaves of a dependent direction */
 
-/* Doubles of work space: Gram matrix, scales, a right-hand side, order and spans (ints). */
+/* Number of doubles of work space: Gram matrix, scales, right-hand side, pivot order and spans (ints). */
 static int tr_least_squares_doubles(int r) { return r * (r + 4); }
 
 static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, double *work) {

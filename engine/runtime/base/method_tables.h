@@ -1,11 +1,11 @@
-/* Tables of the methods, generated from engine/runtime/integrators (``tr_tables.h``). No C file names a method; its number is
- * its place in the table. */
+/* Tables of the methods, generated from engine/runtime/integrators (``tr_tables.h``). No C file names a method; the number of
+ * a method is its index in the table. */
 #ifndef TR_METHODS_H
 #define TR_METHODS_H
 #include "tr_abi.h"
 #include "base/compiler.h"
 
-/* out = h · (combination of the rows of K); a row has n vectors. */
+/* out = h · (linear combination of the rows of K). A row has n SIMD vectors. */
 typedef void (*tr_combination)(int n, double h, const tr_vec *restrict K, tr_vec *restrict out);
 
 /* An explicit Runge–Kutta method. Rows of K: stages, derivative at the end of the step, extra stages of the dense output. */
@@ -13,10 +13,10 @@ typedef struct tr_explicit {
   int stages, extra;   /* stages of a step; extra stages of the dense output */
   int errors;          /* error estimators: 1 or 2 */
   int dense;           /* rows of the dense output in addition to the cubic */
-  int ends_in_error;   /* an estimator uses the derivative at the end of the step */
-  double stiff_at;     /* estimate of h|λ| above which stability limits the steps */
+  int ends_in_error;   /* whether an error estimator uses the derivative at the end of the step */
+  double stiff_at;     /* h|λ| above which stability limits the step size */
   const double *c;     /* nodes of all rows */
-  const double *lead;  /* stages × stages, by rows: weights of earlier stages that extrapolate the start of Newton's method */
+  const double *lead;  /* stages × stages, by rows: weights by which earlier stages extrapolate the start of Newton's method */
   void (*argument)(int stage, int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   void (*solution)(int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   const tr_combination *error, *dense_row;
@@ -32,12 +32,12 @@ typedef struct tr_rosenbrock {
   const double *H;     /* 3 × stages */
 } tr_rosenbrock;
 
-/* Impulse steps: weights by which a whole step and its two halves are extrapolated. */
+/* Impulse steps: weights of the Richardson extrapolation, for the whole step and for its two halves. */
 typedef struct tr_impulses {
   double whole, halves;
 } tr_impulses;
 
-/* TR_CHOSEN is method auto, which uses the others. */
+/* TR_CHOSEN is method auto, which selects among the other methods. */
 enum { TR_CHOSEN, TR_EXPLICIT, TR_IMPLICIT, TR_IMPULSES };
 typedef struct tr_method {
   int kind, order;

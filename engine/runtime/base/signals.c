@@ -16,10 +16,11 @@ static int tr_input_count(const tr_sim *s) {
   return n;
 }
 
-/* Numbers behind a table's head: times, values, then second derivatives (spline) or slopes (Hermite pieces). */
+/* The knot times, which follow a table's head. Values, then second derivatives (spline) or slopes (Hermite pieces), follow the
+ * times. */
 static const double *tr_knot_times(const tr_knots *table) { return (const double *)(table + 1); }
 
-/* Signal before the first or after the last knot: constant for a held table, else straight. */
+/* Signal before the first knot or (last) after the last knot: constant for a held table, else a straight line. */
 static void tr_extrapolate_table(const tr_knots *table, int last, double t, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, e = last ? n - 1 : 0, a = last ? n - 2 : 0;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;
@@ -30,14 +31,16 @@ static void tr_extrapolate_table(const tr_knots *table, int last, double t, tr_s
   out->value = v[e] + slope * (t - tt[e]), out->first = slope, out->second = out->third = 0.0;
 }
 
-/* Cubic with values v and slopes m at both ends of an interval h, at u after its start. */
+/* Cubic on an interval of duration h with values v and slopes m at both ends, evaluated at time u after the start of the
+ * interval. */
 static void tr_evaluate_hermite(const double *v, const double *m, double h, double u, tr_signal *out) {
   double rise = (v[1] - v[0]) / h, bend = (3.0 * rise - 2.0 * m[0] - m[1]) / h, twist = (m[0] + m[1] - 2.0 * rise) / (h * h);
   out->value = v[0] + u * (m[0] + u * (bend + u * twist)), out->first = m[0] + u * (2.0 * bend + 3.0 * u * twist);
   out->second = 2.0 * bend + 6.0 * u * twist, out->third = 6.0 * twist;
 }
 
-/* A table's signal at t. ts selects the interval, so that no step sees both sides of a knot. */
+/* Signal of a table at time t. The time ts selects the interval, so that all evaluations of a step use the same side of a
+ * knot. */
 static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, lo = 0, hi = n - 1;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;
@@ -65,8 +68,8 @@ static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_sig
   }
 }
 
-/* Write time t and `count` signals to x, whose moment gives the time inside a step. tables: begins with the offset of each
- * record. Runs, statics and derivatives all use this function, so that they evaluate tables alike. */
+/* Write time t and `count` signals to x. The moment in x already holds the time inside the step. `tables` begins with the
+ * offset of each record. Runs, statics and derivatives use this function, so that all evaluate tables in the same way. */
 static inline void tr_evaluate_signals(const double *tables, int count, double t, double *x) {
   tr_moment *now = (tr_moment *)x;
   tr_signal *out = (tr_signal *)(now + 1);

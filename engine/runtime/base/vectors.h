@@ -12,7 +12,7 @@ static inline void tr_copy(int n, const double *from, double *to) {
   for (; i < n; ++i) to[i] = from[i];
 }
 
-/* a · b, in four independent sums. */
+/* a · b, with four independent sums for speed. */
 static double tr_dot(const double *a, const double *b, int n) {
   double sum[4] = {0.0, 0.0, 0.0, 0.0};
   int i = 0;
@@ -22,7 +22,7 @@ static double tr_dot(const double *a, const double *b, int n) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* y (m) += sign · A x, A m×n. Columns whose x is zero are skipped. */
+/* y (m) += sign · A x, where A is m×n. Skips the columns j with x[j] = 0. */
 static void tr_add_columns(int m, int n, const double *A, const double *x, double sign, double *y) {
   for (int j = 0; j < n; ++j) {
     const double *col = A + (size_t)j * m;
@@ -32,7 +32,7 @@ static void tr_add_columns(int m, int n, const double *A, const double *x, doubl
   }
 }
 
-/* The larger number, or NaN if one of them is NaN (fmax would drop it). */
+/* The larger argument, or NaN if an argument is NaN (fmax would drop the NaN). */
 static inline double tr_max_or_nan(double a, double b) { return b <= a || a != a ? a : b; }
 
 /* Whether all n numbers are finite. */
@@ -42,7 +42,8 @@ static int tr_is_finite(int n, const double *a) {
   return sum == 0.0;
 }
 
-/* y = b + A x, A m×n, four rows at a time. Overwrites up to three numbers behind y, for which arrays of the block have room. */
+/* y = b + A x, where A is m×n, four rows at a time. Overwrites up to three doubles behind y; arrays of the block have this
+ * room. */
 static inline void tr_affine_map(int m, int n, const double *b, const double *A, const double *x, double *y) {
   for (int i = 0; i < m; i += TR_LANES) {
     tr_vec sum = *(const tr_vec *)(b + i);
@@ -58,14 +59,14 @@ static double tr_largest_size(int n, const double *v) {
   return most;
 }
 
-/* Surface speed of n rates with their levers. */
+/* Surface speed of n rates, each multiplied by its lever. */
 static double tr_surface_speed(int n, const double *rate, const double *lever) {
   double sum = 0.0;
   for (int j = 0; j < n; ++j) sum += rate[j] * rate[j] * lever[j] * lever[j];
   return sqrt(sum);
 }
 
-/* Scale v (n) to length 1; zero stays zero. Returns the length it had. */
+/* Normalise v (n) to Euclidean norm 1; a zero vector stays zero. Returns the norm before. */
 static double tr_make_unit(int n, double *v) {
   double len = 0.0;
   for (int j = 0; j < n; ++j) len += v[j] * v[j];

@@ -1,37 +1,37 @@
-/* The audit: whether the run obeys its laws (theory, "Audit"). It observes the accepted solution at the end of each step and
- * changes nothing. Energies are balanced between observations; each other law has a figure, whose worst value is kept. */
+/* The audit: whether the run obeys its laws (theory, "Audit"). It evaluates the accepted solution at the end of each step and
+ * changes nothing. It balances the energies between these states. For each other law it stores the worst figure. */
 #include "checks/checks.h"
 
-#define EVERY_STEPS 4    /* steps between balances of energy; a loss shows at the next balance */
-#define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulses where events accumulate */
-#define LEAST_RTOL 1e-12 /* tighter tolerances are round-off */
-#define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: inaccurate */
-#define AT_MOST 0.1      /* × the energy turned over: inaccurate at any tolerance */
-#define SINGULAR_LOSS 1e-6   /* × the energy turned over: loss that loops may have in a singular position */
-#define NOTED 0.1        /* × the limit of inaccuracy: worth a note */
-#define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: their round-off along a run */
-#define LAW_LEAST 1e-6   /* × a law's unit: smaller figures are not noted */
-#define FAINT_LOAD 1e-9  /* × the largest friction: a less loaded pair has no meaningful ratio */
-#define LEAST_LOAD 1e-15 /* × energy over length: smaller loads of any pair are round-off, as with μ = 0 */
+#define EVERY_STEPS 4    /* steps between energy balances; the next balance shows a loss */
+#define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulse steps where events accumulate */
+#define LEAST_RTOL 1e-12 /* smallest tolerance; a smaller one is below round-off */
+#define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: unexplained energy above which the run is inaccurate */
+#define AT_MOST 0.1      /* × the energy turned over: unexplained energy above which a run is inaccurate at any tolerance */
+#define SINGULAR_LOSS 1e-6   /* × the energy turned over: loss that is allowed for loops in a singular position */
+#define NOTED 0.1        /* × the limit of inaccuracy: unexplained energy above which a note follows */
+#define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: round-off of these terms over a run */
+#define LAW_LEAST 1e-6   /* × a law's unit: smaller figures get no note */
+#define FAINT_LOAD 1e-9  /* × the largest friction: at smaller friction, the friction ratio of a pair is round-off */
+#define LEAST_LOAD 1e-15 /* × energy over length: smaller friction of any pair is round-off, as with μ = 0 */
 
 static double tr_audit_tolerance(const tr_sim *s) {
   const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0;
   return fmax(fmax(s->set.rtol, LEAST_RTOL), stepped ? FIRST_ORDER : 0.0);
 }
 
-/* Note a figure of the last step. */
+/* Store a figure of the last step, if it is larger than the figure stored before. */
 static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) {
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
-/* Relative acceleration of freedom i: from raw maps and all multipliers, over the sum of its terms. */
+/* Acceleration of freedom i from raw maps and all multipliers, divided by the sum of its absolute terms. */
 static double tr_audit_relative_acceleration(tr_sim *s, int i) {
   double size, sum = tr_acceleration_and_terms(s, i, &size);
   return size > 0.0 ? fabs(sum) / size : 0.0;
 }
 
-/* Note the speed and the relative accelerations of a held pair. Prescribed freedoms have no cancelling accelerations; their
- * speed suffices. Requires a solution. */
+/* Record the speed and the relative accelerations of a held pair. Prescribed freedoms are checked by speed alone, because
+ * their accelerations have no terms that cancel. Requires a solution. */
 static void tr_audit_rest(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_audit_record(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
@@ -39,7 +39,7 @@ static void tr_audit_rest(tr_sim *s, int i) {
     if (tr_row_kinds(s)[j] != TR_ROW_FREE) tr_audit_record(&s->audit, TR_LAW_UNREST, tr_audit_relative_acceleration(s, j), i);
 }
 
-/* Power of a pair's friction, W; positive if it drives. */
+/* Power of a pair's friction, W; positive if friction drives the pair. */
 static double tr_audit_power(const tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *rate = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
@@ -48,20 +48,20 @@ static double tr_audit_power(const tr_sim *s, int i) {
   return power;
 }
 
-/* Note the figures of friction laws at the end of the last step. Requires its solution. */
+/* Record the figures of the friction laws at the end of the last step. Requires the solution there. */
 static void tr_audit_friction(tr_sim *s) {
   TR_NEED(s, TR_HAS_SOLUTION);
   const tr_kernel *k = s->k;
   tr_audit *a = &s->audit;
   double load = LEAST_LOAD * s->set.energy / s->set.length;
-  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* otherwise tr_update_extremes has just evaluated them */
+  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes has done this */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
     a->power = fmax(a->power, fabs(power));
     if (power > 0.0 && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
-    if (!tr_is_set_valued(s, i) || !tr_is_stuck(s, i)) continue; /* a law may rise with speed: sliding pairs are judged by TR_LAW_FRICTION */
+    if (!tr_is_set_valued(s, i) || !tr_is_stuck(s, i)) continue; /* TR_LAW_FRICTION judges sliding pairs */
     if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_record(a, TR_LAW_CONE, tr_friction_ratio(s, i) - 1.0, i);
     tr_audit_rest(s, i);
   }
@@ -69,13 +69,13 @@ static void tr_audit_friction(tr_sim *s) {
 
 static void tr_audit_laws(tr_sim *s) {
   tr_audit *a = &s->audit;
-  if (s->k->active + s->k->neta == 0) return; /* only the balance of energy applies */
+  if (s->k->active + s->k->neta == 0) return; /* no other laws than the balance of energy */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
   if (s->k->neta) tr_audit_friction(s);
 }
 
-/* Energies and works at the state y. Requires its signals. */
+/* Energies and works at the state y. Requires the signals of y. */
 static void tr_audit_energies(tr_sim *s, const double *y, double *kinetic, double *potential, double *taken, double *given) {
   const tr_kernel *k = s->k;
   double out[2];
@@ -91,7 +91,7 @@ static void tr_audit_balance(tr_sim *s, double t, const double *y) {
   double kinetic, potential, taken, given;
   tr_set_time(s, t);
   tr_audit_energies(s, y, &kinetic, &potential, &taken, &given);
-  a->known = taken - given < INFINITY; /* not finite if the stiff method lacked the power in the middle of a step */
+  a->known = taken - given < INFINITY; /* not finite if the stiff method had no power in the middle of a step */
   if (!a->known) return;
   const double lost = kinetic + potential - taken - given - a->begin;
   a->all.turned += 0.5 * (fabs(kinetic - a->kinetic) + fabs(potential - a->potential) + fabs(taken - a->taken) + fabs(given - a->given));
@@ -162,7 +162,7 @@ void tr_judge(const tr_sim *s, tr_judgement *out) {
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
   out->noted = fmax(LAW_LEAST, RUN_ERROR * tolerance), out->noted_energy = NOTED * far;
   const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
-  out->turned = own + sqrt(own * s->set.energy); /* the tolerance is absolute in the scene's unit, so slow motion is less accurate */
+  out->turned = own + sqrt(own * s->set.energy); /* slow motion is less accurate: its tolerance is absolute */
   out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
   for (int i = 0; i < TR_LAWS; ++i)
     if (a->all.law[i].size > out->noted) out->verdict = TR_VERDICT_NOTE;

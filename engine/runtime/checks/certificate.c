@@ -1,13 +1,13 @@
-/* Certificates of a solution (theory, "Certificate"): contraction of fixed-point iteration, residual of the equations, number
- * of roots. */
+/* Certificates of a solution (theory, "Certificate"): contraction of the fixed-point iteration, residual of the complement
+ * equations, number of roots. */
 #include "checks/checks.h"
 
-#define CONTRACTS 24       /* power iterations for the contraction */
-#define SAME_ROOT 1e-7     /* × its friction: roots closer than this are equal */
-#define SAME_AS_NONE 1e-14 /* × the reactions: the same for a root that is zero but for round-off */
+#define CONTRACTS 24       /* number of power iterations for the contraction */
+#define SAME_ROOT 1e-7     /* × the largest friction of a root: roots closer than this are equal */
+#define SAME_AS_NONE 1e-14 /* × the largest load: distance below which a root that is zero up to round-off equals another root */
 
-/* tr_contraction without maps, for a recursive solution: passes over the bodies give the laws of the loads that frictions v
- * cause. Negative: not applicable. */
+/* tr_contraction without maps, for a recursive solution. A pass over the bodies gives the loads that the frictions v cause,
+ * and the linearised laws give the next v. Returns a negative number if the method does not apply. */
 static double tr_contraction_recursive(tr_sim *s) {
   const tr_kernel *k = s->k;
   const int e = k->neta, n = k->nn, a = k->active;
@@ -22,7 +22,7 @@ static double tr_contraction_recursive(tr_sim *s) {
     double len = 0.0, was = 0.0, most = 0.0;
     for (int i = 0; i < e; ++i) most = fmax(most, fabs(v[i])), was += v[i] * v[i];
     if (!(was > 0.0)) return 0.0;
-    for (int i = 0; i < e; ++i) less[i] = -v[i] * large / most; /* large enough to be seen beside the other loads */
+    for (int i = 0; i < e; ++i) less[i] = -v[i] * large / most; /* so large that round-off does not hide the effect */
     k->respond(TR_A(s, c), TR_A(s, w), less, N1, borne, acc);
     for (int m = 0; m < k->nelements; ++m) {
       const tr_element *el = k->element + m;
@@ -77,10 +77,10 @@ void tr_certify_run(tr_sim *s, tr_certificate *out) {
                           .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
 }
 
-/* Find a root from the frictions in z, with equations prepared. */
+/* Find a root from the frictions in z. Requires row kinds and maps. */
 static int tr_find_root(tr_sim *s) { return tr_is_recursive(s) ? tr_newton_recursive_from(s, 0, -1) : tr_newton(s, TR_A(s, z) + s->k->active); }
 
-/* Largest load without friction, N; scale of the starts. */
+/* Largest load without friction, N. It is the scale of the starts. */
 static double tr_load_without_friction(tr_sim *s) {
   const double *N = TR_A(s, Np);
   double most = NO_LOAD;
@@ -100,7 +100,7 @@ int tr_roots(tr_sim *s) {
   double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_z_length(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* the run continues from these */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* the run continues with these multipliers */
   s->step.watch = 0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_set_row_kinds(s);
@@ -114,7 +114,7 @@ int tr_roots(tr_sim *s) {
     for (int q = 0; q < count && !known; ++q) {
       double gap = 0.0, size = 0.0;
       for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
-      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* a root may be zero but for round-off */
+      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* a root may be zero up to round-off */
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }

@@ -3,18 +3,18 @@
 #define TR_CHECKS_H
 #include "integrators/integrators.h"
 
-/* Speed of a pair at rest that counts as zero after closing the loops, m/s. */
+/* Largest speed of a held pair after loop closure that counts as rest, m/s. */
 static inline double tr_closure_speed(const tr_sim *s);
 
-/* Laws that the solution violates (bits TR_BREAKS_…), at the state y. rest (n): pairs just being decided; 0: the end of a step,
- * for which branches and end stops are checked too. Requires maps of y and multipliers in z. */
+/* Returns bits TR_BREAKS_… of the laws that the solution at the state y violates. rest (n): pairs of the present decision; 0
+ * at the end of a step, where branches and end stops are checked too. Requires maps of y and multipliers in z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
-/* Find a valid solution at the end (t, y) of a step that violates the laws `broken`. Newton's method starts at the step's
- * start, then at zero. Leaves ẏ in `slope`. Returns 1 on success. */
+/* Find a valid solution at the end (t, y) of a step whose solution violates the laws `broken`. Newton's method starts from the
+ * frictions at the start of the step, then from zero. Writes ẏ to `slope`. Returns 1 on success. */
 static int tr_find_other_end(tr_sim *s, int broken, double t, const double *y, double *slope);
 
-/* Whether a decision about the pairs `rest` at the current state obeys the laws. Counts refusals. */
+/* Whether a decision about the pairs `rest` (n) at the current state obeys the laws. Counts refused solutions. */
 static int tr_is_valid_decision(tr_sim *s, const int *rest, int n);
 
 /* Relative residual of the complement equations and rest conditions at the solution. */
@@ -24,30 +24,29 @@ static double tr_complement_residual(tr_sim *s);
  * contracts. Held pairs are excluded. */
 static double tr_contraction(tr_sim *s);
 
-/* Update the certificate with the solution. */
 static void tr_certify(tr_sim *s);
 
 /* Tolerance by which the run is judged. */
 static double tr_audit_tolerance(const tr_sim *s);
 
-/* Note the figures of all laws at the end of the last step. Requires its solution. */
+/* Compute the figures of all laws at the end of the last step. Requires the solution there. */
 static void tr_audit_laws(tr_sim *s);
 
-/* Record the figures of the accepted step to (t, y). */
+/* Add the figures of the accepted step that ends at (t, y) to the judgement; balance the energy at every EVERY_STEPS-th step. */
 static void tr_audit_step(tr_sim *s, double t, const double *y);
 
-/* Balance the energy of an impulse step to (t, y), at every EVERY_STEPS-th step. */
+/* After an impulse step to (t, y): balance the energy at every EVERY_STEPS-th step. */
 static void tr_audit_impulses(tr_sim *s, double t, const double *y);
 
-/* Start the audit at the block's (t, y). */
+/* Start the audit at the time and state of the block. */
 static void tr_audit_begin(tr_sim *s);
 
-/* Energy of the block's (t, y), J, for tr_audit_allow_change. */
+/* Energy minus works at the time and state of the block, J, for tr_audit_allow_change; 0 without balances. */
 static double tr_audit_energy(tr_sim *s);
 
-/* Exclude a change of energy since `before` that is no error (parameters, an impact). */
+/* Exclude a legitimate change of energy (new parameters, an impact) from the balance. before: tr_audit_energy before the
+ * change. */
 static inline void tr_audit_allow_change(tr_sim *s, double before) { s->audit.begin += tr_audit_energy(s) - before; }
 
-/* Verdict of the audit so far. */
 void tr_judge(const tr_sim *s, tr_judgement *out);
 #endif

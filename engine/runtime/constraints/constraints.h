@@ -1,33 +1,33 @@
-/* Stage `constraints`: closed loops: λ as a function of η, and reactions that redundant loops leave open. */
+/* Stage `constraints`: λ of closed loops as a function of η, and the reactions that redundant loops leave open. */
 #ifndef TR_CONSTRAINTS_H
 #define TR_CONSTRAINTS_H
 #include "base/base.h"
 
-/* Linearised choice among open reactions: r open directions V (a×r), their least squares, and c of every column (r×(ny+1)). */
+/* Linearised choice among open reactions: r open directions V (a×r), their least-squares problem, and the vectors c of all
+ * columns, turn (r×(ny+1)). */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;
   tr_least_squares least;
 } tr_reaction_choice;
 
-/* Number of open directions whose amounts are unknowns beside the friction; 0 outside the redundant variant. */
+/* Number of open directions whose amounts are unknowns in addition to the friction; 0 outside the redundant variant. */
 static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
 
-/* Number of rows of loops that depend on others. Requires the factor. */
+/* Number of loop rows that depend on other loop rows. Requires the factor. */
 static inline int tr_dependent_rows(const tr_sim *s) { return tr_loop_rows(s) - s->loops.rank_now; }
 
 /* Derivative of the reaction components by η (n×e). Requires the laws' values. */
 static inline const double *tr_loads_by_friction(const tr_sim *s) { return tr_open_count(s) ? TR_A(s, openE) : TR_A(s, Np) + s->k->nn; }
 
-/* Rows of the Jacobian unit's columns: F, R; in the redundant variant also the scaled reactions and δ. */
+/* Number of rows of the Jacobian unit: F, R; in the redundant variant also the scaled reactions and δ. */
 static inline int tr_jacobian_rows(const tr_sim *s) {
   const tr_kernel *k = s->k;
   return s->ny + k->active + k->neta + k->nkappa + k->nmore;
 }
 
-/* Add to N, at the frictions eta, the open reactions for which the contacts fit together, and form ∂N/∂η with them (openE). Requires
- * load maps.
- * Returns 0, with NaN in N, if there are none. */
+/* Add to N the open reactions for which the deformations of the contacts are compatible at the frictions eta. Form ∂N/∂η
+ * including these reactions (openE). Requires load maps. Returns 0, with NaN in N, if no such reactions are found. */
 static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
 
 /* S of the rows of loops alone (n×n, n = tr_loop_rows). Requires raw maps. */
@@ -42,42 +42,48 @@ static int tr_factor_loops(tr_sim *s);
 /* x ← S⁺ b. Requires the factor. */
 static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 
-/* Set the row scales d from the diagonal of S at an accurate state. A row without diagonal takes the largest of its kind. A
- * kind that is all round-off (rotations of a planar loop in axes other than the world's) takes the other kind's size over the
- * length. nothing: no row has an effect; scales are then 1, so that all pivots stay round-off. */
+/* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest
+ * diagonal of its kind. If all rows of a kind are round-off (rotations of a planar loop in axes other than the world's), their
+ * size follows from the other kind and the length scale. nothing: no row has an effect; scales are then 1, so that all pivots
+ * stay round-off. */
 static void tr_scale_loop_rows(tr_sim *s, int nothing);
 
-/* Remember the rank of S at an accurate (assembled or projected) state, if it is larger than before. Spoils the factor. */
+/* Store the rank of S at an accurate (assembled or projected) state, if the rank is larger than the stored one. Makes the
+ * factor invalid. */
 static void tr_update_rank(tr_sim *s);
 
-/* Open directions: columns V (a×r) with S V = 0, one for each pivot beyond the rank. Returns r. Requires the factor. */
+/* Null space of S: columns V (a×r) with S V = 0, the open directions, one for each pivot beyond the rank. Returns r. Requires
+ * the factor. */
 static int tr_null_space(tr_sim *s, double *V);
 
-/* Form q̈ = Q0' + Qe' η of the sliding freedoms, λ eliminated. Requires load maps and their lam0 (a). */
+/* Form the held maps: q̈ = Q0' + Qe' η of the sliding freedoms, with λ eliminated. Requires load maps, and lam0 (a) of
+ * tr_eliminate_loops. */
 static void tr_form_held_maps(tr_sim *s, const double *lam0);
 
-/* Form N = N0' + Ne' η with λ eliminated, and T = S⁺ Se; lam0 (a): λ without friction. Requires the factor. */
+/* Form the load maps: N = N0' + Ne' η with λ eliminated, and T = S⁺ Se. lam0 (a) receives λ without friction. Requires the
+ * factor. */
 static void tr_eliminate_loops(tr_sim *s, double *lam0);
 
-/* Factorise S and form the load maps; with `held` the held maps too. */
+/* Factorise S and form the load maps; if `held`, form the held maps too. */
 static void tr_form_maps_without_loops(tr_sim *s, int held);
 
-/* Form the load maps, and with set-valued laws the held maps, if they are not formed. */
+/* With recursive friction: form the load maps, and with set-valued laws the held maps, unless they exist already. */
 static void tr_form_all_maps(tr_sim *s);
 
-/* Distance of the loops from a singular position: the root of the last pivot; 0 if a row was dropped. Requires the factor, or a
- * recursive pivot. */
+/* Independence of the loop rows, a measure of the distance from a singular position: the square root of the last pivot, or 0
+ * if a row was dropped. Requires the factor, or a recursive pivot. */
 static double tr_loop_independence(const tr_sim *s);
 
-/* Update the least independence over the stages of the step. */
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }
 
-/* The first `cols` columns of the Jacobian unit by [y, t, z] at (y, z). Requires the signals. */
+/* J: the first `cols` columns of the Jacobian unit (derivatives by [y, t, z]) at (y, z). Requires the signals. */
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J);
 
-/* Linearise the choice among open reactions; J: columns of the Jacobian unit at the solution. r is 0 where no direction is open. */
+/* Linearise the choice among open reactions. J: columns of the Jacobian unit at the solution. In the result, r is 0 if no
+ * direction is open. */
 static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const double *J);
 
-/* Add to lam, dλ of column j, the part that follows the choice. K: derivatives of the column's scaled reactions and of δ. */
+/* Add to lam, which is dλ of column j, the change of the chosen reactions. K: derivatives of the scaled reactions and of δ
+ * along the column. */
 static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, const double *K, double *lam);
 #endif

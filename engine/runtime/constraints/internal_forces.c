@@ -1,20 +1,21 @@
-/* Internal forces: reactions that redundant loops leave open where joints on them have friction (theory, "Redundant loops").
- * They are the limit of stiff contacts.
+/* Internal forces: reactions that redundant loops leave open, in loops with friction in their joints (theory, "Redundant
+ * loops"). These reactions are the limit of stiff contacts.
  *
- * Rigid parts require that the deformations of contacts along their normals fit together: Qᵀ(κ + Q y + δ(N)) = 0 over the
- * amounts y of the open directions V. κ, affine in η, are the springs' loads with friction as an applied force
- * (``loop_solve.c`` makes Qᵀκ = 0 by least elastic energy); Q are those of the directions. δ is the effect of friction that
- * turns the normals away from the forces: the law's friction of a sliding pair, the friction η of a pair at rest. So loads do
- * not jump where a pair begins to slip. Friction is not variational, so this is a minimum only without it. Newton's method
- * finds y from η, in one step where δ is linear. */
+ * Rigid parts require compatible deformations of the contacts along their normals: Qᵀ(κ + Q y + δ(N)) = 0. The unknowns y are
+ * the amounts of the open directions V. κ, affine in η, are the loads of the contact springs, with friction as an applied
+ * force. ``loop_solve.c`` makes Qᵀκ = 0, the least elastic energy. The columns of Q are the spring loads of the open
+ * directions. δ is the change of spring loads because friction turns the normals away from the forces. For a
+ * sliding pair this is the friction of the law, for a pair at rest the friction η. Loads therefore do not jump where a pair
+ * begins to slip. Friction is not variational, so y minimises an energy only without friction. Newton's method finds y from η; if δ is linear, one step
+ * suffices. */
 #include "constraints/constraints.h"
 
-#define PRESS_MAX 40 /* iterations; two or three where only balls make δ nonlinear */
-#define PRESS_EXACT 1e-15 /* × the largest load that friction changes, or of the joints: a step of round-off */
-#define PRESS_LAST 1e-9 /* × the largest load: the next step would be its square */
-#define PRESS_NONE 1e-250 /* N: a load without significant digits */
+#define PRESS_MAX 40 /* iterations; two or three if only balls make δ nonlinear */
+#define PRESS_EXACT 1e-15 /* × the largest load that friction changes, or × the largest joint load: a smaller step is round-off */
+#define PRESS_LAST 1e-9 /* × the largest load: after a smaller step, the next step would be round-off (the square) */
+#define PRESS_NONE 1e-250 /* N: a smaller load has no significant digits */
 
-/* Store the open directions V (a×r) and their loads Q (m×r), scaled to unit loads; dependent ones are dropped. */
+/* Store the independent open directions V (a×r) and their loads Q (m×r), scaled so that each column of loads has norm 1. */
 static void tr_store_open_directions(tr_sim *s, const double *V, const double *Q, const tr_least_squares *least) {
   const tr_kernel *k = s->k;
   int a = k->active, m = k->nkappa, n = k->nn, kept = 0;
@@ -50,7 +51,7 @@ static void tr_internal_force_derivatives(tr_sim *s, int r, double *B, double *C
   }
 }
 
-/* Residual f (r) = Qᵀ(Q y + δ(N, η)) at the loads NN. Returns the size of the loads. */
+/* Residual f (r) = Qᵀ(Q y + δ(N, η)) at the loads NN. Returns the largest absolute value in δ. */
 static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, const double *y, double *f) {
   const tr_kernel *k = s->k;
   int m = k->nkappa;
@@ -66,7 +67,8 @@ static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, co
   return size;
 }
 
-/* Whether a step f of the amounts is round-off compared with the joints' loads N, where friction turns no normal. */
+/* Whether a step f of the amounts y changes the joint loads N by round-off only. This test is needed if friction turns no
+ * normal, so that δ gives no scale. */
 static int tr_is_internal_step_settled(const tr_sim *s, int r, const double *f, const double *N) {
   const int n = s->k->nn;
   double change = 0.0, most = 0.0;

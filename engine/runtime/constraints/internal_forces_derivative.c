@@ -1,9 +1,11 @@
-/* Derivatives of the choice among the reactions that redundant loops leave open, where friction depends on it (tr_choose_reactions).
+/* Derivatives of the choice among the reactions that redundant loops leave open (tr_choose_reactions), for friction that
+ * depends on this choice.
  *
- * λ is chosen by Vᵀ κlᵀ κ = 0, where S V = 0 and κ = κ0 + κl λ + κe η are the scaled reactions. With the rest w = κ, for which κlᵀ w = S p,
- * a change of state d gives Vᵀ κlᵀ dκ + cᵈ = 0, cᵈ_q = wᵀ (dκl) V_q − pᵀ (dS) V_q: V turns with the state. Both products are differences of
- * the Jacobian unit's rows between multipliers λ + V_q and λ, in which these rows are affine. Where joints on loops rub, w is the springs'
- * load with friction (``internal_forces.c``), and δ turns too. */
+ * The choice of λ satisfies Vᵀ κlᵀ κ = 0, where S V = 0 and κ = κ0 + κl λ + κe η are the scaled reactions. Let w = κ be the
+ * residual of the least squares, with κlᵀ w = S p. A change of state d then gives Vᵀ κlᵀ dκ + cᵈ = 0, where cᵈ_q = wᵀ (dκl)
+ * V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit are affine in the multipliers,
+ * so differences of these rows between λ + V_q and λ give both products. If joints on loops have friction, w is the load of
+ * the springs with friction (``internal_forces.c``), and δ changes too. */
 #include "constraints/constraints.h"
 
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J) {
@@ -60,7 +62,7 @@ static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const 
   return q;
 }
 
-/* tr_follow_choice with friction in joints on loops. more: derivative of δ along the column. */
+/* As tr_follow_choice, with friction in joints on loops. kap, more: derivatives of κ and of δ along the column. */
 static void tr_follow_internal_forces(tr_sim *s, const tr_reaction_choice *q, int j, double *kap, const double *more, double *lam) {
   const tr_kernel *k = s->k;
   int m = k->nkappa, n = k->nn, r = tr_open_count(s), a = k->active;

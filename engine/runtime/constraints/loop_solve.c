@@ -1,20 +1,21 @@
-/* The loop equations S λ + Se η + g0 = 0 (90)–(92) in the current state: λ, and all that depends on it, as functions of η.
+/* The loop equations S λ + Se η + g0 = 0 (90)–(92) in the current state: λ, loads and accelerations as functions of η.
  *
- * S is factorised with pivoting and row scales from its own diagonal, so that rank does not depend on units. Inside a step the
- * loops are open by the step's error, which makes redundant rows look independent. Rank is therefore remembered from accurate
- * states, and a pivot beyond it must be large to count. Near a singular position a pivot p amplifies that error by 1/√p. Below
- * KEEP_PIVOT it is dropped, which costs an acceleration error of √p for a moment.
+ * S is factorised with pivoting and with row scales from its diagonal, so that the rank does not depend on units. Inside a
+ * step the loops are open by the error of the step, so that redundant rows seem independent. The rank is therefore stored at
+ * accurate states, and a pivot beyond the stored rank counts only if it is large. Near a singular position, a pivot p
+ * amplifies the error of the step by 1/√p. A pivot below KEEP_PIVOT is dropped; this causes a short acceleration error of √p.
  *
- * S of many loops that share few bodies has a sparse factor (theory, "Loops by structure"). Its pivots follow the order of
- * structure, not of size. It counts only if every pivot is far above that of a dependent row; otherwise the dense factor
- * decides the rank. */
+ * S of many loops that share few bodies has a sparse factor (theory, "Loops by structure"). The structure, not the size,
+ * determines the order of its pivots. The sparse factor is used only if every pivot is far above that of a dependent row.
+ * Otherwise the dense factor decides the rank. */
 #include "constraints/constraints.h"
 
-#define NOTHING_OF_KIND 1e-12 /* × the other kind's rows: a smaller kind is round-off */
-#define NOTHING_OF_ROW 1e-9 /* × the largest row of its kind: a smaller row takes that row's scale */
-#define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because pivots in another order are smaller */
+#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with smaller diagonals is round-off */
+#define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal uses the scale of the largest */
+#define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because pivots in the order of structure are smaller */
 
-/* Sparse factor of S, in the lower triangle of S in its order. Returns 0 when a pivot is not clear. Requires raw maps. */
+/* Sparse factor of S in the order of structure, in the lower triangle of `S`. Returns 0 if a pivot is not above CLEAR_PIVOT.
+ * Requires raw maps. */
 TR_APART int tr_factor_sparse(tr_sim *s) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
@@ -31,7 +32,7 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
     if (!(column[j] > CLEAR_PIVOT)) return 0;
     const double root = sqrt(column[j]), inv = 1.0 / root;
     const int *first = below + start[j], *end = below + start[j + 1];
-    column[j] = inv; /* inverse, by which solutions are multiplied */
+    column[j] = inv; /* the diagonal holds inverses, so that solutions need no division */
     for (const int *i = first; i < end; ++i) column[*i] *= inv;
     for (const int *c = first; c < end; ++c) {
       const double a = column[*c];
@@ -165,8 +166,8 @@ static int tr_null_space(tr_sim *s, double *V) {
   return r;
 }
 
-/* Redundant variant: choose among open λ the smallest scaled reactions, affine in η. Corrects lam0 and the columns of T. With
- * friction in joints on loops, ``internal_forces.c`` starts from this choice. */
+/* Redundant variant: choose λ with the smallest norm of the scaled reactions; the choice is affine in η. Corrects lam0 and the
+ * columns of T. With friction in joints on loops, ``internal_forces.c`` starts from this choice. */
 static void tr_choose_reactions(tr_sim *s, double *lam0) {
   TR_NEED(s, TR_HAS_FACTOR);
   const tr_kernel *k = s->k;
@@ -179,7 +180,7 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   memset(Q, 0, sizeof(double) * m * r);
   for (int q = 0; q < r; ++q) tr_add_columns(m, a, kl, V + q * a, 1.0, Q + q * m);
   tr_least_squares least = tr_least_squares_factor(m, r, Q, TR_A(s, gram));
-  for (int col = 0; col <= e; ++col) { /* column 0 is lam0 with κ0; column j is −T_j with κe_j */
+  for (int col = 0; col <= e; ++col) { /* column 0 combines lam0 with κ0; column j combines −T_j with κe_j */
     double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
     memcpy(kap, col == 0 ? k0 : ke + (col - 1) * m, sizeof kap);
     tr_add_columns(m, a, kl, lam, sign, kap);
@@ -207,7 +208,7 @@ static void tr_form_held_maps(tr_sim *s, const double *lam0) {
         for (int i = 0; i < e; ++i) Qe[i + q * e] -= col[i] * t;
     }
   }
-  if (s->moreau.h > 0.0) /* an impulse step uses rates at its end (``time_stepping/moreau.c``) */
+  if (s->moreau.h > 0.0) /* an impulse step adds the rates at its end (``time_stepping/moreau.c``) */
     for (int m = 0; m < k->nsliders; ++m)
       for (int j = 0; j < tr_pair_of(s, m)->nrates; ++j)
         Q0[tr_pair_of(s, m)->eta0 + j] += map_rates(k, maps)[tr_pair_of(s, m)->rate0 + j] / s->moreau.h;

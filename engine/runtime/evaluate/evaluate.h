@@ -3,13 +3,13 @@
 #define TR_EVALUATE_H
 #include "friction/friction.h"
 
-/* Numbers that tr_save_solution stores: the solution, from which later evaluations start. */
+/* Number of doubles that tr_save_solution stores. */
 static inline int tr_solution_size(const tr_sim *s) {
   return 2 + tr_z_length(s) + (s->k->nmore ? s->k->active : 0);
 }
 
-/* Whether lanes can serve a request at the current state. They require independent loop rows, no tables and no open reactions.
- * All friction must follow from its law. */
+/* Whether the SIMD lanes can serve a request at the current state. Lanes require independent loop rows, no tables and no open
+ * reactions. The friction of every pair must follow from its law. */
 static inline int tr_has_lane(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const tr_friction *f = &s->friction;
@@ -17,63 +17,67 @@ static inline int tr_has_lane(const tr_sim *s) {
   return !k->neta || !(f->held || f->freed >= 0 || f->eased > 0.0 || f->from_anywhere || s->moreau.h > 0.0 || s->ask.cancelled);
 }
 
-/* Update each pair's extremes over the stages of a step: distance of its speed from the kink, or violation of a set-valued
- * mode. Requires a solution. */
+/* Update the extremes of each pair over the stages of a step. The quantity is the distance of the speed from the kink, or the
+ * violation of a set-valued mode. Requires a solution. */
 static void tr_update_extremes(tr_sim *s);
 
-/* Reset the extremes and the least independence for a new step. */
+/* Reset the extremes and the smallest independence for a new step. */
 static void tr_clear_extremes(tr_sim *s);
 
-/* Evaluate ẏ at (t, y) in the modes in force. Returns 0 without multipliers; step.failure then gives the reason. */
+/* Evaluate ẏ at (t, y) in the modes in force. Returns 0 if no multipliers are found; step.failure then holds the reason. */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy);
 
-/* Set η, from which Newton's method starts at θ of the last step, between the multipliers at its ends. Another start might lead
- * to another root. */
+/* Interpolate η between the multipliers at both ends of the last step, at the fraction theta of the step. Newton's method
+ * starts from this η; another start might lead to another root. */
 static void tr_interpolate_multipliers(tr_sim *s, double theta);
 
-/* Store the solution in `kept` (tr_solution_size numbers), before evaluations beside the motion. */
+/* Store the solution in `kept` (tr_solution_size doubles), before evaluations that do not belong to the motion. */
 static void tr_save_solution(const tr_sim *s, double *kept);
 
-/* Restore it. */
+/* Restore the solution that tr_save_solution stored. */
 static void tr_restore_solution(tr_sim *s, const double *kept);
 
 /* Store the multipliers as those at the end of the last step. */
 static inline void tr_store_end_multipliers(tr_sim *s) { tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zend)); }
 
-/* A request of kind TR_ASK_… at (t, y) for the case's lane. */
+/* A request of kind TR_ASK_… at (t, y) for the lane of the case. */
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y);
 
-/* Request all stages, the end and the errors of a trial step h. Returns 0 if lanes cannot serve it. */
+/* Request all stages, the end and the errors of a trial step of size h. Returns 0 if lanes cannot serve the request. */
 static int tr_request_step(tr_sim *s, const tr_explicit *m, double h);
 
-/* Request the extra stages of the last step's dense output. Returns 0 if lanes cannot serve it. */
+/* Request the extra stages of the last step's dense output. Returns 0 if lanes cannot serve the request. */
 static int tr_request_dense(tr_sim *s, const tr_explicit *m, double h);
 
-/* Request the projection of y at time t, and (TR_ASK_END, TR_ASK_ALL) its slope. Returns 0 if lanes cannot serve it. */
+/* Request the projection of y at time t; for TR_ASK_END and TR_ASK_ALL also ẏ, in slope. Returns 0 if lanes cannot serve the
+ * request. */
 static int tr_request_end(tr_sim *s, int kind, double t, double *y, double *slope);
 
-/* Request multipliers, loads and sliding of pairs at (t, y), for violations. Returns 0 if lanes cannot serve it. */
+/* Request multipliers, loads and sliding of pairs at (t, y), from which violations are computed. Returns 0 if lanes cannot
+ * serve the request. */
 static int tr_request_violations(tr_sim *s, double t, double *y);
 
-/* Set the rates of the pairs `rest` (n) in y to zero by impulses of their own friction, then exactly. own: loops were just
- * closed, so rates that follow from others remain. Requires maps of y. */
+/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: the call
+ * follows loop closure, so rates that follow from other rates remain. Requires maps of y. */
 static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own);
 
-/* Scale the quaternions of y to unit length. */
+/* Scale the quaternions of y to norm 1. */
 static void tr_normalise_quaternions(const tr_sim *s, double *y);
 
-/* Largest residuals of the active rows in h: positions in units of length, rates of length · rate (rotations: 1, rate). */
+/* Largest residuals of the active rows in h. Units: length scale for positions, length · rate for velocities (rotations: 1
+ * rad, rate). */
 static void tr_loop_residual(const tr_sim *s, const double *h, double *position, double *velocity);
 
 /* Project y at time t onto closed loops and unit quaternions, with held pairs at rest. Returns 0 if the loops stay open;
- * step.failure then gives the reason. */
+ * step.failure then holds the reason. */
 static int tr_project(tr_sim *s, double t, double *y);
 
-/* Close the loops from the state `y` at the clock's time. qgiven, vgiven (nv each): 1 for values the user gave. Returns 1; 0:
- * no closed positions; -1: no consistent rates. `y` holds the result, or the nearest state found. */
+/* Close the loops from the state `y` at the time of the clock. qgiven, vgiven (nv each): 1 for a value that the user gave.
+ * Returns 1 on success, 0 without closed positions, -1 without consistent rates. `y` holds the result, or the nearest state
+ * found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
-/* Whether no freedom moves any active row at y, except by round-off. Other joints then satisfy the rows, as for a door on two
- * hinges. */
+/* Whether no freedom changes any active row at y, except by round-off. Other joints then satisfy the rows, as for a door on
+ * two hinges. */
 static int tr_has_idle_rows(tr_sim *s, double *y);
 #endif

@@ -1,45 +1,47 @@
-/* Initial assembly: Newton's method for positions that close the loops with the smallest change, then rates. */
+/* Initial assembly: Newton's method finds positions that close the loops with the smallest change. Then consistent rates
+ * follow. */
 #include "evaluate/evaluate.h"
 
-#define RATES_CLOSED 1e-15  /* × length · rate (rate): round-off of consistent rates, which solve linear equations */
-#define RATES_AGREE 1e-11   /* × length · rate (rate): rates that agree; their condition costs four digits */
-#define ROUNDED 1e-6        /* rad; × the length: such a gap comes from rounded input, so other positions are not searched */
-#define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; larger ones are contradictory */
-#define MOVED_BY 10.0       /* × such a gap: largest change of given values */
-#define NEARER 0.1          /* × the residual of the first search: another position must leave less */
-#define NUDGE 0.02 /* rad; × the length scale */
+#define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates, which solve linear equations */
+#define RATES_AGREE 1e-11   /* × length · rate (rotations: rate): residual of consistent rates; their condition costs four digits */
+#define ROUNDED 1e-6        /* rad; × the length: a gap below this comes from rounded input, so other positions are not searched */
+#define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means contradictory values */
+#define MOVED_BY 10.0       /* × the gap: largest change of given values */
+#define NEARER 0.1          /* × the residual of the best search before: another position must have a smaller residual */
+#define NUDGE 0.02 /* rad; × the length scale: displacement of the start in later phases */
 #define AFAR (0.5 * TURN) /* rad; × the length scale: spread of random starts of open coordinates */
-#define HELD 0.01     /* × the change of open coordinates: change of given ones */
-#define TRIES_AFAR 24 /* random starts; a tenth of a second with forty loops */
-#define TIGHT 1e-13         /* × the length (rad): closed. TIGHT_ENDS of it ends the search; the rest allows for larger round-off */
+#define HELD 0.01     /* allowed change of given coordinates, relative to that of open coordinates */
+#define TRIES_AFAR 24 /* random starts; they take a tenth of a second with forty loops */
+#define TIGHT 1e-13         /* × the length (rad): residual of closed loops. A residual below TIGHT_ENDS × TIGHT ends the search */
 #define TIGHT_ENDS 1e-2
-#define NO_ROW 1e-30        /* squared unit changes: smaller means that no freedom changes the row */
+#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row: below it, no freedom changes the row */
 #define NO_LEVER 1e-12      /* × the length (rad): smaller effects of a unit change on a row are round-off */
-#define ROW_DEPENDS 1e-10   /* × a row's scale: pivot of a dependent row */
-#define TIGHT_LAST 4e-15    /* × the largest coordinate (rad; × the length): its own round-off, if it is far out */
-#define TIGHT_MOST 5e-9     /* upper bound, below the gap that later counts as open */
-#define CLOSE_STEPS 200     /* Newton steps, shortened from far away */
+#define ROW_DEPENDS 1e-10   /* × a row's scale: largest pivot of a dependent row */
+#define TIGHT_LAST 4e-15    /* × the largest coordinate (rad; × the length): round-off of a large coordinate */
+#define TIGHT_MOST 5e-9     /* largest tolerance; it is below the gap that later counts as open */
+#define CLOSE_STEPS 200     /* Newton steps, which are shortened far from the solution */
 #define CLOSE_CUT 0.3       /* rad; × the length: longest shortened step */
-#define CLOSE_STALLED 40    /* steps without halving the best residual: the search has failed */
-#define LONGER 4.0          /* ratio of successive step fractions in the search with long steps, for closure far beyond the shortened steps */
-#define PAYS 0.5            /* × the reduction that a fraction of a step promises: least reduction accepted */
-#define BODY_COSTS 100.0    /* multiplications per body and freedom */
-#define FARTHEST 1e7        /* rad; × the length: longest step, a million turns of a screw */
+#define CLOSE_STALLED 40    /* steps that do not halve the best residual, after which the search has failed */
+#define LONGER 4.0          /* ratio of successive fractions of a step in the search with long steps */
+#define PAYS 0.5            /* × the reduction that the linear model predicts: smallest accepted reduction */
+#define BODY_COSTS 100.0    /* multiplications per body and freedom in an evaluation */
+#define FARTHEST 1e7        /* rad; × the length: longest step, about a million turns of a screw */
 
-/* A search for closed positions. given: values from the user (nv); weight: allowed change of each rate (nv); start: state
- * given. nearest, least: best state of all searches and its residual. moved: largest change of given values in the last one. */
+/* A search for closed positions. given (nv): 1 for values from the user. start: the state before the search. weight (nv):
+ * allowed change of each rate. G: the constraint Jacobian. nearest, least: best state of all searches, and its residual.
+ * moved: largest change of given values in the last search. */
 typedef struct tr_position_search {
   tr_sim *s;
   const double *given, *start;
   double *weight, *G, *nearest, least, moved;
 } tr_position_search;
 
-/* Set the allowed changes in units of each rate, reduced by `held` for given ones. */
+/* Set the allowed changes: the unit of each rate, times `held` for given values. */
 static void tr_set_weights(tr_position_search *c, double held) {
   for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i);
 }
 
-/* Largest residual of all rows, positions or rates, in units of length or length · rate (rotations: 1, rate). */
+/* Largest residual of all rows, of positions or rates. Units: length scale, or length · rate (rotations: 1 rad, rate). */
 static double tr_largest_residual(const tr_sim *s, const double *h, int rates) {
   const tr_kernel *k = s->k;
   double worst = 0.0;
@@ -50,20 +52,21 @@ static double tr_largest_residual(const tr_sim *s, const double *h, int rates) {
   return worst;
 }
 
-/* Largest position residual at y; h receives all rows. */
+/* Largest position residual at y. h receives the residuals of all rows. */
 static double tr_position_residual(tr_sim *s, const double *y, double *h) {
   s->k->closure(TR_A(s, x), y, TR_A(s, c) + s->k->c_closure, h);
   return tr_largest_residual(s, h, 0);
 }
 
-/* Residual that counts as closed at y: round-off, larger for coordinates far out (a screw thousands of turns from zero). */
+/* Largest residual that counts as closed at y: round-off, which is larger for large coordinates (a screw thousands of turns
+ * from zero). */
 static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   double far = 0.0;
   for (int i = 0; i < s->k->nq; ++i) far = fmax(far, fabs(y[i]) / (s->k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0));
   return fmin(fmax(TIGHT, TIGHT_LAST * far), TIGHT_MOST);
 }
 
-/* G (rows × nv) of all rows at y, from differences of the linear velocity residual. */
+/* Constraint Jacobian G (rows × nv) of all rows at y, from differences of the velocity residual, which is linear in the rates. */
 static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
   TR_SPOILT(s, TR_HAS_JACOBIAN);
   const tr_kernel *k = s->k;
@@ -82,7 +85,7 @@ static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
   memcpy(y + k->nq, v, sizeof(double) * k->nv);
 }
 
-/* δ = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest weighted change. weight: nv. */
+/* delta = W²Gᵀ (G W² Gᵀ)⁺ b, the smallest weighted change, with W = diag(weight), nv entries. */
 static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, double *delta) {
   const tr_kernel *k = s->k;
   int n = k->rows;
@@ -104,7 +107,7 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   }
 }
 
-/* y ← from, moved along part · dv for one second. */
+/* y ← the positions `from`, moved along part · dv for one second. */
 static void tr_move_positions(const tr_sim *s, const double *from, const double *dv, double part, double *y) {
   const tr_kernel *k = s->k;
   double v[k->nv + 1], dq[k->nq + 4];
@@ -114,8 +117,9 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
   tr_normalise_quaternions(s, y);
 }
 
-/* Fraction of the step dv to make: CLOSE_CUT, or (longer) the largest one that reduces the residual `now` as promised. The
- * farthest coordinate alone is tried too (a screw with an unknown number of turns); dv is then replaced. */
+/* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. If `longer` is set, the fraction is
+ * the largest that reduces the residual `now` enough (PAYS). Then the coordinate with the largest change is also tried alone
+ * (a screw with an unknown number of turns); on success this change replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;
@@ -138,7 +142,7 @@ static double tr_step_part(tr_position_search *c, const double *y, double *dv, d
   return cut;
 }
 
-/* Newton's method on the positions of y. Returns 1 when closed, 0 on failure or cancellation. */
+/* Newton's method on the positions of y. Returns 1 if the loops are closed, 0 on failure or cancellation. */
 static int tr_close_positions(tr_position_search *c, double *y, int longer) {
   tr_sim *s = c->s;
   const tr_kernel *k = s->k;
@@ -169,15 +173,16 @@ static int tr_close_positions(tr_position_search *c, double *y, int longer) {
   return 0;
 }
 
-/* Close from the state `near` with given values free to move a little, as they were rounded. Returns 1 when closed with changes
- * in proportion to `gap`. */
+/* Close the loops from the state `near`, while given values, which were rounded, may change a little. Returns 1 if the loops
+ * are closed and no given value changed by more than MOVED_BY × gap. */
 static int tr_close_rounded(tr_position_search *c, const double *near, double gap, double *y) {
   memcpy(y, near, sizeof(double) * c->s->ny);
   tr_set_weights(c, HELD);
   return tr_close_positions(c, y, 1) && c->moved <= MOVED_BY * gap;
 }
 
-/* Move all coordinates from the start, given ones by `held` of it: by different fixed amounts, or at random with `seed`. */
+/* Displace all coordinates from the start by up to `far`; given coordinates only by `held` times as much. The displacements
+ * are fixed different amounts, or random with `seed`. */
 static void tr_displace_start(const tr_position_search *c, double far, double held, unsigned *seed, double *y) {
   const int nv = c->s->k->nv;
   double dv[nv + 1];
@@ -187,8 +192,8 @@ static void tr_displace_start(const tr_position_search *c, double far, double he
   tr_move_positions(c->s, c->start, dv, 1.0, y);
 }
 
-/* Close the positions by open coordinates alone: from the start, from random starts, then with long steps. Values given with
- * few digits move in the end. Returns 1 when closed. */
+/* Close the positions by changes of open coordinates alone: from the start, from random starts, then again with long steps. If
+ * this fails and the gap is small, given values (with few digits) change too. Returns 1 if the loops are closed. */
 static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   const int ny = c->s->ny;
   int kept = 0, open = 0;

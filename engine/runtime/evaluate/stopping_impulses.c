@@ -1,10 +1,10 @@
-/* Stopping impulses: bringing pairs to rest by impulses of their own friction. */
+/* Stopping impulses: friction impulses that bring pairs to rest. */
 #include "evaluate/evaluate.h"
 
-#define PASSING_WORK 1e-6 /* × the kinetic energy: more work of stopping a rate that is almost zero */
-#define PASSING_LEAST 1e-16 /* × the energy unit: less work is that of a mechanism at rest */
+#define PASSING_WORK 1e-6 /* × the kinetic energy: largest work for which a rate that is almost zero is stopped */
+#define PASSING_LEAST 1e-16 /* × the energy unit: work below this belongs to a mechanism at rest */
 
-/* Fastest rate of the pairs `rest` in the current state. */
+/* Largest absolute rate of the pairs `rest` (n) in the current state. */
 static double tr_largest_pair_rate(const tr_sim *s, const int *rest, int n) {
   const double *rates = map_rates(s->k, TR_A(s, maps));
   double biggest = 0.0;
@@ -15,16 +15,17 @@ static double tr_largest_pair_rate(const tr_sim *s, const int *rest, int n) {
   return biggest;
 }
 
-/* Whether rates of the pairs `rest` follow from others, through loops or drives; zeros in the state would not stop them. */
+/* Whether rates of the pairs `rest` (n) follow from other rates, through loops or drives. Zeros in the state would not stop
+ * such pairs. */
 static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
   int follow = s->k->rows > 0;
   for (int q = 0; q < n; ++q) follow |= tr_pair_of(s, rest[q])->v0 < 0;
   return follow;
 }
 
-/* Whether the rate v that multiplier i stops is an error of location in a position where other bodies move fast without it. Near
- * such a position (the dead centre of a crank) stopping it would take their speed: friction cannot, and the rate passes zero. A:
- * the rate that a unit of the impulse takes. */
+/* Whether the rate v of multiplier i passes through zero instead of stopping. Near a dead centre of a crank, other bodies move
+ * fast while this rate is almost zero; v is then the error of event location. To stop the rate, friction would have to stop
+ * these bodies. A: change of the rate by a unit impulse. */
 static int tr_passes_zero(tr_sim *s, const double *y, double v, double A) {
   double energy[2] = {s->set.energy, 0.0};
   if (fabs(v) > tr_rest_speed(s->set.rate)) return 0;
@@ -32,8 +33,8 @@ static int tr_passes_zero(tr_sim *s, const double *y, double v, double A) {
   return v * v > 2.0 * A * fmax(PASSING_WORK * energy[0], PASSING_LEAST * s->set.energy);
 }
 
-/* Impulses of friction (deta, all multipliers) that stop the pairs `rest`: of least norm where they depend on each other, zero
- * for prescribed motion. Returns 0 if there are none. Requires tr_form_held_maps. */
+/* Friction impulses deta (all multipliers) that stop the pairs `rest` (n). Impulses of prescribed freedoms are zero; of
+ * dependent freedoms, only an independent subset gets impulses. Returns 0 if no impulse is needed. Requires held maps. */
 static int tr_find_stopping_impulses(tr_sim *s, const double *y, const int *rest, int n, int own, double *deta) {
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;
@@ -79,7 +80,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-      for (int q = 0; q < n; ++q) { /* work of the impulses; the friction of element m is the m-th power */
+      for (int q = 0; q < n; ++q) { /* work of the impulses; power m is the friction of element m */
         const tr_pair *pair = tr_pair_of(s, rest[q]);
         double work = 0.0;
         for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
@@ -94,7 +95,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
   }
 }
 
-/* Stop held pairs that closing the loops has moved at the state y. Their friction impulses keep the loops closed. */
+/* Stop held pairs that loop closure has set in motion at the state y. The friction impulses keep the loops closed. */
 static void tr_hold_at_rest(tr_sim *s, double *y) {
   int rest[s->k->nsliders + 1], n = 0, moves = 0;
   tr_evaluate_maps(s, y);

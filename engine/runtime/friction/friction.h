@@ -3,23 +3,25 @@
 #define TR_FRICTION_H
 #include "constraints/constraints.h"
 
-/* Friction at rest as a convex problem (``creep_minimisation.c``): n pairs with m multipliers and r freedoms. */
+/* Friction at rest as a convex problem (``creep_minimisation.c``): n pairs, m multipliers and r freedoms. Array lengths are in
+ * the comments. */
 typedef struct tr_creep_problem {
   int n, m, r;
   const int *pairs; /* n */
   int *index;       /* m: multipliers of the pairs */
-  int *first;       /* n + 1: begin of each pair's multipliers among the m */
-  int *lead;        /* r: multipliers whose accelerations determine all others */
-  double *B;        /* m×r, by rows */
-  double *w0, *w;   /* r */
-  double *x;        /* m: surface accelerations, of balls across their forces, m/s² */
-  double *u;        /* m: frictions, N; unknowns beside w, cap x/√(x² + ε²) at the end */
+  int *first;       /* n + 1: first of each pair's multipliers among the m */
+  int *lead;        /* r: multipliers whose accelerations determine all other accelerations */
+  double *B;        /* m×r, row-major: x = B w */
+  double *w0, *w;   /* r: accelerations in the metric of the masses, without friction and with friction */
+  double *x;        /* m: surface accelerations, m/s²; for balls, the part perpendicular to the force */
+  double *u;        /* m: frictions, N; unknowns in addition to w; cap x/√(x² + ε²) at convergence */
   double *cap;      /* n: capacities, N */
   double share;     /* fraction of the capacities that may be used */
   double *eps;      /* n: ε of each pair, m/s² */
 } tr_creep_problem;
 
-/* Whether pair i is a sliding ball (with a kink: beyond it), whose friction may require a search by tilt. */
+/* Whether pair i is a sliding ball, whose friction may require a search by tilt. Under a law with a kink, the ball must be
+ * beyond the kink. */
 static inline int tr_is_sliding_ball(const tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   int flag = tr_mode_flag(tr_mode_of(s, i));
@@ -28,8 +30,9 @@ static inline int tr_is_sliding_ball(const tr_sim *s, int i) {
 
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.held ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
-/* Set rates of held tree joints (or their derivatives) in v to exactly zero. A pair whose rest follows from others may move
- * slightly with the mechanism; a rate above round-off stays, because stopping it would stop everything. */
+/* Set the rates of held tree joints, or the derivatives of these rates, in v to exactly zero. A held pair whose rest follows
+ * from other pairs may move slightly with the mechanism. A rate of such a pair above round-off is kept, because zero would
+ * stop the mechanism. */
 static void tr_zero_held_rates(const tr_sim *s, double *v);
 
 /* Surface speed of pair i in the current state, m/s. */
@@ -38,56 +41,60 @@ static double tr_pair_speed(const tr_sim *s, int i);
 /* Whether pair i counts as at rest (``base/stick_rule.h``). Requires maps. */
 static inline int tr_is_at_rest(const tr_sim *s, int i) { return tr_pair_speed(s, i) <= tr_rest_speed(tr_speed_unit(s)); }
 
-/* Whether pair i is so slow that reversed sliding has come to its end (``base/stick_rule.h``). Requires maps. */
+/* Whether pair i is so slow that reversed sliding counts as ended (``base/stick_rule.h``). Requires maps. */
 static inline int tr_is_crawling(const tr_sim *s, int i) { return tr_pair_speed(s, i) <= tr_crawl_speed(tr_speed_unit(s)); }
 
 /* Whether pair i is a ball in motion. Requires maps. */
 static int tr_is_moving_ball(const tr_sim *s, int i);
 
-/* Unit of the surface speed of pair i, m/s: the rate scale times its largest lever (of travel: the length). */
+/* Unit of the surface speed of pair i, m/s: the rate scale times the largest lever of the pair (the length scale for
+ * translation). */
 static double tr_pair_speed_unit(const tr_sim *s, int i);
 
-/* Rates of pair i in the state `y`. If they are not part of the state, `y` becomes the current state. */
+/* Rates of pair i in the state `y`. If these rates are not part of the state, `y` becomes the current state. */
 static void tr_rates_of_state(tr_sim *s, int i, double *rates);
 
-/* Surface speed of pair i in the state `y`, m/s, as tr_rates_of_state. */
+/* Surface speed of pair i in the state `y`, m/s. Changes the current state as tr_rates_of_state does. */
 static double tr_speed_of_state(tr_sim *s, int i);
 
-/* Set the levers that turn rates into surface speeds, from the sizes of unit frictions. */
+/* Set the levers, which are the factors from rates to surface speeds. They follow from the surface forces of unit frictions. */
 static void tr_set_levers(tr_sim *s);
 
-/* N, law(N), its derivative and sliding speeds at the frictions eta, λ eliminated. Forms the maps it needs. */
+/* Evaluate N, law(N), ∂law/∂N and sliding speeds at the frictions eta, with λ eliminated. Forms the maps that this requires. */
 static void tr_evaluate_laws(tr_sim *s, const double *eta);
 
-/* J = E − dlaw/dN · Ne' (e×e) into `lu`. Requires the laws' values. Sizes of journals and balls are compiled separately. */
+/* Write J = E − ∂law/∂N · Ne' (e×e, E: unit matrix) to `lu`. Requires the laws' values. The sizes of journals and balls are
+ * compiled separately. */
 static void tr_form_law_jacobian(tr_sim *s);
 
 /* Friction and capacity of every pair (`hold`) at the multipliers z and the loads NN. */
 static void tr_evaluate_capacities(tr_sim *s);
 
-/* tr_evaluate_capacities at the loads of the solution. Newton's method leaves those of its last iterate but one. With them a
- * small ball that shares a load with large ones would carry an unbalanced torque. */
+/* As tr_evaluate_capacities, at the loads of the solution. Newton's method leaves the loads of its last iterate but one in NN.
+ * With those loads, a small ball that shares a load with large balls would carry an unbalanced torque. */
 static void tr_evaluate_capacities_at_solution(tr_sim *s);
 
-/* tr_newton with other leaders of the groups at rest: Newton's method finds no root if a leader carries no load there. */
+/* As tr_newton, with other leaders of the groups at rest. Newton's method finds no root at which a leader carries no load. */
 static int tr_newton_with_other_leaders(tr_sim *s, const double *warm);
 
-/* Friction of pair i over its capacity; 0 for friction of round-off. Requires capacities. */
+/* Friction of pair i divided by its capacity; 0 if the friction is round-off. Requires capacities. */
 static double tr_friction_ratio(const tr_sim *s, int i);
 
-/* Response of multiplier i's freedom to friction j, loops closed. Requires held maps. */
+/* Deceleration of the freedom of multiplier i by a unit of friction j, with closed loops. Requires held maps. */
 static double tr_freedom_response(const tr_sim *s, int i, int j);
 
-/* Scale of multiplier i's response for rank decisions: its own response, at least the round-off of what cancels in it. */
+/* Scale 1/√response of multiplier i for rank decisions. own: response of its freedom to its own friction. The response is at
+ * least the round-off of the terms that cancel in it. */
 static double tr_response_scale(const tr_sim *s, int i, double own);
 
-/* Whether multipliers i and j belong to one freedom. Requires held maps. */
+/* Whether multipliers i and j act on the same freedom. Requires held maps. */
 static int tr_are_one_freedom(const tr_sim *s, int i, int j);
 
-/* The pair that owns multiplier e; *at: place of that pair's derivative of the capacity. */
+/* The pair that owns multiplier e. *at: offset of the derivative of that pair's capacity. */
 static int tr_pair_of_multiplier(const tr_sim *s, int e, int *at);
 
-/* Whether the loops prescribe the motion of multiplier i's freedom: its response through them vanishes. Requires held maps. */
+/* Whether the loops prescribe the motion of multiplier i's freedom, so that its response with closed loops is zero. Requires
+ * held maps. */
 static inline int tr_is_prescribed(const tr_sim *s, int i);
 
 /* Acceleration of multiplier i's freedom at the solution. Requires held maps, or a recursive solution. */
@@ -96,113 +103,117 @@ static double tr_freedom_acceleration(tr_sim *s, int i);
 /* Acceleration of multiplier i's freedom from raw maps and all multipliers. size: sum of the absolute terms. */
 static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 
-/* Acceleration of multiplier i's freedom at the solution, also without held pairs. */
+/* Acceleration of multiplier i's freedom at the solution. It needs no held maps. */
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
-/* Whether freedom i, moved by drives with acceleration acc, counts as at rest. Its motion must fade for long, or change about
- * when it would have stopped (RESTS_BY). Otherwise it reverses. Requires maps. */
+/* Whether freedom i, which drives move with acceleration acc, counts as at rest. The freedom is at rest if its slow motion
+ * fades for a long time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses.
+ * Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
-/* Whether freedom i of a held pair, whose rest follows from others', moves. Requires the solution and its row kinds. */
+/* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. Requires the
+ * solution and its row kinds. */
 static int tr_is_held_freedom_moving(tr_sim *s, int i);
 
-/* Violation of a held pair whose rest follows from others: positive if it moves too much, otherwise −∞. Near positions of rest
- * such a pair moves by a small part of the mechanism's motion. */
+/* Violation of a held pair whose rest follows from other pairs: positive if the pair moves too much, otherwise −∞. Near dead
+ * centres, such a pair follows the mechanism with a small part of its motion. */
 static double tr_rest_violation(tr_sim *s, int i);
 
-/* Violation of a set-valued pair, in tolerances: end of sliding, release, border between sliding and spinning. Requires the
- * laws' values, and capacities for held pairs. */
+/* Violation of the mode of a pair with a set-valued law, in tolerances: end of sliding, release, or border between sliding and
+ * spinning. Requires the laws' values, and capacities for held pairs. */
 static double tr_set_valued_violation(tr_sim *s, int i);
 
-/* Violation of a pair whose law has a kink at rest, in tolerances: the end of its direction. */
+/* Violation of the mode of a pair whose law has a kink at rest, in tolerances: the end of sliding in the frozen direction. */
 static inline double tr_direction_violation(const tr_sim *s, int i) { return tr_stick_overshoot(tr_sliding_of(s, i)->speed, tr_speed_unit(s)); }
 
-/* Violation of pair or stop i, in tolerances; above 1 an event. depth: depths of all stops. Requires the same as
- * tr_set_valued_violation. */
+/* Violation of the mode of pair or stop i, in tolerances; above 1 there is an event. depth: depths of all stops. Requirements:
+ * those of tr_set_valued_violation. */
 static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 
-/* Replace residual r and Jacobian J for held pairs: zero acceleration; zero friction for prescribed motion; a share or a stored
- * load. Requires held maps and row kinds. */
+/* Replace the rows of held pairs in residual r and Jacobian J by their equations: zero acceleration, zero friction (prescribed
+ * motion), a share, or a stored load. Requires held maps and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
 
-/* Newton's method for η = law(N(η)) from the given eta. Returns 1 on convergence. The Jacobian is exact, so a small step that shows
- * quadratic convergence is the last. */
+/* Newton's method for η = law(N(η)) from the given eta. The Jacobian is exact, so the iteration ends after a small step with
+ * quadratic convergence. Returns 1 on convergence. */
 static int tr_newton(tr_sim *s, double *eta);
 
-/* Find the friction of ball i by its tilt, from eta; its mode stores the tilt. Inside the cone the tilt is zero, as trial steps
- * beyond the end of sliding need. Returns 1 on success. */
+/* Find η by the tilt of ball i, starting from eta. The mode of the ball stores the tilt. Inside the cone the tilt is zero,
+ * which trial steps beyond the end of sliding require. Returns 1 on success. */
 static int tr_find_tilt(tr_sim *s, double *eta, int i);
 
-/* Reset the tilts in all modes. */
 static void tr_clear_tilts(tr_sim *s);
 
-/* Find the friction of ball i beyond the kink of its law, where sliding has no continuation from the kink. To slide faster, the
- * ball would have to be further inside its cone. Returns 1 with the root in eta in that case. Requires the laws' values. */
+/* Find η for ball i beyond the kink of its law, if no root continues the sliding from the kink: a faster ball would have to be
+ * further inside its cone. Returns 1 in that case, with the root in eta. Requires the laws' values. */
 static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i);
 
-/* Search a root of ball i from small tilts on, also where φ(0) ≤ 0. Returns 1 when found. */
+/* Search a root by the tilt of ball i with growing tilts, even if φ(0) ≤ 0. Returns 1 if a root is found. */
 static int tr_search_tilt(tr_sim *s, double *eta, int i);
 
-/* Whether every pair is on the branch of its mode: beyond its law's kink or not, inside a ball's cone or not. Requires the laws' values. */
+/* Whether every pair is on the branch of its mode. The branches are the two sides of a kink, or the inside and the outside of
+ * a ball's cone. Requires the laws' values. */
 static int tr_is_on_branches(const tr_sim *s);
 
-/* Next number of a fixed sequence in (−1, 1). */
+/* Next number of a fixed pseudo-random sequence in (−1, 1). */
 static double tr_next_random(unsigned *seed);
 
-/* Find η along the path on which friction grows from zero. Returns 1 on success. */
+/* Find η by continuation from zero friction to the full friction. Returns 1 on success. */
 static int tr_newton_by_growing_friction(tr_sim *s, double *eta);
 
-/* Size of each pair's friction under the loads without friction (neta). Requires load maps. */
+/* size (neta): for each pair, its largest friction under the loads without friction. Requires load maps. */
 static void tr_estimate_frictions(tr_sim *s, double *size);
 
-/* The `which`-th random start. */
+/* Write the random start number `which` to eta; size: result of tr_estimate_frictions. */
 static void tr_random_start(const tr_sim *s, const double *size, int which, unsigned *seed, double *eta);
 
-/* Whether eta, to which Newton's method has converged, is of a root's size and on the branches of the modes. */
+/* Whether eta, to which Newton's method has converged, is small enough for a root, and on the branches of the modes. */
 static int tr_is_root(tr_sim *s, const double *size, const double *eta);
 
-/* Collect the multipliers of the pairs whose motion is not prescribed. Requires held maps. */
+/* Collect those multipliers of the problem's pairs whose motion is not prescribed. Requires held maps. */
 static void tr_creep_collect_multipliers(const tr_sim *s, tr_creep_problem *c);
 
-/* Set B from the responses of the freedoms to friction. Requires held maps. */
+/* Set B and `lead` by factorising the responses of the freedoms to friction. Requires held maps. */
 static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c);
 
-/* Minimise for smaller and smaller ε, loads following. Leaves surface accelerations in x and frictions in z. law: see
- * tr_creep_update_loads. */
+/* Minimise for decreasing ε, with loads updated in each iteration. Writes surface accelerations to x and frictions to z. law:
+ * see tr_creep_update_loads. */
 static void tr_creep_minimise(tr_sim *s, tr_creep_problem *c, const int *law);
 
-/* Whether friction can be found along the recursion in the modes in force: every pair slides, is held by itself, or has no
- * friction. On loops, all must slide and no row may be redundant. */
+/* Whether the recursion can find friction in the modes in force: every pair slides, is held independently of other pairs, or
+ * has no friction. With loops, every pair must slide and no row may be redundant. */
 static int tr_is_recursive(const tr_sim *s);
 
-/* Factorise the recursion without friction and with all freedoms, to close many loops. Returns the sign of the determinant, or 0. */
+/* Factorise the inertias of the recursion without friction and with all freedoms, to close many loops. Returns the sign of the
+ * determinant, or 0 on failure. */
 static int tr_factor_without_friction(tr_sim *s);
 
-/* Loads behind z caused by the frictions eta, with held freedoms. Returns 0 on failure. */
+/* Compute the loads for the frictions eta, with held freedoms at rest, and store them behind the multipliers in z. Returns 0
+ * on failure. */
 static int tr_loads_by_recursion(tr_sim *s, double *eta);
 
-/* Newton's method along the recursion in the current state. near: start from the loads of a close state, if they lead to its
- * root at once; otherwise from the frictions in z. Refuses roots with a determinant below `least` (0; −1: any). Returns 1 on
- * success. */
+/* Newton's method with the recursion in the current state. near: start from the loads of a close state, and fail unless they
+ * lead quickly to a root; otherwise start from the frictions in z. Rejects a root if the sign of the determinant is below
+ * `least` (−1 accepts both signs). Returns 1 on success. */
 static int tr_newton_recursive_from(tr_sim *s, int near, int least);
 
-/* Store the loads of the solution, from which the next recursive iteration starts. Requires load maps. */
+/* Store the loads of the solution; the next recursive iteration starts from these loads. Requires load maps. */
 static void tr_store_solution_loads(tr_sim *s);
 
-/* ẏ (dy) at y along the recursion. Requires the signals. Returns 0 if it fails. */
+/* Evaluate ẏ (dy) at y with the recursion. Requires the signals. Returns 0 on failure. */
 static int tr_rhs_recursive(tr_sim *s, const double *y, double *dy);
 
-/* Set the equation that finds each multiplier in the modes in force. Requires maps. */
+/* Set the equation (TR_ROW_…) of each multiplier in the modes in force. Requires maps. */
 static void tr_set_row_kinds(tr_sim *s);
 
-/* Solve z = [λ active | η] in the current state, from the multipliers in z. deciding: groups may share in another way. Returns
- * 0 without a reachable root. */
+/* Solve for z = [λ active | η] in the current state, starting from the multipliers in z. deciding: whether groups may share by
+ * another rule if the first has no root. Returns 0 if no root is found. */
 static int tr_solve_multipliers(tr_sim *s, int deciding);
 
-/* Form the maps and row kinds that tr_newton needs in the modes in force. */
+/* Form the maps and row kinds that tr_newton requires in the modes in force. */
 static void tr_prepare_equations(tr_sim *s);
 
-/* Solve the multipliers in the modes in force, with row kinds, capacities and accelerations of the freedoms. Counts as one solution of a
- * decision. Returns 0 when there is none. */
+/* Solve for the multipliers in the modes in force; also sets row kinds, capacities and the maps of the accelerations. Counts
+ * as one solution of a decision. Returns 0 if no solution is found. */
 static int tr_solve_in_modes(tr_sim *s);
 #endif

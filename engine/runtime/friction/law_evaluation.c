@@ -1,11 +1,11 @@
-/* Friction laws at given frictions, the derivative of their equations, and capacities. */
+/* Friction laws at given frictions, the Jacobian of the complement equations, and capacities. */
 #include "friction/friction.h"
 
-#define NO_FRICTION 1e-290 /* N: smaller friction stems from NO_FORCE */
-#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: teeth that carry nothing have no less */
-#define TOL_TWIST 1e-9 /* × the capacity: torque about its force that a ball at rest may carry; above round-off of both */
+#define NO_FRICTION 1e-290 /* N: smaller friction results from NO_FORCE */
+#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded teeth reach this value */
+#define TOL_TWIST 1e-9 /* × the capacity: torque about its force that a ball at rest may carry; above round-off */
 
-/* N at the frictions eta, without open reactions. Requires load maps. */
+/* Evaluate N at the frictions eta, without open reactions. Requires load maps. */
 static inline void tr_evaluate_loads(tr_sim *s, const double *eta) {
   TR_NEED(s, TR_HAS_LOADS);
   const double *N0 = TR_A(s, Np);
@@ -22,8 +22,8 @@ static void tr_evaluate_laws(tr_sim *s, const double *eta) {
   TR_MADE(s, TR_HAS_LAW);
 }
 
-/* `count` rows (at most 3) of J = E − D Ne', for an element with ne multipliers and `needs` components. Column j of the unit
- * matrix starts at `first`. */
+/* Compute `count` (at most 3) rows of J = E − D Ne', from row `first` on, for an element with ne multipliers and `needs`
+ * components. E is the unit matrix, D (ne×needs) the derivative of the laws. */
 TR_SIZED void tr_law_jacobian_rows(int e, int n, int ne, const int needs, const int count, int first, const double *D, const double *Ne, double *J) {
   static const double unit[8] = {0.0, 0.0, 1.0};
   for (int j = 0, own = -first; j < e; ++j, ++own, Ne += n, J += e) {

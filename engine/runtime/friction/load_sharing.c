@@ -1,23 +1,23 @@
-/* Load sharing (theory, "Shared loads"): pairs at rest that one freedom of the loops would move together hold a load whose
- * split is not unique.
+/* Load sharing (theory, "Shared loads"). If one freedom of the loops would move several pairs at rest together, the split of
+ * the load between these pairs is not unique.
  *
- * The members that carry the largest part of their capacity carry equal parts. Where one freedom moves a group, all members do.
- * Where several freedoms move the same pairs, loads with the smallest largest share are sought. Large groups store the loads of
- * a creep (theory, "Many pairs"), within the capacities if possible. They keep them while the group rests; as many pairs as
- * there are freedoms take the changes. */
+ * The share of a member is its load divided by its capacity. If one freedom moves a group, all members carry equal shares. If
+ * several freedoms move the same pairs, the loads minimise the largest share, and the members with the largest share carry
+ * equal shares. Large groups store the loads of a creep minimisation (theory, "Many pairs"), within the capacities if
+ * possible. The group keeps these loads while it rests; as many pairs as there are freedoms take the changes of load. */
 #include "friction/friction.h"
 
-#define SHARE_MAX 30 /* iterations on loads and capacities */
-#define SHARE_SAME 1e-3 /* × the largest share: the loads only start Newton's method, which is exact */
-#define SHARE_WEIGHT 1e-6 /* smallest weight of a member without load, which may return */
+#define SHARE_MAX 30 /* largest number of iterations on loads and capacities */
+#define SHARE_SAME 1e-3 /* × the largest share: tolerance of the loads, which only are the start of Newton's method */
+#define SHARE_WEIGHT 1e-6 /* smallest weight of a member, so that a member without load can get load again */
 #define SHARE_PASSES 300 /* iterations of Lawson's algorithm, which converges linearly */
-#define SHARE_PIVOT 1e-10 /* × a member's own response: below it the reweighted conditions depend on each other */
-#define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: squared coupling of round-off */
+#define SHARE_PIVOT 1e-10 /* × a member's own response: pivot below which the weighted conditions are dependent */
+#define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: a smaller squared coupling is round-off */
 #define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve tried */
-#define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with less carries no load */
-#define KEPT_MORE_THAN 8 /* pairs: smaller groups minimise the largest share */
+#define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with a smaller capacity carries no load */
+#define KEPT_MORE_THAN 8 /* number of pairs up to which groups minimise the largest share */
 
-/* Let `member` carry the same part of its capacity as `leader`. */
+/* Let the multiplier `member` carry the same share as the multiplier `leader`. */
 static void tr_follow_leader(tr_sim *s, int member, int leader) {
   int *row = tr_row_kinds(s);
   tr_leader *lead = tr_leaders(s) + member;
@@ -26,7 +26,7 @@ static void tr_follow_leader(tr_sim *s, int member, int leader) {
   s->friction.shared = 1;
 }
 
-/* Share of pair m under the loads x (n), over its components together: those with owner[i] = m. */
+/* Share of pair m under the loads x (n): root of the sum of squares over the components with owner[i] = m. */
 static double tr_pair_share(int n, const int *owner, const double *cap, const double *x, int m) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i)
@@ -34,13 +34,13 @@ static double tr_pair_share(int n, const int *owner, const double *cap, const do
   return sqrt(sum);
 }
 
-/* Find loads x (n) with A x = b (A: n×n response) and the smallest largest share of capacity. Lawson's reweighting: the weight
- * of a share in the sum of squares grows with its size. */
+/* Find loads x (n) with A x = b (A: n×n response) that minimise the largest share. Method: Lawson's iteratively reweighted
+ * least squares, in which the weight of a share grows with the share. */
 static void tr_minimise_largest_share(int n, const double *A, const int *owner, const double *cap, const double *b, double *x) {
   double w[n], W[n * n], L[n * n], d[n], v[n];
   int perm[n];
   for (int i = 0; i < n; ++i) w[i] = 1.0;
-  for (int it = 0; it < SHARE_PASSES; ++it) { /* least Σ w x²/cap²: x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w */
+  for (int it = 0; it < SHARE_PASSES; ++it) { /* minimise Σ w x²/cap²: x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w */
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
         double sum = 0.0;
@@ -62,8 +62,9 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   }
 }
 
-/* Find loads x of the multipliers c (n) that prevent motion with the smallest largest share; capacities follow from loads by
- * iteration. Newton's method starts from these loads, because without friction the pairs would carry other forces. */
+/* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the
+ * capacities with the loads. Newton's method starts from these loads, because the capacities under the loads without friction
+ * are different. */
 static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -93,7 +94,7 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, con
   }
 }
 
-/* Acceleration of the freedom of multiplier c[0] without friction of the n multipliers c. */
+/* Acceleration of the freedom of multiplier c[0] without the friction of the n multipliers c. */
 static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
   tr_form_all_maps(s);
   int e = s->k->neta;
@@ -104,9 +105,9 @@ static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
   return acc;
 }
 
-/* Set the axes of balls among the n multipliers c, which one freedom would move with rates v. Returns the index of the leader:
- * the first, unless it is a ball, which may hold nothing along its axis. Then another pair leads, or the ball with the largest
- * part. */
+/* Set the impending axes of the balls among the n multipliers c, which one freedom would move with rates v. Returns the index
+ * of the leader in c. The first multiplier leads unless it belongs to a ball, which may carry no load along its axis. In that
+ * case the first pair that is not a ball leads, or else the ball component with the largest part perpendicular to the force. */
 static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
   int owner[n], at, first = -1, leader = 0;
   double t[3], dt[9], most = 0.0;
@@ -132,8 +133,8 @@ static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v
   return leader;
 }
 
-/* The leader, or the member with the largest capacity if the leader carries no load at the last solution: nothing can be in
- * proportion to its share. */
+/* The index of the leader; if the leader carries no load at the last solution, the member with the largest capacity, because
+ * other loads cannot be proportional to zero. */
 static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leader) {
   int at, loaded = leader;
   const double leads = tr_hold_of(s, tr_pair_of_multiplier(s, c[leader], &at))->capacity;
@@ -146,7 +147,8 @@ static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leade
   return leads < LEADS_NOTHING * most ? loaded : leader;
 }
 
-/* Share the load of pairs that one freedom moves together, by multipliers c (n); the first moves most. All oppose the motion. */
+/* Share the load of the multipliers c (n), which one freedom moves together. The first multiplier moves most. All frictions
+ * oppose the motion. */
 static void tr_share_along_line(tr_sim *s, int n, const int *c) {
   const double *lever = TR_A(s, lever), way = tr_unheld_acceleration(s, n, c) < 0.0 ? -1.0 : 1.0;
   double v[n];
@@ -158,8 +160,8 @@ static void tr_share_along_line(tr_sim *s, int n, const int *c) {
     if (i != leader) tr_follow_leader(s, c[i], c[leader]);
 }
 
-/* Share among the members of each freedom, if every freedom moves its multipliers alone, in a fixed ratio, with all of their
- * pairs. first: a member of each of the `rank` freedoms. Returns 0 otherwise. */
+/* Share the load separately for each of the `rank` freedoms. This requires that each multiplier belongs to one freedom, and
+ * all multipliers of a pair to the same freedom. Otherwise returns 0. first: index in c of one multiplier of each freedom. */
 static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
   int line[n], at;
   for (int i = 0; i < n; ++i) {
@@ -180,8 +182,8 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
-/* Creep with a reserve: the smallest fraction 1 − 2⁻ᵏ of the capacities that holds all pairs. A growing load then does not
- * overload one pair at once. */
+/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities that holds all pairs. A growing load
+ * then does not overload a pair at once. */
 static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
   memcpy(start, eta, sizeof(double) * s->k->neta);
@@ -193,8 +195,9 @@ static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law
   }
 }
 
-/* Store the loads of the multipliers c (n; rank of their responses A). As many multipliers as there are freedoms take changes
- * of load, those with the largest reserve and a fixed direction. All others keep theirs. Returns 0 if there are none. */
+/* Store the loads of the n multipliers c with responses A of rank `rank`. `rank` multipliers, those with the largest reserve
+ * and a fixed direction, take the changes of load. All other multipliers keep their loads. Returns 0 if no loads can be
+ * stored. */
 static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int rank) {
   const int e = s->k->neta;
   int law[e], pairs[n], index[n], first[n + 1], lead[n], perm[n], count = 0, at;
@@ -214,7 +217,7 @@ static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int r
     if (count <= KEPT_MORE_THAN || s->friction.reserve) tr_creep_with_reserve(s, &creep, law);
     else tr_creep_minimise(s, &creep, law);
   }
-  for (int i = 0; i < n; ++i) { /* a ball holds across a force that turns, so it takes no changes */
+  for (int i = 0; i < n; ++i) { /* the direction of a ball's load changes with its force, so a ball takes no changes */
     const int owner = tr_pair_of_multiplier(s, c[i], &at);
     const double spare = fmax(1.0 - tr_friction_ratio(s, owner), 0.0) + SHARE_WEIGHT;
     d[i] = tr_pair_of(s, owner)->cone ? 0.0 : tr_hold_of(s, owner)->capacity * TR_A(s, lever)[c[i]] * spare;
@@ -226,8 +229,8 @@ static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int r
   return 1;
 }
 
-/* Share the load of one connected set c (n multipliers) of dependent rest conditions. Rank 0 stems from a trial state that is
- * not finite, which its step refuses. */
+/* Share the load of a connected set c (n multipliers) of dependent rest conditions. Rank 0 occurs only at a trial state that
+ * is not finite; the step is then refused. */
 static void tr_share_group(tr_sim *s, int n, const int *c) {
   int perm[n], owner[n], at;
   double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
@@ -252,7 +255,7 @@ static void tr_share_group(tr_sim *s, int n, const int *c) {
   for (int i = 1; i < active; ++i) tr_follow_leader(s, c[perm[i]], c[perm[0]]);
 }
 
-/* Let the next member of each group lead it, if none is a ball. Returns 0 if there is none. */
+/* Make the next member of each group its leader, in groups without balls. Returns 0 if no group changes. */
 static int tr_lead_by_next(tr_sim *s) {
   const int e = s->k->neta;
   int *row = tr_row_kinds(s), any = 0, at;
@@ -263,13 +266,13 @@ static int tr_lead_by_next(tr_sim *s) {
     for (int j = 0; j < e; ++j) {
       if (row[j] != TR_ROW_SHARE || lead[j].multiplier != i) continue;
       balls |= tr_pair_of(s, tr_pair_of_multiplier(s, j, &at))->cone;
-      if (next < 0 || (j > i && next < i)) next = j; /* in a cycle */
+      if (next < 0 || (j > i && next < i)) next = j; /* the next index after i, cyclically */
     }
     if (next < 0 || balls) continue;
     any = 1;
     for (int j = 0; j < e; ++j)
       if (row[j] == TR_ROW_SHARE && lead[j].multiplier == i && j != next) tr_follow_leader(s, j, next);
-    row[next] = TR_ROW_LAW; /* below it becomes a condition of rest, once all old leaders were seen */
+    row[next] = TR_ROW_LAW; /* the loop below sets TR_ROW_REST, after this loop has handled all old leaders */
     tr_follow_leader(s, i, next);
   }
   for (int i = 0; i < e; ++i)

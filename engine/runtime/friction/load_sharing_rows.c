@@ -1,9 +1,11 @@
-/* Equations of shared loads: the friction η_i of a member is proportional to a value of its own (theory, "Shared loads").
+/* Equations of shared loads: the frictions η_i of the members of a group are proportional to values of the members (theory,
+ * "Shared loads").
  *
- * The value of a member with one component is its capacity. For a ball in a group that one freedom would move, it is its
- * friction in that motion. The group then releases where all can slide. A ball holds no torque about its force, which turns
- * while it holds. Near a ball's cone friction is no smooth function of the force. Its value there is its capacity, times the
- * part of the motion's axis across its force. */
+ * The value of a member with one component is its capacity. In a group that one freedom would move, the value of a ball is its
+ * friction in that motion. The group then releases at a state where all members can slide. A ball holds no torque about its
+ * force, and the direction of this force changes while the ball is at rest. Near its cone, the friction of a ball is not a
+ * smooth function of the force. The value is then its capacity times the part of the motion's axis that is perpendicular to
+ * the force. */
 #include "friction/friction.h"
 
 
@@ -13,7 +15,7 @@ static inline int tr_has_impending_axis(const tr_sim *s, int m) {
   return tr_pair_of(s, m)->cone && (w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0);
 }
 
-/* Part t of ball m's axis across its force f, and dt = its derivative by f (3×3, by columns). */
+/* t: the part of the impending axis of ball m that is perpendicular to its force f. dt = ∂t/∂f (3×3, column-major). */
 static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) {
   const double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0, *f = TR_A(s, NN) + s->k->element[tr_pair_of(s, m)->element].n0;
   double F = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) + NO_FORCE, along = (f[0] * w[0] + f[1] * w[1] + f[2] * w[2]) / F;
@@ -23,7 +25,8 @@ static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) 
   }
 }
 
-/* The laws of all pairs at the loads NN, balls with an impending axis sliding that way, or turning in their cone. */
+/* Evaluate the laws of all pairs at the loads NN. Balls with an impending axis slide about this axis, or spin inside their
+ * cone. */
 static void tr_evaluate_impending_laws(tr_sim *s) {
   const tr_kernel *k = s->k;
   double x[k->nx], rates[k->nrates + 1];
@@ -45,7 +48,8 @@ static void tr_evaluate_impending_laws(tr_sim *s) {
   }
 }
 
-/* Value of multiplier i of pair m, whose derivative of the capacity begins at `at`; d (neta): its derivative by η. */
+/* Value of multiplier i of pair m. `at`: offset of the derivative of the pair's capacity. d (neta): derivative of the value by
+ * η. */
 static double tr_share_value(tr_sim *s, int m, int at, int i, double *d) {
   const tr_kernel *k = s->k;
   int e = k->neta, n = k->nn, impends = tr_has_impending_axis(s, m), ball = impends && !s->friction.impending_laws, part = i - tr_pair_of(s, m)->eta0;
@@ -72,7 +76,7 @@ static double tr_share_value(tr_sim *s, int m, int at, int i, double *d) {
   return unit * hold->capacity * (ball ? t[part] : 1.0);
 }
 
-/* Residual and row i of J of a multiplier that shares a load: its ratio to its leader is that of their values. */
+/* Residual and row i of J for multiplier i, which shares a load: η_i over η of the leader equals the ratio of their values. */
 static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
   int e = s->k->neta;
   const tr_leader *lead = tr_leaders(s) + i;
@@ -82,7 +86,8 @@ static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *e
   return load * part - eta[i];
 }
 
-/* Residual and row i of J of a multiplier of pair m that stores its load; for a ball, the part across its force. */
+/* Residual and row i of J for multiplier i of pair m, which keeps its stored load; a ball keeps the part perpendicular to its
+ * force. */
 static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *eta, double *J) {
   const int e = s->k->neta, nn = s->k->nn, first = tr_pair_of(s, m)->eta0, n0 = s->k->element[tr_pair_of(s, m)->element].n0;
   const double *kept = TR_A(s, share) + first, *f = TR_A(s, NN) + n0, *Ne = tr_loads_by_friction(s) + n0;
@@ -96,8 +101,8 @@ static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *et
   return kept[i - first] - along * f[i - first] - eta[i];
 }
 
-/* Reverse groups whose load pulls against the assumed impending motion. Returns 1 if balls were among them, whose friction then
- * changes. Requires tr_newton. */
+/* Reverse the impending motion of groups in which the solution has friction of the opposite sign. Returns 1 if balls are among
+ * these groups, because their friction then changes. Requires a solution of tr_newton. */
 static int tr_reverse_impending(tr_sim *s, const double *eta) {
   const tr_kernel *k = s->k;
   int turns[k->neta], turned = 0;

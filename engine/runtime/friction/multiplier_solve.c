@@ -1,4 +1,4 @@
-/* Multipliers in the modes in force: their equations and solution. */
+/* Equations and solution of the multipliers in the modes in force. */
 #include "friction/friction.h"
 
 static void tr_set_row_kinds(tr_sim *s) {
@@ -71,7 +71,7 @@ static void tr_prepare_equations(tr_sim *s) {
   tr_form_maps_without_loops(s, s->friction.held);
 }
 
-/* Whether the present decision has used up its work. */
+/* Whether the present decision has used up its iterations. */
 static inline int tr_is_work_spent(const tr_sim *s) { return s->friction.work > 0 && s->stats.newton_iterations + s->stats.creeps > s->friction.work; }
 
 static int tr_solve_in_modes(tr_sim *s) {

@@ -31,7 +31,8 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
   }
 }
 
-/* Add the step r to eta. step, size: their largest parts as surface forces, so that torques of a small mechanism count. */
+/* Add the step r to eta. step, size: largest entries of r and of eta, divided by the levers, so that torques of a small
+ * mechanism count as much as forces. */
 static inline void tr_apply_newton_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
   *step = *size = 0.0;
   for (int i = 0; i < e; ++i) {
@@ -41,7 +42,7 @@ static inline void tr_apply_newton_step(int e, const double *r, const double *pe
   }
 }
 
-/* Residual r and Jacobian J for a fraction of the friction. */
+/* Change r and J to the residual and Jacobian with the fraction 1 − `eased` of the friction. */
 static void tr_ease_friction(const tr_sim *s, const double *eta, double *r, double *J) {
   int e = s->k->neta;
   double part = 1.0 - s->friction.eased;
@@ -55,7 +56,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   int e = k->neta;
   const double *lever = TR_A(s, lever);
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
-  const int three = e == 3 && !k->active; /* tr_is_unstable_root reads the factors of loops */
+  const int three = e == 3 && !k->active; /* with loops, tr_is_unstable_root needs the LU factors */
   for (int i = 0; i < e; ++i) per_lever[i] = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     if (tr_is_cancelled(s, (double)e * e * (e + k->nn))) return 0;
@@ -87,7 +88,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* tr_newton; groups at rest share in the direction in which their load pulls. */
+/* As tr_newton. Also reverses the impending motion of groups at rest if the direction of their load requires this. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
   if (!s->friction.impending_laws || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
@@ -95,7 +96,7 @@ static int tr_newton_with_sense(tr_sim *s, double *eta) {
   return tr_newton(s, eta);
 }
 
-/* tr_newton with balls of stuck groups that share by their axes, where their law gives no solution. */
+/* As tr_newton, if balls of stuck groups have no solution with shares by their laws: these balls share by their axes. */
 static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   if (!s->friction.impending_laws) return 0;
@@ -106,9 +107,9 @@ static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
-/* Whether stiff contacts would leave the root just found: the determinant of Newton's matrix, 1 without friction, is negative
- * (theory, "Complement equations"). Only for loops: elsewhere its sign changes where the root ends (``diagnosis/root_fold.c``).
- * Shared loads have no sign. */
+/* Whether the last root of tr_newton is unstable with stiff contacts: the determinant of Newton's matrix, which is 1 without
+ * friction, is negative (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the sign
+ * changes (``diagnosis/root_fold.c``). With shared loads the sign has no meaning. */
 static int tr_is_unstable_root(const tr_sim *s) {
   const int e = s->k->neta, r = tr_open_count(s);
   if (!s->k->active || s->friction.shared) return 0;
