@@ -1,4 +1,4 @@
-"""A first scene to edit: a pendulum on a frictional hinge, with everything else the format offers in comments."""
+"""The starter scene: a pendulum on a frictional hinge; comments in the file show the other features of the format."""
 
 from __future__ import annotations
 
@@ -119,8 +119,8 @@ def starter_text(name: str) -> str:
 
 
 def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:
-    """Write NAME/scene.yaml and NAME/README.md into a directory, and give the folder. Never overwrites: SceneError when it
-    exists."""
+    """Write NAME/scene.yaml and NAME/README.md into a directory; the result is the new folder. SceneError when the folder
+    exists or cannot be written."""
     folder = Path(directory) / name
     if not _NAME.fullmatch(name):
         raise SceneError([Problem(name[:60], "cannot be the name of a scene", "a letter, then letters, digits and _")])
