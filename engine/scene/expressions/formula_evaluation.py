@@ -62,7 +62,7 @@ def _power(node: Call, given: list[Dimension]) -> Dimension:
         raise UnitError("the exponent of something with a unit cannot depend on a parameter", "write the exponent as a number")
     power = Fraction(value(node.arguments[1], {})).limit_denominator(12)
     if abs(power) > LARGEST_POWER or not math.isclose(power, value(node.arguments[1], {}), rel_tol=1e-12):
-        raise UnitError("nothing has such a unit", "exponents of something with a unit are small whole numbers or ratios")
+        raise UnitError("this exponent is not supported for a base with a unit", "use a small whole number or a simple ratio")
     return _scaled(base, power)
 
 

@@ -193,7 +193,7 @@ def parse(text: str) -> tuple[float, Unit | None, str]:
     written = plain[m.end() :].strip()
     if written[:1] == "," and written[1:2].isdigit():
         pointed = plain.strip().replace(",", "" if "." in plain else ".")
-        hint = f"decimals follow a point, thousands are not parted: {shown(pointed)}"
+        hint = f"use a point for decimals and no separator for thousands: {shown(pointed)}"
         raise UnitError(f"{shown(text)} has a comma in the number", hint)
     unit = parse_unit(written)
     try:
