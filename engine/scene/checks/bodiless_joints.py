@@ -1,4 +1,4 @@
-"""Checks of what carries no body but ties two that other joints carry: what belongs to those other joints."""
+"""Checks of bodiless joints, which couple two bodies that other joints carry: some keys belong to these other joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 NONE = ("drive", "rotor_inertia", "latch")
-"""What those that have a coordinate cannot have along it either."""
+"""Fields that are forbidden even for bodiless joints with a coordinate."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""Checks of cams: their profiles, and keys that only they have."""
+"""Checks of cams: their profiles, and keys that only cams have."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 OWN = ("profile", "roller")
-"""Keys of cams alone."""
+"""Keys that only cams have."""
 CAMS = ("point", "face")
-"""What may follow a cam."""
+"""Kinds of followers of a cam."""
 FEWEST = 3
 """Fewest values of a profile."""
 MOST = 2000
-"""Most values of a profile: each is code of a compiled kernel."""
+"""Most values of a profile; each value adds code to a compiled kernel."""
 TURN = 2 * math.pi * (1 + 1e-9)
-"""One turn, rad, and what angles may be off that follow from parameters."""
+"""One turn, rad, plus a tolerance for angles that are computed from parameters."""
 USUAL = "{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 40 mm, 40 mm, 30 mm]}"
 
 
