@@ -139,7 +139,7 @@ class Linkage:
         if leader not in ties or follower not in ties:
             self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
         elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):
-            self.found.add(e, name, "couples joints that do not have one freedom each", "only hinges and slides can follow each other")
+            self.found.add(e, name, "couples joints that have more or less than one freedom", "only hinges and slides can follow")
         elif not ratio:
             self.found.add(e, name, "follows a joint by a ratio of 0", "make it a fixed joint")
         elif "mimic" in ties[follower].more:
