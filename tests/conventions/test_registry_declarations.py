@@ -140,8 +140,8 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "needed always and sometimes": (
         lambda: law(numbers=(MU, replace(MU, name="nu", needed_with="mu"))), "not both"),
     "two laws of one name": (lambda: registered_laws([law(), law()]), "two laws are called trial"),
-    "a twin of no law": (lambda: registered_laws([law(exact="nobody")]), "no set-valued law"),
-    "a twin that is not set-valued": (lambda: registered_laws([law(), law(name="other", dry="trial")]), "no set-valued law"),
+    "a twin of no law": (lambda: registered_laws([law(exact="nobody")]), "not the name of a set-valued law"),
+    "a twin that is not set-valued": (lambda: registered_laws([law(), law(name="other", dry="trial")]), "not the name of a"),
     "one number, two units": (lambda: merged({"a": (MU,), "b": (replace(MU, unit="m"),)}), "another unit in b than in a"),
     "one number, two bounds": (lambda: merged({"a": (MU,), "b": (replace(MU, bound=POSITIVE),)}), "another bound"),
     "pairs that leave a freedom out": (lambda: element(pairs=((1,),)), "every freedom"),

@@ -164,7 +164,7 @@ def test_included_files_belong_to_the_model(tmp_path: Path) -> None:
 REFUSED = {
     "a tendon that pulls": ('<tendon><fixed name="t" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>', "exerts forces"),
     "coordinates that are tied": ('<equality><joint name="m" joint1="j"/></equality>', "fixes a joint"),
-    "a body that is made": ('<worldbody><composite type="cable" count="3 1 1"/></worldbody>', "makes bodies"),
+    "a body that is made": ('<worldbody><composite type="cable" count="3 1 1"/></worldbody>', "generates bodies"),
     "a spring of a ball": (
         '<worldbody><body><joint type="ball" stiffness="1"/><geom size="1"/></body></worldbody>', "a spring along a ball"),
     "a polynomial": ('<worldbody><body><joint stiffness="1 2"/><geom size="1"/></body></worldbody>', "polynomial"),

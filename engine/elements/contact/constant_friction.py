@@ -19,9 +19,9 @@ from trunnion.elements.friction import Law
 if TYPE_CHECKING:
     from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
 
-FORCE = Size("force", "N", "constant friction along the axis, whatever the load", NOT_NEGATIVE, '"5 N"', symbol="F", varies=True)
+FORCE = Size("force", "N", "constant friction along the axis, at any load", NOT_NEGATIVE, '"5 N"', symbol="F", varies=True)
 TORQUE = Size(
-    "torque", "N*m", "constant friction about an axis, whatever the load", NOT_NEGATIVE, '"2 N*m"', symbol="T", varies=True
+    "torque", "N*m", "constant friction about an axis, at any load", NOT_NEGATIVE, '"2 N*m"', symbol="T", varies=True
 )
 BACK_FORCE = Size(
     "back_force", "N", "constant friction in the backward direction, if it differs (one-way clutch)", NOT_NEGATIVE, '"5 kN"',

@@ -122,12 +122,12 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -
 
 RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")
 HALF_LENGTH = Size(
-    "half_length", "m", "c: the contact points sit at -c and +c from the point of the part that has the ends", POSITIVE, '"20 mm"',
+    "half_length", "m", "c: the contacts are at -c and +c from the joint point of the part with the ends", POSITIVE, '"20 mm"',
     symbol="c", drawn=0.06, ends=FIXED,
 )  # fmt: skip
 LENGTHS = tuple(
     Size(
-        f"{part}_length", "m", f"with ends: overlap, length of the {part} part along the axis, its point in its middle", POSITIVE,
+        f"{part}_length", "m", f"for ends: overlap, length of the {part} part, centred on its joint point", POSITIVE,
         '"60 mm"', drawn=0.12, ends=OVERLAP,
     )
     for part in ("inboard", "outboard")
@@ -150,7 +150,7 @@ def drawn_half_length(g: Mapping[str, float]) -> float:
 
 
 THRUST_RADIUS = Size(
-    "thrust_radius", "m", "radius at which axial thrust rubs (the paper's end face has none)", POSITIVE, '"10 mm"', needed=False,
+    "thrust_radius", "m", "radius at which the friction of axial thrust acts (not in the paper)", POSITIVE, '"10 mm"', needed=False,
     symbol="r_t",
 )  # fmt: skip
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
 
 FLANK = Size(
-    "flank_angle", "rad", "angle by which a thread's flanks lean, in the section across it (15 deg: trapezoidal, 30 deg: metric)",
+    "flank_angle", "rad", "inclination of the flanks in the section normal to the thread (15 deg: trapezoidal, 30 deg: metric)",
     Bound(0.0, 1.5), '"15 deg"', symbol="β", bears=False,
 )  # fmt: skip
 

@@ -93,7 +93,7 @@ def _motion(kind: JointKind) -> Iterator[str]:
         declared = _column(kind, k)
         if any(abs(a - b) > CLOSE for a, b in zip([*slip, *spin], declared, strict=True)):
             said = f"slides by {_shown(declared[:3])}, turns by {_shown(declared[3:])} (inboard frame)"
-            yield f"rate {k + 1}: its axes say that it {said}; travel and rotation give {_shown(slip)}, {_shown(spin)}"
+            yield f"rate {k + 1}: by its axes it {said}; by travel and rotation {_shown(slip)}, {_shown(spin)}"
 
 
 def _rows(kind: JointKind) -> Iterator[str]:
@@ -114,7 +114,7 @@ def _rows(kind: JointKind) -> Iterator[str]:
     if _rank(axes) != kind.nv or (kind.cuttable and any(abs(_dot(a, b)) > CLOSE for a in axes for b in axes if a is not b)):
         yield "its axes are not at right angles"  # the rates of a cut joint are the components of the motion along the axes
     if _rank(rows) != kind.rows or any(abs(_dot(a, r)) > CLOSE for a in axes for r in rows):
-        yield "its rows do not prevent exactly the motions that its axes exclude"
+        yield "its rows must prevent exactly what its axes exclude"
 
 
 def _sample(kind: JointKind) -> list[float]:

@@ -33,7 +33,7 @@ _SPUR = JointKind(
 )
 _CONES = JointKind(
     name="bevel_gear",
-    freedoms="two wheels about axes e1 that meet at its point, to the wheels",
+    freedoms="two wheels about axes e1 that intersect at the joint point and point to the wheels",
     rolls=Rolls(touch="cones", apart=False),
 )
 _STRAIGHT = JointKind(

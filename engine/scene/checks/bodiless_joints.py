@@ -31,6 +31,6 @@ def check(scene: Scene) -> Iterator[Finding]:
             yield Finding((*path, "pin"), f"{what} carries a pin", "leave it out")
         law = scene.law_of(j.friction) if j.friction is not None else ""
         if law and LAWS[law].bristles:
-            yield Finding((*path, "friction"), f"teeth have no bristles, as the law {law} wants", "choose a law without bristles")
+            yield Finding((*path, "friction"), f"the law {law} has bristles, which are not supported here", "choose another law")
         if j.cut is False:
             yield Finding((*path, "cut"), f"{parts} carry no body: a loop is always opened between them", "leave it out")

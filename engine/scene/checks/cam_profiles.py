@@ -32,7 +32,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         follows = REGISTRY[j.type].follows if REGISTRY[j.type].follows in CAMS else ""
         for key in OWN:
             if getattr(j, key) is not None and (not follows or (key == "roller" and follows != "point")):
-                what = f"a {j.type} joint has no cam" if not follows else f"what follows a {j.type} is a face, not a roller"
+                what = f"a {j.type} joint has no cam" if not follows else f"the follower of a {j.type} is a face, not a roller"
                 hint = f"remove it; joints with cams: {able}" if not follows else "remove it, or use cam"
                 yield Finding((*path, key), what, hint)
         if not follows:
@@ -49,7 +49,7 @@ def _profile(path: Path, p: Profile, j: Joint) -> Iterator[Finding]:
         yield Finding((*path, "radius"), f"{len(p.radius)} radii for {count} angles", "give one radius for each angle")
         return
     if not FEWEST <= count <= MOST:
-        yield Finding((*path, "angle"), f"a profile of {count} values", f"give {FEWEST} to {MOST}")
+        yield Finding((*path, "angle"), f"a profile of {count} values", f"give {FEWEST} to {MOST} values")
         return
     for k, (a, b) in enumerate(itertools.pairwise(map(float, p.angle))):
         if not b > a:

@@ -34,7 +34,7 @@ def _curve(path: Path, key: str, at: Sequence[float], value: Sequence[float]) ->
         yield Finding((*path, key), f"a curve has 2 to {KNOTS} points, not {len(at)}", "thin it out" if len(at) > 2 else "")
     for i in range(1, len(at)):
         if not at[i - 1] < at[i]:
-            yield Finding((*path, key, i), f"they must increase: {at[i]:g} follows {at[i - 1]:g}")
+            yield Finding((*path, key, i), f"the entries must increase: {at[i]:g} follows {at[i - 1]:g}")
             break
 
 

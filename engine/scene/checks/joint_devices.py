@@ -57,7 +57,7 @@ def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
     so that the energy of an inertia about one axis is undefined."""
     about = each(j.rotor_inertia, kind.nv)[kind.nv - 3 :] if kind.quaternion >= 0 and j.rotor_inertia is not None else []
     if len({v or 0.0 for v in about}) > 1:
-        what = f"the three turns of a {kind.name} joint have one rotor inertia"
+        what = f"the three rotations of a {kind.name} joint must have the same rotor inertia"
         yield Finding(("joints", name, "rotor_inertia"), what, "give all three the same, or build the joint from revolutes")
 
 

@@ -80,12 +80,12 @@ def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -
     usual = REGISTRY[j.type].friction
     if element.count and name == PRELOAD.name:
         able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
-        return f"its friction depends on its load alone; joints with a preload: {able}; it has: {', '.join(own) or 'no sizes'}"
+        return f"it supports no preload; joints with a preload: {able}; sizes allowed here: {', '.join(own) or 'no sizes'}"
     if element.count or not usual:
-        return f"it has: {', '.join(own)}"
+        return f"allowed here: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
     constant = ", and preload for a part that the load does not change" if loads else ""
-    return f"it has: {', '.join(own)}; for friction that depends on the load give sizes{constant}"
+    return f"allowed here: {', '.join(own)}; for friction that depends on the load give sizes{constant}"
 
 
 def _counts(element: str, name: str) -> int:

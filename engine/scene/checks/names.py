@@ -96,6 +96,6 @@ def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[F
     try:
         given = parse_unit(declared).dimension
     except UnitError:
-        return  # the input has a finding of its own
+        return  # _input_unit reports this invalid unit
     if not fits(given, parse_unit(wanted).dimension):
         yield Finding((*path, "input"), f'the input "{load.input}" is in {declared}; {wanted} is wanted here')

@@ -23,7 +23,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         if not isinstance(value, Quantity) or path[0] == "parameters":
             continue  # a parameter may have any dimension
         if path[0] == "inputs" and not _is_unit(unit):
-            continue  # the unit of the input has a finding of its own
+            continue  # checks.names reports the invalid unit of the input
         if unit == PLAIN and path[-2] in ("axis", "reference", "towards") and value.dimension == parse_unit("m").dimension:
             continue  # the components of a direction may be lengths
         try:

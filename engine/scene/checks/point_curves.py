@@ -39,7 +39,7 @@ def _points(path: Path, c: Curve) -> Iterator[Finding]:
     fewest, count = 3 if c.closed else 2, len(c.points)
     if not fewest <= count <= MOST:
         what = f"{'a closed' if c.closed else 'an open'} curve of {count} points"
-        yield Finding((*path, "points"), what, f"give {fewest} to {MOST}")
+        yield Finding((*path, "points"), what, f"give {fewest} to {MOST} points")
         return
     points = [(float(x), float(y)) for x, y in c.points]
     size = max(math.dist(points[0], p) for p in points)

@@ -54,9 +54,9 @@ def _sized(path: Path, j: Joint) -> Iterator[Finding]:
             yield Finding((*path, step), "the distance of teeth must be greater than zero", hint)
         for k, z in enumerate(given):
             if abs(float(z) - round(float(z))) > WHOLE or not float(z) > 0.5:
-                yield Finding((*path, key, k), f"{float(z):g} is no number of teeth", "a whole number, at least 1")
+                yield Finding((*path, key, k), f"{float(z):g} is not a valid number of teeth", "give a whole number, at least 1")
     elif all(float(r) > 0.0 for r in given) and counted(tuple(map(float, given))) is None:
-        what = f"the radii have no ratio of whole numbers up to {FINEST}"
+        what = f"the ratio of the radii is not a ratio of whole numbers up to {FINEST}"
         yield Finding((*path, key), what, "give teeth, or radii with a simpler ratio")
     if j.internal and count == 2 and float(given[0]) == float(given[1]):
-        yield Finding((*path, key), "a wheel with its teeth inside is larger than the one it holds", hint)
+        yield Finding((*path, key), "the wheel with internal teeth must be larger than the other wheel", hint)

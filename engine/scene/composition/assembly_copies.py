@@ -112,7 +112,7 @@ def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> 
 def _copy_count(how: dict[str, Any]) -> int:
     n = how["times"]
     if not is_number(n) or n != int(n) or not 1 <= n <= MOST:
-        raise UnitError(f"times is a whole number from 1 to {MOST}, not {shown(n)}", "the number of copies is structure")
+        raise UnitError(f"times must be a whole number from 1 to {MOST}, not {shown(n)}", "it cannot depend on parameters")
     return int(n)
 
 

@@ -20,8 +20,8 @@ from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, NotNegative,
 
 @dataclass(frozen=True, config=STRICT)
 class Side:
-    """One part of a joint: the body, the joint definition point on it and the joint frame (e1 along ``axis``, e2
-    towards ``reference``, e3 = e1 x e2), in that body's frame. At q = 0 the frames of the two sides coincide."""
+    """One side of a joint: a body, the joint definition point and the joint frame, in that body's frame. e1 is along ``axis``, e2
+    towards ``reference``, and e3 = e1 x e2. At q = 0 the frames of the two sides coincide."""
 
     body: str
     """Name of the body, or ground."""
@@ -102,7 +102,7 @@ class Spring:
     stiffness: NotNegative
     """N/m, or N*m/rad."""
     rest: Number = 0.0
-    """Coordinate at which it is relaxed."""
+    """Coordinate at which the torque or force is 0."""
 
 
 ORDERS = {

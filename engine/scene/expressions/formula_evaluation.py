@@ -77,13 +77,13 @@ def _named(node: Node) -> bool:
 
 def _of_angle(node: Call, given: list[Dimension]) -> Dimension:
     if given[0] not in (ANGLE, NONE):
-        raise UnitError(f"{node.function} is of an angle, not of {described(given[0])}", f"such as {node.function}(30 deg)")
+        raise UnitError(f"{node.function} needs an angle, not {described(given[0])}", f"such as {node.function}(30 deg)")
     return NONE
 
 
 def _of_ratio(node: Call, given: list[Dimension]) -> Dimension:
     if given[0] != NONE:
-        raise UnitError(f"{node.function} is of a plain number, not of {described(given[0])}", f"such as {node.function}(a/b)")
+        raise UnitError(f"{node.function} needs a plain number, not {described(given[0])}", f"such as {node.function}(a/b)")
     return ANGLE
 
 

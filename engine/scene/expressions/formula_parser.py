@@ -210,7 +210,7 @@ class _Reader:
         self.take(")")
         least, most = _COUNTS.get(word, (1, 1))
         if not least <= len(arguments) <= most:
-            raise UnitError(f"{word} takes {least}, not {len(arguments)}" if least == most else f"{word} takes at most {most}")
+            raise UnitError(f"{word}: {least} argument(s), not {len(arguments)}" if least == most else f"{word}: at most {most}")
         return Call(word, tuple(arguments))
 
 

@@ -17,7 +17,7 @@ from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 NAMED = "parameters"
-MEND_FIRST = "mend it first"
+MEND_FIRST = "correct the parameter first"
 """The hint for an expression that has no value because one of its parameters has none."""
 NOT_FORMED = "a letter, then letters, digits and _"
 
@@ -164,7 +164,7 @@ def _evaluate_below(node: Any, path: Path, known: Parameters) -> Any:
         return node
     if isinstance(node, dict):
         if _is_unquoted(node, path):
-            return NoValue(str(path[-1]), "an expression is text", f'put it in quotes: "{{{", ".join(node)}}}"')
+            return NoValue(str(path[-1]), "an expression must be text", f'put it in quotes: "{{{", ".join(node)}}}"')
         return {k: _evaluate_below(v, (*path, k), known) for k, v in node.items()}
     if isinstance(node, list | tuple):
         return [_evaluate_below(v, (*path, i), known) for i, v in enumerate(node)]

@@ -1,4 +1,4 @@
-"""Hints of the kind "did you mean …?": the known name closest to what was written."""
+"""Hints such as "did you mean …?", with the known name closest to a misspelled word."""
 
 from __future__ import annotations
 

@@ -30,16 +30,16 @@ WRONG = {
     "a reflection": ("prismatic", {"rotation": lambda q, ops: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}, "is not a rotation matrix"),
     "frames apart at rest": ("prismatic", {"travel": lambda q: [q[0], 0.1, 0.0]}, "do not coincide at q = 0"),
     "an angle measured backwards": ("revolute", {"measure": lambda r, s, ops: [ops.atan2(r[1][2], r[1][1])]}, "gives (-0.7)"),
-    "an angle turned backwards": ("revolute", {"rotation": lambda q, ops: about_e1(-q[0], ops)}, "rate 1: its axes say that it"),
-    "another axis": ("revolute", {"axes": ((turn(E2),),)}, "rate 1: its axes say that it slides by (0, 0, 0), turns by (0, 1, 0)"),
-    "another travel": ("planar", {"axes": ((slide(E3),), (slide(E2),), (turn(0),))}, "rate 2: its axes say that it slides by (0, 1, 0)"),
-    "rates of the wrong side": ("spherical", {"axes": tuple((turn(k, "out"),) for k in range(3))}, "rate 1: its axes say that it"),
+    "an angle turned backwards": ("revolute", {"rotation": lambda q, ops: about_e1(-q[0], ops)}, "rate 1: by its axes it"),
+    "another axis": ("revolute", {"axes": ((turn(E2),),)}, "rate 1: by its axes it slides by (0, 0, 0), turns by (0, 1, 0)"),
+    "another travel": ("planar", {"axes": ((slide(E3),), (slide(E2),), (turn(0),))}, "rate 2: by its axes it slides by (0, 1, 0)"),
+    "rates of the wrong side": ("spherical", {"axes": tuple((turn(k, "out"),) for k in range(3))}, "rate 1: by its axes it"),
     "the quaternion the other way": (
-        "spherical", {"rotation": lambda q, ops: of_quaternion([q[0], -q[1], -q[2], -q[3]])}, "rate 1: its axes say that it",
+        "spherical", {"rotation": lambda q, ops: of_quaternion([q[0], -q[1], -q[2], -q[3]])}, "rate 1: by its axes it",
     ),
     "a row along its motion": ("planar", {"rows_s": (1,)}, "row r·h2 (49) is not zero along its motion"),
     "a row about its axis": ("universal", {"rows_r": ((1, 1),)}, "row h2·h2 (46) is not zero along its motion"),
-    "a row said twice": ("revolute", {"rows_r": ((1, 0), (1, 0))}, "its rows do not prevent exactly the motions that its axes exclude"),
+    "a row said twice": ("revolute", {"rows_r": ((1, 0), (1, 0))}, "its rows must prevent exactly what its axes exclude"),
 }  # fmt: skip
 
 
