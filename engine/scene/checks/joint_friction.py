@@ -80,7 +80,7 @@ def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -
     usual = REGISTRY[j.type].friction
     if element.count and name == PRELOAD.name:
         able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
-        return f"it supports no preload; joints with a preload: {able}; sizes allowed here: {', '.join(own) or 'no sizes'}"
+        return f"it supports no preload; joints with a preload: {able}; allowed here: {', '.join(own) or 'no sizes'}"
     if element.count or not usual:
         return f"allowed here: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
