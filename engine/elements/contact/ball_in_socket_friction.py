@@ -14,8 +14,8 @@ FLOOR = 1e-24
 step past the end of sliding stays finite until the event is located.
 
 Near the border of the cone, friction varies as the square root of the distance to the border. There the runtime solves for the
-tilt u = s/|ω|, the sine of the angle between ω and the normal, because friction is a smooth function of u. With a given tilt (> 0
-in the mode), friction does not depend on the distance (theory, "Ball near its cone")."""
+tilt u = s/|ω|, the sine of the angle between ω and the normal; friction is a smooth function of u. With a given tilt (> 0 in the
+mode), friction does not depend on the distance (theory, "Ball near its cone")."""
 
 
 def dot(a, b) -> SX:

@@ -103,8 +103,8 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """For friction u along the helix (including that of a preload), the normal force is |F − u sin λ|/(cos β cos λ), because the
-    axial force F is the sum of the axial components of normal force and friction. If μ tan λ > cos β, a larger normal force
+    """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
+    normal force and friction. So the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
     increases the load more than the friction; the capacity is then an upper bound."""
     import numpy as np
 

@@ -100,7 +100,7 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """Contacts 1 and 2 on journal 1 (n = cosθ u3 + sinθ u2), contacts 3 and 4 on journal 2 (n = cosθ u1 + sinθ u3)."""
+    """Contacts 1 and 2 are on journal 1 (n = cosθ u3 + sinθ u2). Contacts 3 and 4 are on journal 2 (n = cosθ u1 + sinθ u3)."""
     k = list(_ratios(w, rates, laws, g))
     if laws[0].sets:
         k = [ca.if_else(law.stuck, _still(w, laws, g, eta, i), k[i]) for i, law in enumerate(laws)]

@@ -1,8 +1,8 @@
 """Joints that follow a cam (theory, "Cams"), a curve (theory, "Points on curves") or another joint (theory, "Joints that follow
 another").
 
-With a cam, a point (such as the centre of a roller) or a flat face of one part follows a curve around an axis of the other part.
-With a curve, a point follows any curve in a plane. Such a joint carries no body: both parts move on other joints, and one
+A cam is a curve around an axis of one part; a point (such as the centre of a roller) or a flat face of the other part follows
+the cam. With a curve, a point follows any curve in a plane. Such a joint carries no body: both parts move on other joints, and one
 constraint row couples the parts."""
 
 from typing import Literal

@@ -39,7 +39,7 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The problems of a scene made in Python (without file and line), up to the number that an error lists."""
+    """The problems of a scene made in Python, without file and line: the first ``MOST``, then one that counts the others."""
     return list(error_of(findings(scene), {}).problems)
 
 

@@ -42,8 +42,8 @@ def _lengths(path: Path, value: object, kind: JointKind) -> Iterator[Finding]:
 
 
 def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
-    """A finding for every spring, stop, drive or latch along a rotation that is described by a quaternion, because such a
-    freedom has no coordinate of its own."""
+    """A finding for every spring, stop, drive or latch along a rotation of a quaternion joint, because such a freedom has no
+    coordinate of its own."""
     for field, what in NEED_COORDINATE.items():
         for path, _ in entries(getattr(j, field), ("joints", name, field)):
             k = path[-1] if isinstance(path[-1], int) else 0

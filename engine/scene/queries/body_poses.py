@@ -170,7 +170,7 @@ def has_own_point(side: str | Side) -> bool:
 
 def place_of(scene: Scene, j: Joint, poses: tuple[Pose, Pose]) -> Triple:
     """Position in the world, m, of a joint between placed parts. This is ``at`` if given, else the point of the first side that
-    gives one, else the frame origin of the outboard part (of the inboard part if the outboard part is the ground)."""
+    gives one. The default is the frame origin of the outboard part, or of the inboard part if the outboard part is the ground."""
     if isinstance(j.at, str):
         body, point = split(j.at)
         pose = pose_of(scene, body) or STILL
