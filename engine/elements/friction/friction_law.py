@@ -1,8 +1,9 @@
 """The base class of friction laws: the interface between contact geometry and friction.
 
 A law gives the signed friction ratio k at a sliding velocity v. k is the friction force on the pin divided by the normal force
-(paper (121)); ω_r and ṡ there are those of the outboard part relative to the part with the pin. There are two branches: the proportional branch, k =
-``slope`` · v, and the sliding branch, k = ``level``(|v|) · v/|v| + ``drag`` · v. ``choose`` selects the active branch.
+(paper (121)); ω_r and ṡ there are those of the outboard part relative to the part with the pin. There are two branches: the
+proportional branch, k = ``slope`` · v, and the sliding branch, k = ``level``(|v|) · v/|v| + ``drag`` · v. ``choose`` selects the
+active branch.
 
 A law with a kink declares the speed of the kink. The runtime ends steps there; within a step the branch is fixed. A set-valued law
 (``sets``) has no unique k at rest: a constraint holds the pair while the required ratio is at most ``static``."""
