@@ -52,7 +52,7 @@ joints:
     # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # also: holds: 300 N*m, pitch: 15 deg (teeth), down: true
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
     # motor: {{stall: 5 N*m, no_load: 300 rpm, signal: 1}}   # torque falls with speed; the signal may be an input
-    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then unused); move: goes from rest to rest
+    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then unused); or move: from rest to rest
 
 # A second link, hung on the first; its joint names points of both bodies:
 #   bodies:
