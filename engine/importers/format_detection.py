@@ -1,4 +1,4 @@
-"""Choice of the importer, by the file's root element or suffix."""
+"""Selection of the importer by the file's root element or suffix."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ DOORS: dict[str, Callable[[str | Path, float | None], tuple[Scene, list[str]]]] 
 
 
 def scene_of(file: str | Path, unit: str = "mm", stops: float | None = None) -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions) of another program's file. unit: of lengths in a file without units (ASMT). stops: stiffness of
-    limits, N/m and N m/rad; None omits limits. SceneError with all faults."""
+    """(scene, notes on omissions) from a file of another program. ``unit`` is the unit of length of a file without units (ASMT).
+    ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits. SceneError with all faults."""
     path = existing(file)
     if path.suffix.lower() == TEXT:
         return scene_of_asmt(path, unit)
     root = read_xml(path)
     if root.tag not in DOORS:
         known = ", ".join(f"<{tag}>" for tag in DOORS)
-        raise SceneError([Problem("file", f"begins with <{root.tag}>", f"known are {known}", str(file), root.line)])
+        raise SceneError([Problem("file", f"begins with <{root.tag}>", f"supported: {known}", str(file), root.line)])
     return DOORS[root.tag](path, stops)

@@ -1,4 +1,4 @@
-"""Importer of assemblies that FreeCAD exports (ASMT, text of its solver): parts with markers, and joints between markers."""
+"""Importer of assemblies that FreeCAD exports (ASMT, the text format of its solver): parts with markers, joints between markers."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ JOINTS = {
     "SphericalJoint": "spherical", "PlanarJoint": "planar", "UniversalJoint": "universal", "ScrewJoint": "screw",
 }  # fmt: skip
 SLIDING = {"CylindricalJoint": (2,), "TranslationalJoint": (2,), "PlanarJoint": (0, 1, 2), "ScrewJoint": (2,)}
-"""Axes of a marker along which a joint slides. The planes of a planar joint keep their distance."""
+"""Axes of a marker along which the two points of a joint may differ. A planar joint keeps the distance of its planes."""
 TURNED = ("FixedJoint", "TranslationalJoint")
 """Joints that keep all three axes of their markers parallel."""
 
 
 def scene_of_asmt(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions). unit: of the file's lengths; masses are kg. The assembly is the ground; the scene starts as
-    exported. SceneError with everything that a scene cannot represent, each with its line."""
+    """(scene, notes on omissions). ``unit`` is the unit of length in the file; masses are in kg. The assembly is the ground; the
+    scene starts in the exported pose. SceneError lists everything that a scene cannot represent, each with its line."""
     path = existing(file)
     if unit not in UNITS:
         raise SceneError([Problem("unit", f"{unit!r} is unknown", f"one of {', '.join(UNITS)}")])
@@ -35,7 +35,7 @@ def scene_of_asmt(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]
 
 
 def tree_of(path: Path) -> Element:
-    """The assembly of a file: indented lines as a tree, up to the results of the last run."""
+    """The assembly of a file: its indented lines as a tree, without the results of the last run at the end."""
     with path.open("rb") as f:
         content = f.read(LARGEST + 1)
     lines = content.decode("utf-8", "replace").splitlines()
@@ -68,14 +68,14 @@ class AsmtReader:
         self.places: dict[str, Pose] = {GROUND: np.eye(4)}
         self._store_markers(assembly, f"/{self.name}", GROUND, self.world)
 
-    # -- what a line says ---------------------------------------------------------------------------------------------------
+    # -- reading of lines ---------------------------------------------------------------------------------------------------
 
     def _text(self, e: Element, tag: str) -> str:
-        """The line below a line."""
+        """The first line below the child ``tag`` of a line; '' if there is none."""
         return next((c.tag for c in e.within(tag)), "")
 
     def _numbers(self, e: Element, tag: str, count: int, default: float = 0.0) -> list[float]:
-        """The numbers on the lines below a line."""
+        """The ``count`` numbers on the lines below the child ``tag`` of a line."""
         c = e.first(tag)
         if c is None:
             return [default] * count
@@ -91,7 +91,7 @@ class AsmtReader:
         return pose(self.unit * np.array(self._numbers(e, "Position3D", 3)), exact)
 
     def _store_markers(self, e: Element, path: str, link: str, at: Pose) -> None:
-        """Store the markers of a part by path: the part's link and the pose in it."""
+        """Store the markers of a part by path; each value is the part's link and the marker's pose in this link."""
         for p in (p for p in e.within("RefPoints") if p.tag == "RefPoint"):
             for m in (m for m in p.within("Markers") if m.tag == "Marker"):
                 self.markers[f"{path}/{self._text(m, 'Name')}"] = (link, at @ self._pose(p) @ self._pose(m))
@@ -99,7 +99,7 @@ class AsmtReader:
     # -- parts --------------------------------------------------------------------------------------------------------------
 
     def linkage(self, name: str) -> Linkage:
-        """All parts and joints; ``found`` collects faults."""
+        """The linkage of all parts and joints; ``found`` collects faults."""
         g = np.array(self._numbers(self.assembly, "ConstantGravity", 3))
         called = plain_name(self.name) or name
         out = Linkage(called, self.found, (float(self.unit * g[0]), float(self.unit * g[1]), float(self.unit * g[2])))
@@ -120,22 +120,22 @@ class AsmtReader:
         return out
 
     def _link(self, e: Element) -> tuple[Link, bool]:
-        """A part's link, and whether the file gives its mass. FreeCAD writes 1 for unknown masses."""
+        """(link of a part, whether the file gives its mass). FreeCAD writes 1 for unknown masses."""
         m = e.first("PrincipalMassMarker")
         if m is None:
-            self.found.add(e, self._text(e, "Name"), "has no PrincipalMassMarker", "export it anew")
+            self.found.add(e, self._text(e, "Name"), "has no PrincipalMassMarker", "export it again")
             return Link(1.0, np.zeros(3), np.zeros((3, 3))), True
         mass, moments = self._numbers(m, "Mass", 1, 1.0)[0], self._numbers(m, "MomentOfInertias", 3, 1.0)
         at = self._pose(m) if m.first("Position3D") is not None else np.eye(4)
         inertia = at[:3, :3] @ np.diag(self.unit**2 * np.array(moments)) @ at[:3, :3].T
         if mass <= 0:
-            self.found.add(m.first("Mass") or m, self._text(e, "Name"), f"a mass of {mass:g} kg", "give it one")
+            self.found.add(m.first("Mass") or m, self._text(e, "Name"), f"a mass of {mass:g} kg", "give the part a positive mass")
         return Link(mass, at[:3, 3], inertia), not (mass == 1.0 and moments == [1.0, 1.0, 1.0])
 
     def _note_omissions(self, unknown_masses: list[str], moving: list[str]) -> None:
-        """Notes on omissions."""
+        """Add notes on default masses and on omissions."""
         if unknown_masses:
-            what = "FreeCAD's default masses, 1 kg with moments of 1 kg m², are in the file, and all forces follow from them"
+            what = "the file has FreeCAD's default masses (1 kg, moments of inertia 1 kg m²), which determine all forces"
             self.found.notes.append(f"{what}: {listed(unknown_masses)}")
         if moving:
             self.found.notes.append(f"velocities at the start left out: {listed(moving)}")
@@ -153,7 +153,7 @@ class AsmtReader:
             name, ends = self._text(e, "Name"), [self._marker(e, tag) for tag in ("MarkerI", "MarkerJ")]
             if e.tag not in JOINTS:
                 known = ", ".join(JOINTS)
-                self.found.add(e, name or e.tag, f"a {e.tag}, which scenes do not support", f"taken over are {known}")
+                self.found.add(e, name or e.tag, f"a {e.tag}, which scenes do not support", f"supported: {known}")
             elif ends[0] is not None and ends[1] is not None and ends[0][0] != ends[1][0]:
                 tied |= {ends[0][0], ends[1][0]}
                 out.ties[self.names.new(name.rpartition("#")[2], "joint")] = self._joint(e, ends[0], ends[1])
@@ -164,12 +164,12 @@ class AsmtReader:
     def _marker(self, e: Element, tag: str) -> tuple[str, Pose] | None:
         path = self._text(e, tag)
         if path not in self.markers:
-            self.found.add(e, self._text(e, "Name") or e.tag, f"its {tag} {path!r} is not a marker of a part", "export it anew")
+            self.found.add(e, self._text(e, "Name") or e.tag, f"its {tag} {path!r} is not a marker of a part", "export it again")
             return None
         return self.markers[path]
 
     def _joint(self, e: Element, one: tuple[str, Pose], two: tuple[str, Pose]) -> Tie:
-        """The joint of two markers, I on the inboard part. Its coordinates are zero in the exported pose."""
+        """The joint of two markers, of which marker I is on the inboard part. Its coordinates are zero in the exported pose."""
         first, second = self.places[one[0]] @ one[1], self.places[two[0]] @ two[1]
         more: dict[str, Any] = {}
         if e.tag == "PlanarJoint":
@@ -188,25 +188,26 @@ class AsmtReader:
             frames = [_frame_along(first[:3, 2], first[:3, 0]), _frame_along(second[:3, 2], first[:3, 0])]
         ends = ((one[0], first[:3, 3], frames[0]), (two[0], spot, frames[1]))
         sides = [inverse(self.places[link]) @ pose(p, R) for link, p, R in ends]
-        if two[0] == GROUND:  # the ground is what motions are measured from
+        if two[0] == GROUND:  # the ground is always the inboard part
             return Tie(JOINTS[e.tag], two[0], one[0], sides[1], sides[0], more)
         return Tie(JOINTS[e.tag], one[0], two[0], sides[0], sides[1], more)
 
     def _note_distance(self, e: Element, distance: float) -> None:
-        """A note where the planes of a planar joint are not at the given distance."""
+        """Add a note if the distance between the planes of a planar joint differs from the joint's offset."""
         said = abs(self.unit * self._numbers(e, "offset", 1)[0])
         if abs(distance - said) > 1e-6 + 1e-6 * said:
-            what = f"{distance:.6g} m apart as exported, not {said:.6g} m: kept as exported"
+            what = f"its planes are exported at {distance:.6g} m, not at its offset {said:.6g} m; the exported distance is used"
             self.found.notes.append(f"{self._text(e, 'Name')}: {what}")
 
 
 def _frame_along(axis: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """A joint's frame (3×3): e1 along an axis, e2 nearest to a direction."""
+    """A joint's frame (3×3): e1 is the axis, e2 the normalised component of ``across`` normal to the axis."""
     e2 = across - (across @ axis) * axis
     e2 = e2 / np.linalg.norm(e2)
     return np.column_stack([axis, e2, np.cross(axis, e2)])
 
 
 def _crossed_frame(first: np.ndarray, second: np.ndarray, keep_first: bool) -> np.ndarray:
-    """A universal joint's frame: e1 along the first axis, e2 along the second. If they are not orthogonal, one is adjusted."""
+    """A universal joint's frame: e1 along the first axis, e2 along the second axis. If the axes are not orthogonal, the second
+    axis is adjusted (the first axis if ``keep_first`` is False)."""
     return _frame_along(first, second) if keep_first else _frame_along(second, -first)[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]

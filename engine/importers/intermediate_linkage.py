@@ -1,4 +1,4 @@
-"""A linkage, the intermediate form of imported mechanisms: links, ties with frames on both, and the resulting scene."""
+"""The linkage, an intermediate form of imported mechanisms: links, ties (joints) with a frame on each link, and the scene."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 GROUND = "ground"
 LISTED = 8
-"""Most names in a note."""
+"""Largest number of names in a note."""
 UNLIMITED = 1e15
-"""Limits from this value on are none (SDF writes 1e16)."""
+"""A limit of this magnitude or more means that there is no limit (SDF writes 1e16)."""
 LIGHT = 1e-15
-"""Mass of a link without mass, over the masses that it carries: far below their rounding."""
+"""Mass given to a massless link, relative to the masses that it carries; it is below their rounding error."""
 
 
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-"""Moments and products of inertia, as URDF and SDF name them and as a scene orders them."""
+"""Moments and products of inertia by their names in URDF and SDF, in the order of a scene."""
 
 
 @dataclass
 class Link:
-    """A body in its own axes: mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; scene keys of its shape;
-    points by name."""
+    """A body, with all data in its own frame: mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; scene keys
+    of its shape; named points, m."""
 
     mass: float
     center: np.ndarray
@@ -42,7 +42,8 @@ class Link:
 
 @dataclass
 class Tie:
-    """A joint of two links: frame in each (first axis e1), coincident at zero; further keys of a scene's joint."""
+    """A joint of two links. ``kind`` is the scene's joint type; ``at_in`` and ``at_out`` are the joint frames in the two links
+    (first axis e1), which coincide at q = 0. ``more`` holds further keys of the scene's joint."""
 
     kind: str
     inboard: str
@@ -59,7 +60,8 @@ class Names:
         self.taken = set(RESERVED)
 
     def new(self, wanted: str, kind: str) -> str:
-        """The nearest free name. kind: prefix or suffix for a missing or used name."""
+        """A valid unused name similar to ``wanted``. ``kind`` is the name if ``wanted`` is empty, and otherwise the prefix or
+        suffix that makes the name valid or unique."""
         form = plain_name(wanted) or kind
         form = form if form[0].isalpha() else f"{kind}_{form}"
         tries = [form, f"{form}_{kind}", *(f"{form}_{i}" for i in range(2, len(self.taken) + 3))]
@@ -70,8 +72,8 @@ class Names:
 
 @dataclass
 class Linkage:
-    """A mechanism. ground: named points of the world. forces: as in a scene. limits: least and greatest coordinate of joints by
-    name, m or rad."""
+    """A mechanism. ``ground`` holds named points of the world, m; ``forces`` are as in a scene. ``limits`` holds the smallest and
+    largest coordinate of joints by name, m or rad."""
 
     name: str
     found: Findings
@@ -83,8 +85,8 @@ class Linkage:
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def scene(self, stops: float | None = None) -> Scene:
-        """The scene. stops: stiffness of the limits of single freedoms, N/m and N m/rad; None omits them. SceneError with all
-        collected faults."""
+        """The scene. ``stops`` is the stiffness of end stops at the limits of joints with one freedom, N/m and N m/rad; None
+        omits the limits. SceneError with all collected faults."""
         self.found.end()
         self._stop(stops)
         data: dict[str, Any] = {
@@ -110,18 +112,18 @@ class Linkage:
             self.found.notes.append(f"limits of {len(left)} joints left out ({why}): {listed(left)}")
 
     def release(self, name: str, link: str, at: Pose) -> None:
-        """Add a free joint of a link to the ground, with the link at a pose at the start."""
+        """Add a free joint between the ground and a link; ``at`` is the link's start pose."""
         start = {"start": {"q": [*floats(at[:3, 3]), *to_quaternion(at[:3, :3])]}}
         self.ties[name] = Tie("free", GROUND, link, np.eye(4), np.eye(4), start)
 
     def lift(self, name: str, link: str, share: float) -> None:
-        """Add a force that carries a share of a link's weight."""
+        """Add a force on a link that is opposite to its weight, times ``share``."""
         force = [-share * self.links[link].mass * g for g in self.gravity]
         if any(force):
             self.forces[name] = {"type": "force", "on": link, "force": floats(force)}
 
     def friction(self, name: str, kind: str, constant: float) -> dict[str, Any]:
-        """Keys of constant friction along a joint's freedom; none, and a note, for a joint that cannot have it."""
+        """Scene keys of constant friction along a joint's freedom. For a joint that does not support it, no keys, and a note."""
         turns = REGISTRY[kind].freely_rubbed
         if not constant:
             return {}
@@ -131,22 +133,23 @@ class Linkage:
         return {"friction": {"torque" if turns[0] else "force": constant}}
 
     def follow(self, e: Element, follower: str, leader: str, ratio: float, offset: float) -> None:
-        """Make the freedom of one joint follow that of another ("": unknown joint); faults are collected."""
+        """Make the coordinate of joint ``follower`` equal ratio · (coordinate of ``leader``) + offset. "" means an unknown joint.
+        Faults are collected."""
         name, ties = e.get("name") or f"{e.tag} at line {e.line}", self.ties
         if leader not in ties or follower not in ties:
             self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
         elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):
-            self.found.add(e, name, "couples joints that do not have one freedom each", "hinges and slides can follow each other")
+            self.found.add(e, name, "couples joints that have more or less than one freedom", "only hinges and slides can follow")
         elif not ratio:
             self.found.add(e, name, "follows a joint by a ratio of 0", "make it a fixed joint")
         elif "mimic" in ties[follower].more:
-            self.found.add(e, name, "makes a joint follow two others", "leave one of them out")
+            self.found.add(e, name, "makes a joint follow two others", "remove one of the couplings")
         else:
             ties[follower].more["mimic"] = {"joint": leader, "ratio": ratio, "offset": offset}
 
 
 def tensor(six: Sequence[float], frame: Pose) -> np.ndarray:
-    """Inertia (3×3) from six moments (xx, yy, zz, xy, xz, yz) in a frame."""
+    """Inertia (3×3) in the axes of the body, from (xx, yy, zz, xy, xz, yz) in the axes of ``frame``."""
     xx, yy, zz, xy, xz, yz = six
     R = frame[:3, :3]
     turned: np.ndarray = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
@@ -154,7 +157,7 @@ def tensor(six: Sequence[float], frame: Pose) -> np.ndarray:
 
 
 def plain_name(text: str, ascii_only: bool = True) -> str:
-    """A name with _ for all but letters and digits."""
+    """The text with _ in place of each character that is not a letter or digit."""
     return "".join(c if c.isalnum() and (c.isascii() or not ascii_only) else "_" for c in text)
 
 
@@ -178,12 +181,12 @@ def _joint(t: Tie) -> dict[str, Any]:
 
 
 def listed(names: list[str], most: int = LISTED) -> str:
-    """The first names, and the number of the others."""
+    """The first ``most`` names as text, and the number of further names."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def floats(values: Any) -> list[float]:
-    """The values as plain numbers. Round-off of rotations near zero becomes zero."""
+    """The values as plain floats with 16 digits. Values at round-off level relative to the largest become zero."""
     array = np.asarray(values, float).ravel()
     big = float(np.abs(array).max()) if array.size else 0.0
     return [float(f"{x:.16g}") + 0.0 if abs(x) > 2e-16 * big else 0.0 for x in array]

@@ -1,4 +1,4 @@
-"""A body from a closed surface: mass, mass centre and inertia of the solid inside an STL (or any mesh that trimesh reads)."""
+"""A body from a closed surface mesh (STL, or any format that trimesh reads): mass, mass centre and inertia of the solid inside."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from trunnion.importers.xml_reader import existing
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 PLACES = 12
-"""Significant digits; more are round-off of the mesh's sums."""
+"""Number of significant digits in the result; further digits are round-off."""
 
 
 def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str, Any]:
-    """A body as in a scene: mass kg, center m, inertia kg m² (xx, yy, zz, xy, xz, yz, about the centre), box m (extents, for
-    drawing), in the mesh's frame.
+    """The scene keys of a body, in the mesh's frame: mass, kg; center, m; inertia about the centre (xx, yy, zz, xy, xz, yz),
+    kg m²; box with the extents of the mesh for drawing, m.
 
-    density kg/m³; unit: of the file's numbers (STL has none). SceneError for an open or inverted surface, an unknown unit, or an
-    unreadable file."""
+    ``density`` is in kg/m³; ``unit`` is the unit of the file's numbers (STL has no units). SceneError for an open or inverted
+    surface, a density that is not positive, an unknown unit, or an unreadable file."""
     mesh = _read(Path(file))
     problems = []
     if unit not in UNITS:
@@ -28,7 +28,7 @@ def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str
     if not density > 0:
         problems.append(Problem("density", f"{density:g} kg/m³ is not positive", "steel: 7800, aluminium: 2700"))
     if not mesh.is_watertight:
-        problems.append(Problem(str(file), "its surface is not closed, so that it has no inside", "export a solid, or repair it"))
+        problems.append(Problem(str(file), "its surface is not closed, so that it has no volume", "export a solid, or repair it"))
     elif mesh.volume <= 0:
         problems.append(Problem(str(file), "its surface is turned inside out", "flip its normals"))
     if problems:

@@ -1,4 +1,4 @@
-"""Poses as 4×4 matrices: axes as columns, then the position."""
+"""Poses as homogeneous 4×4 matrices, and rotations as 3×3 matrices."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 Pose = np.ndarray
-"""4×4: from coordinates of the placed frame to those of the outer frame."""
+"""4×4 matrix that maps coordinates in the placed frame to coordinates in the outer frame."""
 
 
 def pose(place: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0), rotation: np.ndarray | None = None) -> Pose:
-    """A pose from a place (3), m, and a rotation (3×3)."""
+    """A pose from a position (3), m, and a rotation (3×3)."""
     out = np.eye(4)
     out[:3, 3] = place
     if rotation is not None:
@@ -25,7 +25,7 @@ def inverse(p: Pose) -> Pose:
 
 
 def about(axis: Sequence[float] | np.ndarray, angle: float) -> np.ndarray:
-    """The rotation (3×3) by an angle about an axis of any length."""
+    """The rotation (3×3) by an angle, rad, about an axis of any nonzero norm."""
     a = np.asarray(axis, float)
     a = a / np.linalg.norm(a)
     K = np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
@@ -39,7 +39,7 @@ def rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 def of_quaternion(q: Sequence[float] | np.ndarray) -> np.ndarray:
-    """The rotation of a quaternion, scalar first, of any length."""
+    """The rotation (3×3) of a quaternion, scalar first, of any nonzero norm."""
     w, x, y, z = np.asarray(q, float) / np.linalg.norm(q)
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -49,7 +49,7 @@ def of_quaternion(q: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 def to_quaternion(R: np.ndarray) -> list[float]:
-    """The unit quaternion of a rotation, scalar first and not negative, from its largest component."""
+    """The unit quaternion of a rotation (3×3). The scalar is first and not negative."""
     d = np.diag(R)
     four = np.array([1 + d.sum(), *(1 + 2 * d - d.sum())])
     k = int(np.argmax(four))
@@ -62,7 +62,7 @@ def to_quaternion(R: np.ndarray) -> list[float]:
 
 
 def along(axis: Sequence[float] | np.ndarray, place: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)) -> Pose:
-    """A joint's frame: first axis along a vector of any length, second across."""
+    """The pose of a joint's frame: e1 along a vector of any nonzero norm, e2 some direction normal to e1."""
     e1 = np.asarray(axis, float)
     e1 = e1 / np.linalg.norm(e1)
     e2 = np.cross(e1, np.eye(3)[int(np.argmin(np.abs(e1)))])
@@ -71,7 +71,7 @@ def along(axis: Sequence[float] | np.ndarray, place: Sequence[float] | np.ndarra
 
 
 def least_turn(goal: Sequence[float] | np.ndarray) -> np.ndarray:
-    """The smallest rotation from z to a direction of any length."""
+    """The smallest rotation (3×3) from z to a direction of any nonzero norm."""
     z = np.asarray(goal, float) / np.linalg.norm(goal)
     across = np.cross([0.0, 0.0, 1.0], z)
     sine = float(np.linalg.norm(across))

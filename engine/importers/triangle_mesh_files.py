@@ -1,4 +1,4 @@
-"""Triangle meshes in files: STL, OBJ, and MuJoCo's MSH."""
+"""Readers of triangle meshes: STL, OBJ, and MuJoCo's MSH."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from trunnion.importers.xml_reader import is_file
 
 LARGEST = 200_000_000
-"""Bytes in a mesh, at most."""
+"""Largest size of a mesh file in bytes."""
 ABOVE = 4
-"""Levels above a robot file's folder that are searched for its package."""
+"""Number of parent folders of a robot file that are searched for its package."""
 STL = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("more", "<u2")])
 
 
 class Unreadable(ValueError):
-    """A mesh cannot be read; the text says why."""
+    """Raised when a mesh cannot be read; its text is the reason."""
 
 
 def triangles(path: Path) -> np.ndarray:
-    """Corners of a mesh's triangles (n×3×3), in the file's numbers."""
+    """Corners of a mesh's triangles (n×3×3), in the units of the file. Unreadable for an unknown format or a damaged file."""
     if path.stat().st_size > LARGEST:
         raise Unreadable(f"it is larger than {LARGEST // 1_000_000} MB")
     content, kind = path.read_bytes(), path.suffix.lower()
     if kind not in READERS:
-        raise Unreadable(f"{kind or 'a file without suffix'} is none of {', '.join(READERS)}")
+        raise Unreadable(f"{kind or 'a file without suffix'} is not one of {', '.join(READERS)}")
     try:
         return READERS[kind](content)
     except (ValueError, IndexError, UnicodeDecodeError) as e:
@@ -56,7 +56,7 @@ def _obj(content: bytes) -> np.ndarray:
 
 
 def _msh(content: bytes) -> np.ndarray:
-    """MuJoCo's format: counts of vertices, normals, texture coordinates and faces, then the data."""
+    """Triangles of MuJoCo's format: counts of vertices, normals, texture coordinates and faces, then the data in this order."""
     nv, nn, nt, nf = np.frombuffer(content, "<i4", 4)
     points = np.frombuffer(content, "<f4", 3 * nv, 16).reshape(-1, 3).astype(float)
     faces = np.frombuffer(content, "<i4", 3 * nf, 16 + 4 * (3 * nv + 3 * nn + 2 * nt)).reshape(-1, 3)
@@ -67,8 +67,8 @@ READERS = {".stl": _stl, ".obj": _obj, ".msh": _msh}
 
 
 def found(folder: Path, name: str) -> Path | None:
-    """Path of the mesh that a file in ``folder`` names: beside it; with package:// or model://, below a folder around it. None:
-    not found."""
+    """Path of the mesh ``name`` in a file in ``folder``; None if there is no such mesh. The path is relative to this folder. With
+    package:// or model://, parent folders are searched too."""
     plain = name.split("://", 1)[-1]
     _, _, inside = plain.partition("/")
     around = [folder, *list(folder.parents)[:ABOVE]] if "://" in name else [folder]

@@ -23,10 +23,10 @@ GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 
 
 
 def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions). The root link is the ground if it has no inertia, else fixed to it; gravity along −z. stops:
-    stiffness of limits, N/m and N m/rad; None omits them.
+    """(scene, notes on omissions). A root link without mass is the ground; otherwise the root link is fixed to the ground. Gravity
+    is along −z. ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits.
 
-    SceneError with every joint or link that a scene cannot represent, each with its line."""
+    SceneError lists every joint or link that a scene cannot represent, each with its line."""
     path = existing(file)
     root, found = read_xml(path), Findings()
     if root.tag != "robot":
@@ -54,14 +54,14 @@ class UrdfReader:
                 break
 
     def _has_links(self, j: Element) -> bool:
-        """Whether both links of a joint exist."""
+        """Whether both links of a joint exist; a missing link is a problem."""
         missing = [(side, _link_of(j, side)) for side in ("parent", "child") if _link_of(j, side) not in self.links]
         for side, name in missing:
             self.found.add(j, j.get("name"), f"its {side} {name!r} is not a link", "name a link of the file")
         return not missing
 
     def linkage(self, name: str) -> Linkage:
-        """All links and joints; ``found`` collects faults."""
+        """The linkage of all links and joints; ``found`` collects faults."""
         if len(self.roots) != 1:
             self.found.add(self.root, "links", f"{len(self.roots)} roots instead of one: {', '.join(self.roots)}")
             self.found.end()
@@ -94,7 +94,7 @@ class UrdfReader:
         return mass is None or not self.found.attribute(mass, "value")
 
     def _end_points(self) -> set[str]:
-        """Massless links at the end of fixed joints, which become named points."""
+        """Names of the massless links without children on fixed joints; these links become named points."""
         parents = {_link_of(j, "parent") for j in self.joints}
         fixed = {_link_of(j, "child") for j in self.joints if j.get("type") == "fixed"}
         return {n for n in fixed - parents if self._is_massless(n)}
@@ -122,7 +122,7 @@ class UrdfReader:
         return Link(weight, frame[:3, 3], inertia, drawn([s for v in link.all("visual") for s in self._solids(v)], frame[:3, 3]))
 
     def _solids(self, visual: Element) -> list[Solid]:
-        """The solids of a visual."""
+        """The solids of a <visual>."""
         at = self._origin(visual)
         for e in visual.within("geometry"):
             if e.tag in GEOMETRY:
@@ -141,12 +141,12 @@ class UrdfReader:
         """Add joint j with the frames of both sides; they coincide at q = 0."""
         name, said = j.get("name"), j.get("type")
         if said not in TYPES:
-            self.found.add(j, name, f"has type {said!r}, which scenes do not support", "take it out of the file")
+            self.found.add(j, name, f"has type {said!r}, which scenes do not support", "remove it from the file")
             return
         kind, given = TYPES[said], j.first("axis")
         axis = (self.found.numbers(given, "xyz", given.get("xyz"), (3,)) if given is not None else None) or [1.0, 0.0, 0.0]
         if REGISTRY[kind].needs_axis and not any(axis):
-            self.found.add(given or j, name, "its axis has no length")
+            self.found.add(given or j, name, "its axis is a zero vector")
             return
         frame = along(axis) if REGISTRY[kind].needs_axis else np.eye(4)
         sides = self.place[_link_of(j, "parent")], self.place[_link_of(j, "child")]
@@ -170,6 +170,6 @@ class UrdfReader:
 
 
 def _link_of(j: Element, side: str) -> str:
-    """The link on one side of a joint."""
+    """Name of the link on one side of a joint; "" if it is not given."""
     e = j.first(side)
     return e.get("link") if e is not None else ""

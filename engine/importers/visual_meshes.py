@@ -1,4 +1,4 @@
-"""Meshes of visuals, from files around. Missing meshes are left out."""
+"""Meshes for drawing, read from files that a robot file names. A missing mesh is omitted with a note."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from trunnion.importers.visual_shapes import Solid
 from trunnion.importers.xml_reader import Findings
 
 LISTED = 3
-"""Most names in a note."""
+"""Largest number of names in a note."""
 
 
 class Pictures:
-    """Reads each mesh once, and notes missing ones."""
+    """Reads each mesh once and collects the names of missing meshes."""
 
     def __init__(self, folder: Path, findings: Findings):
         self.folder, self.findings = folder, findings
         self._known: dict[str, np.ndarray | None] = {}
 
     def solids(self, name: str, at: Pose, scale: Sequence[float]) -> list[Solid]:
-        """A mesh to draw; none where it cannot be read."""
+        """The solid of a mesh for drawing; empty if the mesh cannot be read."""
         if name not in self._known:
             path = found(self.folder, name)
             try:
@@ -39,4 +39,4 @@ class Pictures:
         """Add a note on missing meshes."""
         lost = [name for name, corners in self._known.items() if corners is None]
         if lost:
-            self.findings.notes.append(f"meshes not drawn (no STL or OBJ there): {listed(lost, LISTED)}")
+            self.findings.notes.append(f"meshes not drawn (no STL or OBJ file found): {listed(lost, LISTED)}")

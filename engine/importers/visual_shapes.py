@@ -1,4 +1,4 @@
-"""Drawn shapes of imported bodies: a simple shape if it suffices, else a surface."""
+"""Shapes for drawing imported bodies: a simple shape if it is sufficient, else a surface mesh."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from trunnion.importers.pose_matrices import Pose
 from trunnion.scene.queries.surface_meshes import packed
 
 AROUND = 20
-"""Sides of round shapes."""
+"""Number of sides of the polygon that replaces a circle."""
 FACES = 800
-"""Most triangles of a body's surface; finer ones are coarsened."""
+"""Largest number of triangles in a body's surface; a finer surface is coarsened."""
 FINEST = 96
-"""Cells along the longest side at the start of coarsening."""
+"""Number of grid cells along the longest side at the start of coarsening."""
 NEAR = 1e-6
-"""Largest offset of a solid from the scene's shape, over its size."""
+"""Largest deviation of a solid's pose from that of the scene's shape, relative to the solid's size."""
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A solid. kind: "box" (three edges), "cylinder" or "capsule" (radius, length of the straight part along z), "sphere"
-    (radius), "ellipsoid" (three radii), m, or "mesh" (``corners``: n×3×3, m). at: pose in the body."""
+    """A solid with pose ``at`` in the body. ``kind`` determines ``sizes``, m: "box" (three edges), "cylinder" or "capsule"
+    (radius, length of the straight part along z), "sphere" (radius), "ellipsoid" (three radii). A "mesh" has ``corners``
+    (n×3×3), m, instead."""
 
     kind: str
     sizes: tuple[float, ...]
@@ -33,7 +34,7 @@ class Solid:
     corners: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
     def triangles(self) -> np.ndarray:
-        """Corners of its triangles in the body (n×3×3)."""
+        """Corners (n×3×3) of triangles on the solid's surface, in the body's frame, m."""
         own = self.corners if self.kind == "mesh" else _triangles(self.kind, self.sizes)
         return own @ self.at[:3, :3].T + self.at[:3, 3]
 
@@ -55,7 +56,7 @@ def _triangles(kind: str, sizes: Sequence[float]) -> np.ndarray:
 
 
 def _revolved(profile: np.ndarray) -> np.ndarray:
-    """Triangles of the surface of revolution of a profile (radius, z; from the top down) about z."""
+    """Triangles of the surface of revolution about z of a profile, given as rows (radius, z) from the top down."""
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
     rings = [np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(AROUND, z)]) for r, z in profile]
     out = []
@@ -66,7 +67,7 @@ def _revolved(profile: np.ndarray) -> np.ndarray:
 
 
 def drawn(solids: Sequence[Solid], center: np.ndarray) -> dict[str, Any]:
-    """Keys that draw a body with mass centre ``center`` (3)."""
+    """Scene keys for drawing a body with mass centre ``center`` (3), m."""
     able = [s for s in solids if len(s.corners) or (s.sizes and all(x > 0 for x in s.sizes))]
     if len(able) == 1 and (shape := _shape(able[0], center)):
         return shape
@@ -79,7 +80,7 @@ def drawn(solids: Sequence[Solid], center: np.ndarray) -> dict[str, Any]:
 
 
 def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
-    """The scene's shape about the mass centre, along the axes; none for a solid elsewhere or askew."""
+    """The scene key of a simple shape; empty if the solid is not centred on the mass centre or not parallel to the body's axes."""
     turned = np.abs(s.at[:3, :3])
     size = max(s.sizes, default=0.0)
     if s.kind not in ("box", "cylinder", "sphere") or np.abs(s.at[:3, 3] - center).max() > NEAR * size:
@@ -95,7 +96,7 @@ def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
 
 
 def coarse(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(points (p×3), faces (n×3)) of triangles (m×3×3), n at most ``FACES``: points in one grid cell merge."""
+    """(points (p×3), faces (n×3)) of triangles (m×3×3), with n at most ``FACES``. Points in the same grid cell are merged."""
     low = corners.reshape(-1, 3).min(axis=0)
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     cells, exact = FINEST, len(corners) <= FACES

@@ -1,5 +1,5 @@
-"""XML with file and line of each element, safe against malicious files: document types (and entities) are refused; bytes, elements
-and levels are limited."""
+"""XML reader that records file and line of each element. It is safe against malicious files: document types (and so entities) are
+refused, and the numbers of bytes, elements and levels are limited."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from xml.parsers import expat
 from trunnion.basics.problems import Problem, SceneError
 
 LARGEST = 20_000_000
-"""Most bytes in a file."""
+"""Largest size of a file in bytes."""
 MOST = 400_000
-"""Most elements in a file."""
+"""Largest number of elements in a file."""
 HUGE = 1e30
-"""Limit of numbers, so that products stay finite."""
+"""Largest magnitude of a number, so that products stay finite."""
 DEEPEST = 300
-"""Most levels of elements."""
+"""Largest nesting depth of elements."""
 
 
 @dataclass
 class Element:
-    """An element: attributes, stripped text, children, file and line."""
+    """An XML element with attributes, stripped text, children, file and line."""
 
     tag: str
     attributes: dict[str, str]
@@ -32,7 +32,7 @@ class Element:
     text: str = ""
 
     def get(self, name: str, default: str = "") -> str:
-        """An attribute."""
+        """The text of an attribute, or ``default``."""
         return self.attributes.get(name, default)
 
     def all(self, *tags: str) -> list[Element]:
@@ -44,31 +44,31 @@ class Element:
         return next((c for c in self.children if c.tag == tag), None)
 
     def within(self, tag: str) -> list[Element]:
-        """The children of the first child with this tag; none without one."""
+        """The children of the first child with this tag; empty if there is no such child."""
         e = self.first(tag)
         return [] if e is None else e.children
 
     def text_of(self, tag: str) -> str:
-        """The text of the first child with this tag; "" without one."""
+        """The text of the first child with this tag; "" if there is no such child."""
         e = self.first(tag)
         return "" if e is None else e.text
 
     def inside(self) -> Iterator[Element]:
-        """This element and all below."""
+        """This element and all elements inside it."""
         yield self
         for c in self.children:
             yield from c.inside()
 
 
 class Findings:
-    """Collected problems, and notes on omissions."""
+    """Collected problems and notes of an import."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
         self.notes: list[str] = []
 
     def add(self, at: Element, where: str, what: str, hint: str = "") -> None:
-        """Add a problem with an element."""
+        """Add a problem at an element's file and line."""
         self.problems.append(Problem(where, what, hint, at.file, at.line))
 
     def end(self) -> None:
@@ -77,7 +77,8 @@ class Findings:
             raise SceneError(self.problems)
 
     def numbers(self, at: Element, name: str, given: str, counts: Sequence[int]) -> list[float] | None:
-        """The numbers of an attribute or text; None, and a problem, for anything else."""
+        """The numbers in the text ``given``, whose count must be in ``counts``. For other text, the result is None and a problem is
+        added."""
         try:
             found = [float(x) for x in given.split()]
         except ValueError:
@@ -92,24 +93,24 @@ class Findings:
         return found
 
     def number(self, at: Element, name: str, given: str | None, default: float) -> float:
-        """A number, or its default."""
+        """The number in the text ``given``, or ``default`` if ``given`` is None or invalid."""
         found = self.numbers(at, name, given, (1,)) if given is not None else None
         return default if found is None else found[0]
 
     def attribute(self, at: Element, name: str, default: float = 0.0) -> float:
-        """The number of an attribute, or its default."""
+        """The number of an attribute, or ``default``."""
         return self.number(at, name, at.attributes.get(name), default)
 
 
 def existing(file: str | Path) -> Path:
-    """The path of a file. SceneError where there is no such file."""
+    """The path of a file. SceneError if there is no such file."""
     if not Path(file).is_file():
         raise SceneError([Problem(str(file), "there is no such file")])
     return Path(file)
 
 
 def is_file(path: Path) -> bool:
-    """Whether the file exists; False also for an impossible name."""
+    """Whether the file exists; False for an invalid name too."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -149,7 +150,7 @@ class _TreeBuilder:
 
 
 def read_xml(path: Path, shown: str = "") -> Element:
-    """The root element of a file. SceneError if it cannot be read. shown: name of the file in messages."""
+    """The root element of a file. SceneError if the file cannot be read. ``shown`` is the name of the file in messages."""
     name = shown or str(path)
     try:
         with path.open("rb") as f:
@@ -157,7 +158,7 @@ def read_xml(path: Path, shown: str = "") -> Element:
     except (OSError, ValueError) as e:
         raise SceneError([Problem(name, f"cannot be read: {getattr(e, 'strerror', None) or e}")]) from e
     if len(content) > LARGEST:
-        raise SceneError([Problem(name, f"is larger than {LARGEST // 1_000_000} MB", "a mechanism takes less")])
+        raise SceneError([Problem(name, f"is larger than {LARGEST // 1_000_000} MB", "files of mechanisms are smaller")])
     builder = _TreeBuilder(name)
     try:
         builder.parser.Parse(content, True)

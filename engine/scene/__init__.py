@@ -1,4 +1,4 @@
-"""Scenes: the description of a mechanism as data classes, and everything between them and the user's files."""
+"""Scenes: the description of a mechanism as data classes, with reading, checking and writing of scene files."""
 
 from trunnion.scene.checks import checked, problems
 from trunnion.scene.data_classes.scene import Scene

@@ -1,4 +1,4 @@
-"""Changes to single numbers of a scene by dotted path, and the list of the paths that a scene has."""
+"""Changes to single numbers of a scene by dotted path, and the list of all paths of a scene."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def list_parameters(scene: Scene) -> list[Parameter]:
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
-    """(path, value) of "PATH=VALUE". The value is read as in a scene file: 0.5, 3 deg, [0, 0, -1.62], viscous. SceneError when
-    the text has another form."""
+    """(path, value) of "PATH=VALUE". The value has the syntax of a scene file: 0.5, 3 deg, [0, 0, -1.62], viscous. SceneError
+    when the text has another form."""
     path, sign, value = text.partition("=")
     if not sign or not value.strip():
         raise SceneError([Problem(text, "not of the form PATH=VALUE", "for example joints.ball.friction.mu=0.5")])
@@ -47,12 +47,12 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 
 Given = Scene | str | os.PathLike[str] | Mapping[str, Any]
-"""What a caller from Python gives for a scene: made by hand, a file or folder, a bundled model's name, what a file would hold."""
+"""A scene argument of a Python function: a Scene, a file or folder, the name of a bundled model, or the data of a scene file."""
 
 
 def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massless: bool = False) -> Scene:
-    """The checked scene that a caller means, with ``changes`` made; massless: as for ``load_scene``.
-    SceneError names everything that is wrong with it."""
+    """The checked scene of an argument, after ``changes`` (values by dotted path); ``massless`` as for ``load_scene``.
+    SceneError lists all problems."""
     if isinstance(source, Scene):
         return apply(source, changes) if changes else checked(source)
     if not isinstance(source, Mapping | str | os.PathLike):
@@ -63,7 +63,7 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massles
     except SceneError:
         if not changes:
             raise
-    return apply(scene_of(_read(source), massless), changes)  # tells mistakes of the scene from those of the changes
+    return apply(scene_of(_read(source), massless), changes)  # separates mistakes in the scene from mistakes in the changes
 
 
 def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> Source:
@@ -71,7 +71,7 @@ def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> Source:
 
 
 def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """The scene with other values at dotted paths, checked again. SceneError names every path and value that is wrong."""
+    """The scene with other values at dotted paths, checked again. SceneError lists every wrong path and value."""
     data = opened(scene)
     if wrong := set_values(data, changes):
         every_path = cache(lambda: [p.path for p in list_parameters(scene)])

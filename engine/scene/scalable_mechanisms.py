@@ -1,4 +1,4 @@
-"""Scenes of any size: the singular N-four-bar (benchmark A02) and the chain of revolutes of the performance anchors."""
+"""Scenes of any size: the singular N-four-bar (benchmark A02), and the chain of revolutes for performance comparisons."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 GRAVITY = 9.81
 ROD = 1 / 12
-"""Inertia of a thin rod of 1 m, 1 kg across its length, kg m²."""
+"""Inertia of a thin rod (1 m, 1 kg) about a transverse axis through its centre, kg m²."""
 CHAIN_AXIAL = 1.0e-3
-"""Axial inertia of a chain link, kg m² (so that no peer program sees a singular inertia)."""
+"""Axial inertia of a chain link, kg m²; it is not zero, so that other programs accept the inertia too."""
 
 
 def n_four_bar(n: int = 40) -> Scene:
-    """Benchmark A02: n + 1 cranks of 1 m on the ground at x = 0 … n, with n couplers of 1 m on top; thin rods of 1 kg, in the x-y
-    plane.
+    """Benchmark A02: n + 1 cranks on the ground at x = 0 … n and n couplers on top, in the x-y plane. All parts are thin rods of
+    1 m and 1 kg.
 
-    Cranks start vertical, their tips at +1 m/s in x; all coordinates are 0 at the start (couplers lie along x, cranks
-    along y).
+    The cranks start vertical (along y), with tip velocities of +1 m/s in x; the couplers lie along x. All coordinates start
+    at 0.
     """
     if n < 1:
         raise ValueError("an N-four-bar has at least one loop")
@@ -53,7 +53,8 @@ def _hinge(inboard: str, outboard: str, rate: float | None) -> dict[str, Any]:
 
 
 def revolute_chain(n: int) -> Scene:
-    """A chain of n unit rods (1 kg) on revolutes about y and z in turn, with the states and torques of the performance anchors."""
+    """A chain of n rods (1 m, 1 kg) on revolutes about y and z alternately, with the start values and torques that the
+    performance comparisons use."""
     if n < 1:
         raise ValueError("a chain has at least one link")
     link = {

@@ -1,6 +1,6 @@
-"""From files, text and dicts to checked scenes. All problems are reported at once, each with file, line, path and hint.
+"""Loading of checked scenes from files, text and dicts. One error reports all problems, each with file, line, path and hint.
 
-``source_of_…`` reads, ``scene_of`` walks the data once: parts, changed values, expressions, types, checks.
+The functions ``source_of_…`` read data. ``scene_of`` then applies composition, changed values, expressions, types and checks.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from trunnion.scene.value_changes import set_values
 
 SUFFIXES = (".yaml", ".yml", ".json")
 MOST_NAMED = 5
-"""How many files of a folder a hint names."""
+"""Largest number of files that a hint lists."""
 
 
 @dataclass
 class Source:
-    """The data of a scene before any walk. findings: problems of the reader; lines: line of every path; folder: place of the
-    files that the scene names, None where none may be read."""
+    """The data of a scene as read. ``findings`` are problems of the reader; ``lines`` maps each path to its line. ``folder`` is
+    the folder of the files that the scene names, or None if files must not be read."""
 
     data: dict[str, Any]
     findings: list[Finding] = field(default_factory=list)
@@ -44,7 +44,7 @@ def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
 
     Args:
         source: a YAML or JSON file, a folder with a ``scene.yaml``, or the name of a bundled model.
-        massless: whether bodies may lack masses. They then get some, for questions in which masses do not count.
+        massless: whether bodies may lack masses. They then get a mass of 1 kg, for analyses that do not depend on masses.
 
     Returns:
         The checked scene, numbers in SI units.
@@ -56,11 +56,11 @@ def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
 
 
 def source_of_file(source: str | os.PathLike[str]) -> Source:
-    """The content of a scene's file, named as for ``load_scene``. SceneError when no scene's data can be read from the file."""
+    """The content of a scene file; ``source`` as for ``load_scene``. SceneError when the file cannot be read as scene data."""
     path = _file(source)
     try:
         with path.open("rb") as f:
-            content = f.read(LARGEST + 1)  # one byte more than is allowed, so that the reader can tell and refuse it
+            content = f.read(LARGEST + 1)  # one byte above the limit, so that the reader detects a file that is too large
     except OSError as e:
         raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
     name = path.parent.name if path.name == SCENE_FILE else path.stem
@@ -68,7 +68,7 @@ def source_of_file(source: str | os.PathLike[str]) -> Source:
 
 
 def _file(source: str | os.PathLike[str]) -> FilePath:
-    """The file that a name means: an existing one, else a bundled model's."""
+    """The scene file for ``source``: an existing file or folder, else a bundled model. SceneError when there is none."""
     text = os.fspath(source)
     path = FilePath(text)
     try:
@@ -77,7 +77,7 @@ def _file(source: str | os.PathLike[str]) -> FilePath:
         if path.exists() and not path.is_dir():
             return path
         others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
-    except (OSError, ValueError):  # the name is one that no file system takes
+    except (OSError, ValueError):  # not a valid file name
         others = None
     if others is not None and text not in bundled_names():
         raise SceneError([_no_scene_in(path, others, text)])
@@ -87,22 +87,22 @@ def _file(source: str | os.PathLike[str]) -> FilePath:
 
 
 def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Problem:
-    """The problem of a folder that holds no scene.yaml, or only scenes of other names."""
+    """The problem of a folder without scene.yaml; ``others`` are its other scene files."""
     shown = ", ".join(map(str, others[:MOST_NAMED]))
-    hint = f"give the file itself: {shown}" if others else f"a scene's folder holds one; `trunnion new {folder.name}` writes one"
+    hint = f"give the file itself: {shown}" if others else f"`trunnion new {folder.name}` writes a scene folder"
     return Problem("scene", f"the folder has no {SCENE_FILE}", hint, text[:200])
 
 
 def scene_from_text(
     content: bytes | str, file: str = "", is_json: bool = False, name: str = "", folder: FilePath | None = None
 ) -> Scene:
-    """The scene in YAML (or JSON) text. name: used where the text gives none; folder: place of the files that the text names, none
-    of which are read without it."""
+    """The scene in YAML (or JSON) text. ``name`` is used if the text has no name. ``folder`` is the folder of the files that the
+    text names; without it such files are refused."""
     return scene_of(source_of_text(content, file, is_json, name, folder))
 
 
 def source_of_text(content: bytes | str, file: str, is_json: bool, name: str, folder: FilePath | None) -> Source:
-    """The data in a text, as for ``scene_from_text``. SceneError when the text holds no group of keys."""
+    """The data in a text, with arguments as for ``scene_from_text``. SceneError when the text is not a group of keys."""
     doc = read(content, is_json)
     if doc.data is None and not doc.findings:
         doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))
@@ -132,7 +132,7 @@ def scene_from_dict(data: Mapping[str, Any], massless: bool = False) -> Scene:
 
 
 def _add_masses(data: dict[str, Any]) -> None:
-    """Give every body that has none a mass, and where it has no shape an inertia."""
+    """Give every body without mass and density a mass of 1 kg; if it has neither shape nor inertia, also an inertia."""
     bodies = data.get("bodies")
     for body in bodies.values() if isinstance(bodies, dict) else ():
         if isinstance(body, dict) and not {"mass", "density"} & set(body):
@@ -142,10 +142,10 @@ def _add_masses(data: dict[str, Any]) -> None:
 
 
 def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The checked scene of a source. massless: as for ``load_scene``; changes: values at dotted paths, set before anything is
-    computed from them.
+    """The checked scene of a source; ``massless`` as for ``load_scene``. ``changes`` are values by dotted path, which are set
+    before expressions are evaluated.
 
-    The data is changed in place. SceneError lists all problems in the order of the file.
+    The source's data is modified. SceneError lists all problems in the order of the file.
     """
     data, lines, composed = compose(source.data, source.lines, source.file, source.folder)
     if changes and (wrong_paths := set_values(data, changes)):
@@ -156,7 +156,7 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     built = build(data)
     told = {f.path for f in composed}
     found = [*source.findings, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
-    if built.scene is not None and not composed:  # a part that is missing has consequences everywhere
+    if built.scene is not None and not composed:  # after a mistake in composition, missing parts would cause many further findings
         found += [f for f in findings(built.scene) if not built.hides(f)]
     if found or built.scene is None:
         raise error_of(found, lines, source.file)

@@ -1,4 +1,4 @@
-"""From plain data to a Scene, with every mistake of form. Broken parts are removed, so that the rest can be checked, too."""
+"""Validation of plain data against the scene's classes. Invalid parts are removed, so that the checks can run on the rest."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from trunnion.scene.findings.findings_and_paths import CONNECTIONS, Finding, Pat
 from trunnion.scene.validation_messages import findings_of
 
 ROUNDS = 12
-"""Attempts at setting broken parts aside before the rest is given up."""
+"""Largest number of attempts to remove invalid parts; after these there is no scene."""
 
 STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
 
 
 @dataclass
 class Built:
-    """A scene made of plain data, without its broken parts.
+    """A scene built from plain data without its invalid parts.
 
-    scene: None when nothing is usable. findings: mistakes of form. broken: paths of the removed parts; CONNECTIONS is one of them
-    when whole joints are missing.
+    scene     None when no valid scene remains
+    findings  mistakes of form: unknown keys, wrong types, missing keys, wrong units
+    broken    paths of the removed parts, with CONNECTIONS if whole joints were removed
     """
 
     scene: Scene | None
@@ -36,8 +37,8 @@ class Built:
     broken: set[Path] = field(default_factory=set)
 
     def hides(self, f: Finding) -> bool:
-        """Whether a finding may follow from a removed part alone: its path or a path it depends on lies in a broken part, or
-        around one."""
+        """Whether a removed part may have caused a finding. This is so if the finding's path lies in a removed part, or a path in
+        ``about`` lies in or around one."""
         return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
 
     def _broken_around(self, path: Path) -> bool:
@@ -45,7 +46,7 @@ class Built:
 
     @cached_property
     def _around_broken(self) -> set[Path]:
-        """The paths of all parts that have something broken inside them."""
+        """The paths of all parts that contain a removed part."""
         return {b[:n] for b in self.broken for n in range(len(b))}
 
 
@@ -55,7 +56,7 @@ def _adapter() -> TypeAdapter[Scene]:
 
 
 def build(data: Any) -> Built:
-    """Validate plain data; when there are mistakes, try again without the broken parts."""
+    """Validate plain data; when there are mistakes, validate again without the invalid parts."""
     try:
         return Built(_adapter().validate_python(data))
     except ValidationError as e:
@@ -76,8 +77,8 @@ def build(data: Any) -> Built:
 
 
 def _remove_broken(rest: dict[str, Any], found: list[Finding], built: Built) -> None:
-    """Remove the parts that the findings are about. Later findings in a removed part remove nothing more, so that a hundred wrong
-    entries of a list remove as much as one."""
+    """Remove the parts with findings. Further findings in a removed part are skipped, so that a hundred wrong entries of a list
+    remove no more than one wrong entry does."""
     gone: set[Path] = set()
     for f in found:
         if any(f.path[:n] in gone for n in range(len(f.path) + 1)):
@@ -86,7 +87,7 @@ def _remove_broken(rest: dict[str, Any], found: list[Finding], built: Built) -> 
 
 
 def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
-    """A copy made of nested dicts (keys as text) and lists. SceneError when they are nested too deep, or contain themselves."""
+    """A copy as nested dicts (keys as text) and lists. SceneError when the nesting is too deep, for example cyclic."""
     if isinstance(data, dict | Mapping):
         inside = _next_level(deeper)
         return {whole_text(str(k)): plain_copy(v, inside) for k, v in data.items()}
@@ -97,14 +98,15 @@ def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
 
 
 def _next_level(deeper: int) -> int:
-    """The number of levels allowed inside. SceneError when it would be negative."""
+    """The number of nesting levels that are still allowed inside. SceneError when no level is left."""
     if deeper <= 0:
         raise SceneError([Problem("scene", f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")])
     return deeper - 1
 
 
 def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
-    """Remove the smallest optional part around a mistake, and give its path. A body or joint without one becomes a stub."""
+    """Remove the smallest optional part that contains a mistake; the result is its path. If this part would be a whole body or
+    joint, replace it by a stub."""
     node, at = _deepest_group(data, path)
     if len(at) <= 1:  # the mistake is in one of the scene's own keys
         key = path[0] if path else ""
@@ -124,7 +126,7 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
 
 
 def _remove_unknown_key(data: dict[str, Any], path: Path, meant: str, built: Built) -> Path:
-    """Remove an unknown key and give its path. The key it was meant to be counts as broken."""
+    """Remove an unknown key; the result is its path. The key ``meant`` counts as removed too."""
     node, at = _deepest_group(data, path)
     if at == path:
         del node[str(at[-1])]
@@ -133,7 +135,7 @@ def _remove_unknown_key(data: dict[str, Any], path: Path, meant: str, built: Bui
 
 
 def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Path]:
-    """The innermost group that has the mistake below one of its keys, and the path of that key."""
+    """The innermost group on the way to ``path``, and the path of the key in this group that leads to the mistake."""
     node: Any = data
     group, end = data, 0
     for i, key in enumerate(path):
@@ -148,7 +150,7 @@ def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Pa
 
 
 def _replace_by_stub(data: dict[str, Any], path: tuple[str, str], built: Built) -> None:
-    """Replace a body by one without mistakes, a joint by one that still connects; remove anything else."""
+    """Replace a body or input by a valid one, and a joint by a free joint between the same bodies; remove any other part."""
     section, name = path
     old = data[section].pop(name)
     known = old if isinstance(old, dict) else {}

@@ -1,4 +1,4 @@
-"""Mistakes of form (unknown keys, wrong types, missing keys, units) in plain English, with the path the user knows."""
+"""Conversion of pydantic's errors (unknown keys, wrong types, missing keys, units) to findings with scene paths."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from trunnion.scene.units.unit_parser import UnitError
 
 Error = dict[str, Any]
 _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
-"""What follows the comma of a number such as "2,5 kg" is a key of its own between braces."""
+"""The text after the comma of a number such as "2,5 kg", which YAML reads as a key of its own inside braces."""
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
-    """One finding for each mistake, in the order of the file's keys as far as the checker keeps it."""
+    """One finding for each different mistake, in pydantic's order."""
     return list(dict.fromkeys(_one(e, data) for e in errors))
 
 
 def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
-    """The path of an error: its location without the tags that tell alternatives of a type apart."""
+    """The path of an error: pydantic's location without the tags of alternative types."""
     path: list[str | int] = []
     for key in loc:
         if isinstance(key, str) and key.startswith("·") and not (isinstance(data, dict) and key in data):

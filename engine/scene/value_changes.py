@@ -1,4 +1,4 @@
-"""Values at dotted paths of a scene's data, set before the data is read as a scene."""
+"""Changes of values at dotted paths in a scene's plain data, before validation."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from trunnion.scene.units.unit_parser import UnitError
 
 @dataclass(frozen=True)
 class WrongPath:
-    """A path that leads nowhere: the path as written, the reason, and the path that may be meant."""
+    """A path that does not exist: the path as written, the reason, and a hint."""
 
     text: str
     what: str
     hint: str | Nearest = ""
 
     def problem(self, every_path: Callable[[], list[str]] = list) -> Problem:
-        """The problem as the user sees it. When no key is close, the hint is the closest of the scene's paths."""
+        """The problem for the user. When no key is close, the hint is the closest path in ``every_path``."""
         hint = str(self.hint)
         if hint.startswith("known") and every_path():
             near = next((p for p in every_path() if p.endswith(f".{self.text}")), "") or closest(self.text, every_path())
@@ -36,9 +36,10 @@ class WrongPath:
 
 
 def set_values(data: dict[str, Any], changes: Mapping[str, Any]) -> list[WrongPath]:
-    """Set values in a scene's nested dicts and lists, in place. Groups and defaults that the data lacks are added.
+    """Set values in a scene's nested dicts and lists, in place. Missing groups and defaults on the way are added.
 
-    A plain number for a parameter takes the parameter's dimension, in SI. Gives the paths that lead nowhere.
+    A plain number for a parameter is in the SI unit of the parameter's dimension. The result lists the paths that do not
+    exist.
     """
     given = data.get(NAMED)
     parameters = dict(given) if isinstance(given, dict) else {}
@@ -57,18 +58,18 @@ def set_values(data: dict[str, Any], changes: Mapping[str, Any]) -> list[WrongPa
 
 
 def opened(value: Any) -> Any:
-    """Nested dicts and lists of a scene, or of a part, with all fields, also those without a value."""
+    """A scene, or a part of it, as nested dicts and lists with all fields; a field without a value is None."""
     if is_dataclass(value):
         return {f.name: opened(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, dict):
         return {k: opened(v) for k, v in value.items()}
     if isinstance(value, Computed) and value.names:
-        return value.text  # its parameters may be among the changes
+        return value.text  # a change may concern its parameters
     return [opened(v) for v in value] if isinstance(value, tuple) else value
 
 
 def _set(data: Any, path: Path, value: Any) -> Finding | None:
-    """Set one value; the step that leads nowhere, if there is one."""
+    """Set one value. The result is a finding if a step of the path does not exist, else None."""
     node = data
     for i, key in enumerate(path):
         here = path[: i + 1]
@@ -81,7 +82,7 @@ def _set(data: Any, path: Path, value: Any) -> Finding | None:
         if inside is None:
             inside = node[key] = _default(here)
         if path[i + 1 :] == (0,) and _is_number(inside, here):
-            node[key] = value  # a joint with one coordinate may give a number for its list: then q[1] means that number
+            node[key] = value  # a joint with one coordinate may give a number instead of a list; q[1] then means this number
             return None
         node = inside
     return None
@@ -92,7 +93,7 @@ def _is_number(value: Any, path: Path) -> bool:
 
 
 def _default(path: Path) -> Any:
-    """The opened default of the field at a path; an empty group where there is none."""
+    """The default of the field at a path, as nested dicts and lists; an empty group if there is no default."""
     for cls in classes_at(shape(path[:-1])):
         for f in fields(cls):
             if f.name == path[-1]:
@@ -102,7 +103,7 @@ def _default(path: Path) -> Any:
 
 
 def _measured(old: Any, value: Any, known: Callable[[], Parameters]) -> Any:
-    """A parameter's new value. A plain number takes the dimension of the parameter, in SI."""
+    """A parameter's new value. A plain number is in the SI unit of the old value's dimension."""
     if is_expression(value):
         return value
     try:
@@ -121,7 +122,7 @@ def _measured(old: Any, value: Any, known: Callable[[], Parameters]) -> Any:
 
 
 def _missing(node: Any, path: Path) -> Finding | None:
-    """Why the last step of ``path``, taken at ``node``, leads nowhere; None when the step leads somewhere."""
+    """A finding if the last key of ``path`` does not exist in ``node``; None if it exists."""
     key, owner = path[-1], dotted(path[:-1])
     if isinstance(key, int):
         if not isinstance(node, list):

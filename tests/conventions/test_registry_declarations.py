@@ -122,7 +122,7 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a number that says nothing": (lambda: Number("mu", "1", ""), "has no description"),
     "a default out of bounds": (lambda: Number("mu", "1", "text", POSITIVE, default=0.0), "its default 0 must be positive"),
     "none of a number": (lambda: Number("mu", "1", "text", count=0), "count 0 must be at least 1"),
-    "a law without rest": (lambda: law(rest=None), "does not say what it is at rest"),
+    "a law without rest": (lambda: law(rest=None), "does not declare its behaviour at rest"),
     "a law without name": (lambda: law(name=""), "its name"),
     "a law without numbers": (lambda: law(numbers=()), "declares no numbers"),
     "numbers that are none": (lambda: law(numbers=(MU, "v_eps")), "a tuple of Number"),
@@ -135,13 +135,13 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a set-valued law without level": (lambda: law(rest=Rest.SET_VALUED), r"law trial \(class Trial in .*\): .*define level\(\)"),
     "a kink between one branch": (lambda: law(rest=Rest.KINK, kink=property(lambda self: 1)), r"define level\(\)"),
     "a smooth law of no friction": (lambda: law(slope=Law.slope), r"define level\(\).* or slope\(\)"),
-    "a set-valued law that smooths": (lambda: law(rest=Rest.SET_VALUED, exact="other"), "smooths no other"),
+    "a set-valued law that smooths": (lambda: law(rest=Rest.SET_VALUED, exact="other"), "cannot smooth another law"),
     "a number beside one there is not": (lambda: law(numbers=(replace(MU, not_below="nu"),)), "which is not one of its numbers"),
     "needed always and sometimes": (
         lambda: law(numbers=(MU, replace(MU, name="nu", needed_with="mu"))), "not both"),
     "two laws of one name": (lambda: registered_laws([law(), law()]), "two laws are called trial"),
-    "a twin of no law": (lambda: registered_laws([law(exact="nobody")]), "no set-valued law"),
-    "a twin that is not set-valued": (lambda: registered_laws([law(), law(name="other", dry="trial")]), "no set-valued law"),
+    "a twin of no law": (lambda: registered_laws([law(exact="nobody")]), "not the name of a set-valued law"),
+    "a twin that is not set-valued": (lambda: registered_laws([law(), law(name="other", dry="trial")]), "not the name of a"),
     "one number, two units": (lambda: merged({"a": (MU,), "b": (replace(MU, unit="m"),)}), "another unit in b than in a"),
     "one number, two bounds": (lambda: merged({"a": (MU,), "b": (replace(MU, bound=POSITIVE),)}), "another bound"),
     "pairs that leave a freedom out": (lambda: element(pairs=((1,),)), "every freedom"),
@@ -152,7 +152,7 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "a component there is not": (lambda: element(needs=lambda numbers, adams: ("f4",)), "components other than"),
     "two elements of one name": (lambda: registered_elements([element(), element()]), "two contact elements"),
     "a size with a law's name": (lambda: registered_elements([element(sizes=(*SIZES, MU_SIZE))]), "of friction"),
-    "a place by a size there is not": (lambda: element(sizes=SIZES[:1]), "half_length, which is none of its sizes"),
+    "a place by a size there is not": (lambda: element(sizes=SIZES[:1]), "half_length, which is not one of its sizes"),
 }  # fmt: skip
 
 

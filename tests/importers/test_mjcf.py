@@ -124,7 +124,7 @@ def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None
     r = trunnion.simulate(scene, 1.0, 0.1, rtol=1e-9)
     assert r["b.q[1]"] == pytest.approx(0.1 - 0.6 * r["a.q[1]"], abs=1e-12)
     for wrong, told in ((tie.format(2), "polynomial"), (tie.format(0).replace('"a"', '"z"'), "unknown joint"),
-                        (tie.format(0).replace('joint2="a"', ""), "where it is")):  # fmt: skip
+                        (tie.format(0).replace('joint2="a"', ""), "fixes a joint")):  # fmt: skip
         with pytest.raises(SceneError, match=told):
             read(tmp_path, FOUR_BAR.format(wrong))
 
@@ -162,9 +162,9 @@ def test_included_files_belong_to_the_model(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "a tendon that pulls": ('<tendon><fixed name="t" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>', "forces of its"),
-    "coordinates that are tied": ('<equality><joint name="m" joint1="j"/></equality>', "where it is"),
-    "a body that is made": ('<worldbody><composite type="cable" count="3 1 1"/></worldbody>', "makes bodies"),
+    "a tendon that pulls": ('<tendon><fixed name="t" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>', "exerts forces"),
+    "coordinates that are tied": ('<equality><joint name="m" joint1="j"/></equality>', "fixes a joint"),
+    "a body that is made": ('<worldbody><composite type="cable" count="3 1 1"/></worldbody>', "generates bodies"),
     "a spring of a ball": (
         '<worldbody><body><joint type="ball" stiffness="1"/><geom size="1"/></body></worldbody>', "a spring along a ball"),
     "a polynomial": ('<worldbody><body><joint stiffness="1 2"/><geom size="1"/></body></worldbody>', "polynomial"),

@@ -1,4 +1,5 @@
-"""Contact elements: where pin and bearing touch and how hard (paper §7). A new one is a new file and one registry line."""
+"""Contact elements: contact points and contact forces between pin and bearing (paper §7). A new element needs a new file and one
+line in the registry."""
 
 from trunnion.elements.contact.contact_element import Contact, ContactElement, Place, Size, Solid, Wrench
 from trunnion.elements.contact.registry import GIVEN, REGISTRY, element_of, sizes

@@ -1,8 +1,8 @@
 """Ball in a socket (paper §7.1): one contact, closed form of (105)–(114) without a 3×3 solve (theory, "Ball").
 
-With F = |f_c|, f̂ = f_c/F, ω of the socket relative to the ball, and s = |ω×n|:
-  proportional law, μ_e = K s:   s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
-  sliding law, μ_e given:        s² = |ω|² − (f̂·ω)²(1+μ_e²)
+F = |f_c|, f̂ = f_c/F; ω is the angular velocity of the socket relative to the ball; s = |ω×n|; μ_e is the friction ratio:
+  proportional branch, μ_e = K s:   s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
+  sliding branch, μ_e given:        s² = |ω|² − (f̂·ω)²(1+μ_e²)
   f_n = F/√(1+μ_e²),   n = −(f + k ω×f + k²(ω·f) ω)/(f_n (1 + k²ω²)) with k = μ_e/s,   m_c = r n × f_c
 """
 
@@ -40,7 +40,7 @@ def _drift(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ada
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction torque (110). Adams' form (151), with its normalisation: r μ_e f × (ω × f)/|ω × f|."""
+    """Friction torque (110), or Adams' form (151) with Adams' normalisation: r μ_e f × (ω × f)/|ω × f|."""
     law = laws[0]
     if adams:
         return [w.pin * x for x in adams_friction(w, rates, law, g)]
@@ -56,7 +56,8 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
-    """Contact normal of a ball that turns inside its friction cone without sliding: n = ∓ω̂, against the force."""
+    """Contact normal n = ∓ω̂ of a ball that turns without sliding, because ω lies inside the friction cone. The sign gives
+    n · f < 0."""
     f = [w["f1"], w["f2"], w["f3"]]
     omega = [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     size = ca.sqrt(dot(omega, omega) + TINY)
@@ -65,16 +66,18 @@ def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """|m| ≤ r F sin(atan μ) normal to the force, nothing along it: a point contact holds no torque about the force."""
+    """Static friction: |m| ≤ r F sin(atan μ) for the torque m normal to the force. A point contact holds no torque about the
+    force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # none of no torque: a ball without load holds that
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque: held even without load
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """r |ω × n|; Adams: r |ω × f̂|. The proportional form alone selects the branch (theory, "Ball"), so it gives the speed."""
+    """Sliding speed r |ω × n|; Adams: r |ω × f̂|. The formula is that of the proportional branch, which alone selects the
+    branch (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
     along2 = fw * fw / FF
@@ -86,8 +89,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. With a viscous part
-    and no tilt, only the sign is correct. Adams' ball has no cone."""
+    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. For a law with a
+    viscous part and without tilt, only the sign is correct. Adams' form has no cone; the result is 1."""
     law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
     level = level_of(f, rates, law, g)
     if adams or level is None:
@@ -100,8 +103,8 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
 
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) from the torque held: m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂ with sinφ = |m|/(r F), cut off as in
-    ``ratio_held``."""
+    """(f_n, n f_n) of a ball at rest from its friction torque m: m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂ with
+    sinφ = |m|/(r F), which has the upper limit of ``ratio_held``."""
     f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
     F, M = ca.sqrt(dot(f, f) + TINY), ca.sqrt(dot(m, m) + TINY)
     most = HELD_MOST * law.static
@@ -115,7 +118,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # branch and direction are those of this very instant, not what a step has frozen or Adams' friction has chosen
+    if law.kinks:  # use the branch and direction at this instant, not those frozen in the step or selected by Adams' friction
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)
@@ -123,7 +126,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """f_n n: −f_c without friction; with it along the contact normal, of a ball at rest that of the torque held."""
+    """f_n n. It is −f_c without friction, and lies along the contact normal with friction."""
     f = [w["f1"], w["f2"], w["f3"]]
     if not laws:
         return [-x for x in f]
@@ -138,13 +141,13 @@ def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]
 
 
 def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta: list[SX]) -> Contact:
-    """Contact under a set-valued law: of a ball that slides, turns without sliding, or is at rest."""
+    """Contact under a set-valued law, for a ball that slides, turns without sliding, or is at rest."""
     f = [w["f1"], w["f2"], w["f3"]]
     fn, nfn = load_of(w, rates, law, g)
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # the flag says so too, but not with Adams' friction, which has no cone
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # not from the flag, which Adams' friction never sets
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

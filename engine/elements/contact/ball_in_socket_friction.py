@@ -1,4 +1,4 @@
-"""Closed forms of a ball in its socket (theory, "Ball"): contact and friction on the active branch of a law."""
+"""Closed forms for the contact and friction of a ball in its socket, on the active branch of a law (theory, "Ball")."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from trunnion.elements.contact.contact_element import TINY, Wrench
 from trunnion.elements.friction import Law
 
 FLOOR = 1e-24
-"""Inside the friction cone the sliding form has no real s². It is limited to this times |ω|², so that a trial step past the end of
-sliding stays finite until the event is located.
+"""Lower bound of s²/|ω|² on the sliding branch. Inside the friction cone the formula gives no real s; with the bound, a trial
+step past the end of sliding stays finite until the event is located.
 
-At the border of the cone, friction varies as the root of the distance. There the runtime solves for the tilt u = s/|ω|, the sine
-of the angle between ω and the normal, in which all is smooth. With a given tilt (> 0 in the mode), friction does not depend on the
-distance (theory, "Ball near its cone")."""
+Near the border of the cone, friction varies as the square root of the distance to the border. There the runtime solves for the
+tilt u = s/|ω|, the sine of the angle between ω and the normal; friction is a smooth function of u. With a given tilt (> 0 in the
+mode), friction does not depend on the distance (theory, "Ball near its cone")."""
 
 
 def dot(a, b) -> SX:
@@ -29,8 +29,14 @@ def cross(a, b) -> list[SX]:
 
 
 class Touch(NamedTuple):
-    """Contact of a ball with friction: force f and its square, unit vector along ω, f along it, weights 1, k|ω| and k²ω² over 1 +
-    k²ω² of (114), μ_e²."""
+    """Contact of a ball with friction.
+
+    f            force f_c
+    way          unit vector along ω
+    FF, fw       f² and the component of f along ω
+    one, k, kk   the weights 1, k|ω| and k²ω² of (114), each divided by 1 + k²ω²
+    mue2         μ_e²
+    """
 
     f: list[SX]
     way: list[SX]
@@ -55,10 +61,10 @@ class Touch(NamedTuple):
 
 
 def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch:
-    """Contact on the active branch of the law. Suffixes _p and _s: proportional and sliding branch.
+    """Contact on the active branch of the law. The suffixes _p and _s denote the proportional and the sliding branch.
 
-    With the tilt u = s/|ω| and k|ω| = μ_e/u the weights are u², μ_e u and μ_e² over u² + μ_e²; no division waits for the root.
-    −1/(u² + μ_e²) is formed because the symbolic library turns products with 1/x into divisions."""
+    With the tilt u = s/|ω| and k|ω| = μ_e/u, the weights are u², μ_e u and μ_e², each divided by u² + μ_e². So the divisor needs
+    no square root. The code uses −1/(u² + μ_e²), because the symbolic library turns products with 1/x into divisions."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     speed = ca.sqrt(dot(omega, omega) + TINY)
     way = [x / speed for x in omega]
@@ -77,7 +83,7 @@ def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch
         if drag is not None:
             drag = drag * speed
             half, square = along2 * mue * drag, 1 + along2 * drag * drag
-            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # the positive root, without its cancellation
+            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # the positive root u, in a form without cancellation
         u2 = ca.if_else(law.tilt > 0, law.tilt * law.tilt, u2)
         u = ca.sqrt(u2)
         mue = mue if drag is None else mue + drag * u
@@ -94,7 +100,7 @@ def load_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[
 
 
 def pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX]]:
-    """As ``load_of``, with friction f_n κ × n (bristles)."""
+    """(f_n, n f_n) of a law with bristles, whose friction is f_n κ × n."""
     f = [w["f1"], w["f2"], w["f3"]]
     FF, kk, fk = dot(f, f) + TINY, dot(kappa, kappa), dot(f, kappa)
     along2, kf = fk * fk / FF, cross(kappa, f)
@@ -103,7 +109,8 @@ def pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX]]:
 
 
 def bristles(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], adams: bool) -> tuple[list[SX], list[SX]]:
-    """Rates of bristle states, and their friction vector κ, in the pin's sense. In Adams' form n0 lies along the force."""
+    """(rates of the bristle states, friction vector κ), with the pin's sign. In Adams' form the normal is the direction of the
+    force."""
     omega, state = [w.pin * x for x in rates], [w.pin * x for x in law.state]
     normal = [w["f1"], w["f2"], w["f3"]] if adams else pressed(w, state)[1]
     spin = dot(normal, omega) / (dot(normal, normal) + TINY)
@@ -112,7 +119,7 @@ def bristles(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], adams: b
 
 
 def level_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """The law's level at the speed normal to the force, r |ω × f̂| (theory, "Ball")."""
+    """The law's level at the speed r |ω × f̂| (theory, "Ball")."""
     wf = cross(rates, f)
     return law.level(g["radius"] ** 2 * dot(wf, wf) / (dot(f, f) + TINY))
 
@@ -124,15 +131,15 @@ def slope_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX 
 
 
 def drag_of(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """μ_e per ω of the law's viscous part. Where a direction frozen at rest replaces ω (``Law.moving``), the part is that of the
-    true speed."""
+    """Viscous part of μ_e divided by |ω|. If a direction frozen at rest replaces ω (``Law.moving``), the viscous part still uses
+    the true speed."""
     if law.drag is None:
         return None
     return law.drag * g["radius"] * ca.sqrt((dot(rates, rates) + TINY) / (dot(omega, omega) + TINY))
 
 
 def adams_friction(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> list[SX]:
-    """Friction torque in Adams' form (151), in the pin's sense: r μ_e f × (ω × f)/|ω × f|."""
+    """Friction torque in Adams' form (151), with the pin's sign: r μ_e f × (ω × f)/|ω × f|."""
     if law.bristles:
         f = [w["f1"], w["f2"], w["f3"]]
         return [g["radius"] * x / ca.sqrt(dot(f, f) + TINY) for x in cross(f, cross(bristles(w, rates, law, g, True)[1], f))]

@@ -1,8 +1,9 @@
 """Friction independent of the load: a spring-loaded seal, a gearbox, a detent (theory, "Friction that is given").
 
-With different values by sense of motion it is a freewheel: it drags one way and holds the other, up to its capacity. Each freedom
-has a pair with a given force or torque times the ratio of its law (μ defaults to 1). There are no contacts, and no reactions are
-needed. A turning freedom slides at its rate times 1 m: m/s of a law are rad/s."""
+With different values for the two senses of motion it is a freewheel: it drags in one sense and, up to its capacity, holds in the
+other. Each freedom has a friction pair; its friction is the given force or torque times the ratio of its law (μ defaults to 1).
+There are no contacts, and no reactions are needed. The sliding speed of a rotation is its rate times 1 m, so that m/s in a law mean
+rad/s."""
 
 from __future__ import annotations
 
@@ -18,9 +19,9 @@ from trunnion.elements.friction import Law
 if TYPE_CHECKING:
     from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
 
-FORCE = Size("force", "N", "constant friction along the axis, whatever the load", NOT_NEGATIVE, '"5 N"', symbol="F", varies=True)
+FORCE = Size("force", "N", "constant friction along the axis, at any load", NOT_NEGATIVE, '"5 N"', symbol="F", varies=True)
 TORQUE = Size(
-    "torque", "N*m", "constant friction about an axis, whatever the load", NOT_NEGATIVE, '"2 N*m"', symbol="T", varies=True
+    "torque", "N*m", "constant friction about an axis, at any load", NOT_NEGATIVE, '"2 N*m"', symbol="T", varies=True
 )
 BACK_FORCE = Size(
     "back_force", "N", "constant friction in the backward direction, if it differs (one-way clutch)", NOT_NEGATIVE, '"5 kN"',
@@ -33,8 +34,8 @@ BACK_TORQUE = Size(
 
 
 def constant(name: str, sizes: tuple[Size, ...], back: Size | None = None) -> ContactElement:
-    """Element of joints with these frictions, one per freedom in order. back: friction of the only freedom in backward motion,
-    where it may differ."""
+    """Element with constant friction, one size per freedom in order. ``back`` is the optional friction of a single freedom in
+    backward motion."""
     labels = [label for s in sizes for label in s.labels]
 
     def size(g: Mapping[str, SX], label: str, sense: SX) -> SX:

@@ -1,7 +1,8 @@
-"""Contact elements: closed forms from a joint reaction to contact forces, contact points and friction.
+"""Contact elements: closed forms that give contact forces, contact points and friction from a joint reaction.
 
 f_c, m_c act on the part that carries the pin, in the pin's frame (notation, "Reactions, friction and contacts"). Derivation:
-theory, "Contact forms". An element's file has a function for each field of ``ContactElement``, which states its contract."""
+theory, "Contact forms". The file of an element has one function per field of ``ContactElement``; the contract of each function
+is in the docstring of that class."""
 
 from __future__ import annotations
 
@@ -21,15 +22,15 @@ COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 
 
 FIXED, OVERLAP = "fixed", "overlap"
-"""Choices of a joint's ``ends``: contacts sit at the ends of one part, or at the ends of the overlap of both."""
+"""Values for a joint's ``ends``: contacts are at the ends of one part, or at the ends of the overlap of both parts."""
 SPAN = "span"
-"""Name of half the length over which two parts of finite length touch, m; used beside the components of f_c, m_c."""
+"""Name of the half length of the overlap of two parts of finite length, m, in the wrench beside the components of f_c, m_c."""
 
 
 @dataclass(frozen=True)
 class Wrench:
-    """Wrench of a joint on the part with the pin: needed components of f_c (N) and m_c (N m), and SPAN, by name. pin: +1 if the
-    inboard part has the pin, −1 if the outboard part; signed friction ratios change sign with it."""
+    """Wrench of a joint on the part with the pin. ``values`` holds, by name, the needed components of f_c (N) and m_c (N m), and
+    SPAN. ``pin`` is +1 if the inboard part has the pin, −1 if the outboard part; signed friction ratios are multiplied by it."""
 
     values: Mapping[str, SX]
     pin: int
@@ -42,10 +43,13 @@ class Wrench:
 class Contact:
     """One contact.
 
-    force: normal force, N, ≥ 0. vector: force times the outward unit normal on the pin (3), so that a contact without force needs
-    no direction. plane: axes of the cosine and the sine of its angle. Both are in the pin's frame; ``inboard``: in the inboard
-    joint frame. watched: vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use the part
-    along their motion, because their force turns by less than 180°."""
+    force    normal force, N, ≥ 0
+    vector   force times the outward unit normal on the pin (3), so that a contact without force needs no direction
+    plane    indices of the axes for the cosine and the sine of the contact's angle
+    inboard  whether ``vector`` and ``plane`` refer to the inboard joint frame; otherwise, to the pin's frame
+    watched  vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use the component along
+             their motion, because their force rotates by less than 180°.
+    """
 
     force: SX
     vector: tuple[SX, SX, SX]
@@ -56,8 +60,12 @@ class Contact:
 
 @dataclass(frozen=True)
 class Size(Number):
-    """A size of a contact element. drawn: default in pictures, over the mechanism's length. bears: whether spring forces depend on
-    it (``ContactElement.pressed``). ends: choice of a joint's ``ends`` to which it belongs, FIXED or OVERLAP; "": both."""
+    """A size of a contact element.
+
+    drawn  default in pictures, relative to the mechanism's length
+    bears  whether the spring forces (``ContactElement.pressed``) depend on this size
+    ends   value of a joint's ``ends`` for which the size applies, FIXED or OVERLAP; "" for both
+    """
 
     drawn: float = 0.025
     bears: bool = True
@@ -69,11 +77,14 @@ PARTS = ("pin", "inboard", "outboard")
 
 @dataclass(frozen=True)
 class Place:
-    """Position of a contact: ``along`` (m) its part's joint axis ``axis`` (0, 1, 2) from the joint point, then ``arm`` (m) along
-    the outward normal.
+    """Position of a contact. From the joint point go ``along`` (m) in the direction of joint axis ``axis`` (0, 1, 2) of the part
+    ``on``, then ``arm`` (m) along the outward normal.
 
-    on: part with the pin, or the inboard or outboard part. pair: friction pair, from 0. area: projected bearing area, m². arc: for
-    a contact that goes around, m² of surface per rad."""
+    on    "pin" for the part with the pin, or "inboard" or "outboard"
+    pair  index of the friction pair, from 0
+    area  projected bearing area, m²
+    arc   surface per angle, m²/rad, of a contact that moves around the pin
+    """
 
     on: str
     axis: int
@@ -86,8 +97,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Solid:
-    """A pin as drawn: "cylinder" (radius, length), "sphere" (radius) or "box" (three edges), m, along joint axis ``axis`` of the
-    part ``on``."""
+    """A pin in pictures: "cylinder" (radius, length), "sphere" (radius) or "box" (three edges), m, along joint axis ``axis`` of
+    the part ``on``."""
 
     shape: str
     sizes: tuple[float, ...]
@@ -97,9 +108,12 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hold:
-    """Static friction of a pair. capacity: largest friction force at the surface in the required direction, N. size: required
-    friction as such a force, N; the friction ratio is size/capacity. beyond: required part that no friction can supply, N (torque
-    about the force of a point contact)."""
+    """Static friction of a pair, as forces at the surface, N.
+
+    capacity  largest friction force in the required direction
+    size      required friction force; the friction ratio is size/capacity
+    beyond    required part that no friction can supply (the torque about the force of a point contact)
+    """
 
     capacity: SX
     size: SX
@@ -107,13 +121,13 @@ class Hold:
 
 
 HELD_MOST = 1.5
-"""× the static friction coefficient: largest friction ratio that a pair assumed at rest turns its contacts by. Larger ones come
-from trials, of which the friction may exceed what any contact carries."""
+"""× the static friction coefficient: largest friction ratio by which a pair at rest turns its contacts. Only trial solutions exceed
+the capacity; their friction may be larger than any contact can carry."""
 
 
 def ratio_held(load: Callable[[SX], SX], size: SX, static: SX, rounds: int = 6) -> SX:
-    """Ratio |k| of a pair at rest whose friction has this size: k · load(k) = size, by unrolled Newton steps. The left side grows
-    with k and is smooth up to the limit of sticking, k = static (theory, "Rest")."""
+    """Friction ratio |k| of a pair at rest: the root of k · load(k) = size, by unrolled Newton steps, at most HELD_MOST · static.
+    k · load(k) increases with k and is smooth up to the limit of sticking, k = static (theory, "Rest")."""
     k, most = ca.SX.sym("k"), HELD_MOST * static
     size = ca.fmin(size, most * load(most))
     residual = k * load(k) - size
@@ -131,33 +145,34 @@ def signum(x: SX) -> SX:
 
 @dataclass(frozen=True)
 class ContactElement:
-    """A kind of joint contact: data for scenes, pictures and tables, and closed forms.
+    """A kind of joint contact: closed forms, and data for scenes, pictures and tables.
 
-    sizes      numbers in a scene.
-    pairs      for each friction pair, the freedoms along which it slides.
-    bound      freedoms without sliding, whose force follows from contact forces (teeth that push wheels apart).
-    places     (sizes by label) → positions of the contacts, in order; later contacts (a couple) have none.
-    pins       (sizes by label) → pins as drawn; ideal: the part they are drawn on in a joint without friction.
-    anywhere   whether a contact can be anywhere on its circle; those of a sleeve change sides, a thread has them all around.
-    needs      (names of numbers, adams) → components of f_c, m_c that the forms use.
+    sizes      its numbers in a scene.
+    pairs      for each friction pair, the indices of the freedoms along which it slides.
+    bound      freedoms without sliding whose force follows from contact forces (teeth that push wheels apart).
+    places     (sizes by label) → positions of the first contacts, in order; the remaining contacts (a couple) have no position.
+    pins       (sizes by label) → pins for pictures.
+    ideal      the part with the pin in pictures of a joint without friction.
+    anywhere   whether a contact can be at any angle. False for a sleeve, whose contacts change sides, and a thread (all around).
+    needs      (names of numbers, adams) → names of the components of f_c, m_c that the closed forms use.
     friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
     own_speeds (wrench, rates, laws, numbers, adams) → sliding speed of each pair; default: from ``velocity``, one component each.
-    held       (wrench, direction of friction, laws, numbers, adams) → ``Hold`` of each pair at rest.
-    contacts   (wrench, rates, laws, numbers, friction) → contacts; at rest they follow from the friction.
-    pressed    (wrench, rates, laws, numbers, friction) → components of contact forces, each times the root of its spring's
-               compliance over that of one contact (theory, "Redundant loops"). Friction turns their normals: by the law of a
-               sliding pair, by its given friction for a pair at rest, and not at all where ``laws`` is empty. The wrench has six
-               components.
+    held       (wrench, required friction, laws, numbers, adams) → ``Hold`` of each pair at rest.
+    contacts   (wrench, rates, laws, numbers, friction) → contacts; for a pair at rest they follow from the friction.
+    pressed    (wrench with six components, rates, laws, numbers, friction) → components of contact forces, each times
+               √(compliance of its spring / compliance of one contact) (theory, "Redundant loops"). Friction turns the normals of
+               these forces: the law's friction for a sliding pair, the given friction for a pair at rest, none if ``laws`` is
+               empty.
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
-    thrusts    components of f_c that faces normal to an axis carry.
+    thrusts    names of the components of f_c that end faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
-    count      number of contacts; 0: friction is independent of the load.
-    springs    count of numbers that ``pressed`` returns.
+    count      number of contacts; 0 if friction is independent of the load.
+    springs    number of entries that ``pressed`` returns.
     drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
-    cone       arguments as ``own_speeds`` → measure of sliding of a pair that can turn without sliding: negative where it does
-               (ball).
-    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (joint frame of the rates: ball), "both" (u1, u2, u1 ×
-               u2; wrench on the inboard part)."""
+    cone       (arguments of ``own_speeds``) → a number for each pair that is negative while the pair turns without sliding; None
+               if this is impossible. Only the ball has it.
+    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (the joint frame of the rates, for a ball), "both" (u1,
+               u2, u1 × u2, with the wrench on the inboard part)."""
 
     name: str
     needs: Callable[[Sequence[str], bool], tuple[str, ...]]
@@ -198,7 +213,7 @@ class ContactElement:
         try:
             places, solids = self.places(example), self.pins(example)
         except KeyError as e:
-            return [f"its places or pins ask for {e.args[0]}, which is none of its sizes"]
+            return [f"its places or pins use {e.args[0]}, which is not one of its sizes"]
         if not int(self.anywhere and self.count > 0) <= len(places) <= self.count:
             found.append(f"{len(places)} places for {self.count} contacts")
         if not solids and self.count:
@@ -220,7 +235,7 @@ class ContactElement:
         return self.cone is not None
 
     def speeds(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """Sliding speed of every pair, m/s, negative past a reversal of the frozen direction."""
+        """Sliding speed of every pair, m/s; negative when the velocity has reversed relative to the frozen direction."""
         if self.own_speeds is not None:
             return self.own_speeds(w, rates, laws, g, adams)
         return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(self.velocity(rates, g), laws, strict=True)]

@@ -1,4 +1,4 @@
-"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point; formulas shared with shaft and cross.
+"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point. Shaft and cross use some of the formulas.
 
 (124) and (136) have a closed solution in a_i = f_i cosθ_i and b_i = f_i sinθ_i (theory, "Journal and shaft")."""
 
@@ -34,8 +34,8 @@ HALF_ROOT = math.sqrt(0.5)
 
 
 def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
-    """Solution of (124) as a1 + a2, b1 + b2, a1 − a2, b1 − b2 of the normal forces' components along e3 and e2, N. kr, ks:
-    friction ratios around and along the pin; radius of the pin and half length c, m."""
+    """Solution of (124): (a1 + a2, b1 + b2, a1 − a2, b1 − b2), N, where a and b are the components of a normal force along e3 and
+    e2. kr and ks are the friction ratios around and along the pin; its radius and half length c are in m."""
     n = 1 / (1 + kr * kr)
     a, b = -(kr * f2 + f3) * n, (kr * f3 - f2) * n
     y2, y3 = (m2 - ks * radius * a) / c, (m3 + ks * radius * b) / c
@@ -43,7 +43,7 @@ def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> t
 
 
 def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
-    """(a1, b1, a2, b2) of ``sums``."""
+    """(a1, b1, a2, b2), N, with the arguments of ``sums``."""
     a, b, da, db = sums(f2, f3, m2, m3, kr, ks, radius, c)
     return 0.5 * (a + da), 0.5 * (b + db), 0.5 * (a - da), 0.5 * (b - db)
 
@@ -54,18 +54,19 @@ def length(a: SX, b: SX) -> SX:
 
 
 def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX]:
-    """``split`` of the joint's wrench with the element's sizes."""
+    """(a1, b1, a2, b2), N, for the joint's wrench and the element's sizes."""
     return split(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
 
 
 def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
-    """The two forces on a pin as their ``sums`` over √2: the same sum of squares, with equal and tilting parts separate."""
+    """The two forces on a pin as ``sums`` divided by √2. The sum of squares is unchanged; the mean and the tilting part are
+    separate."""
     found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
     return [HALF_ROOT * x for x in found]
 
 
 def as_contacts(a1: SX, b1: SX, a2: SX, b2: SX) -> list[Contact]:
-    """Two contacts from ``split``; n = cosθ e3 + sinθ e2."""
+    """Two contacts from the result of ``split``; n = cosθ e3 + sinθ e2."""
     return [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in ((a1, b1), (a2, b2))]
 
 
@@ -83,7 +84,8 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load of friction: f_1 + f_2 and preload, with an axial thrust at its own radius. Adams' form has |f_c| for f_1 + f_2."""
+    """Load that friction is proportional to: f_1 + f_2, plus preload, plus the axial thrust scaled by its radius. Adams' form
+    uses |f_c| plus preload."""
     if adams:
         return with_preload(ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY), g)
     a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)
@@ -92,19 +94,19 @@ def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction torque (137) with sign: k_r r (f_1 + f_2); Adams' form (152): k_r r |f_c|."""
+    """Friction torque (137), signed: k_r r (f_1 + f_2); Adams' form (152): k_r r |f_c|."""
     kr = _ratio(w, rates, laws, g)
     return [w.pin * kr * g["radius"] * _load(w, kr, g, adams)]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """Loads depend on |k_r| alone, so that the capacity is their value at μ_static (theory, "Rest")."""
+    """The capacity is μ_static times the load at k_r = ±μ_static, because the load depends on |k_r| only (theory, "Rest")."""
     most = laws[0].static
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
 
 
 def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Friction ratio of a pair that slides or, with friction η, rests."""
+    """Friction ratio of a pair that slides, or rests with the friction η."""
     kr = _ratio(w, rates, laws, g)
     if not laws[0].sets:
         return kr
@@ -123,12 +125,12 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")
 HALF_LENGTH = Size(
-    "half_length", "m", "c: the contact points sit at -c and +c from the point of the part that has the ends", POSITIVE, '"20 mm"',
+    "half_length", "m", "c: the contacts are at -c and +c from the joint point of the part with the ends", POSITIVE, '"20 mm"',
     symbol="c", drawn=0.06, ends=FIXED,
 )  # fmt: skip
 LENGTHS = tuple(
     Size(
-        f"{part}_length", "m", f"with ends: overlap, length of the {part} part along the axis, its point in its middle", POSITIVE,
+        f"{part}_length", "m", f"for ends: overlap, length of the {part} part, centred on its joint point", POSITIVE,
         '"60 mm"', drawn=0.12, ends=OVERLAP,
     )
     for part in ("inboard", "outboard")
@@ -136,22 +138,22 @@ LENGTHS = tuple(
 
 
 def with_span(needs: tuple[str, ...], numbers: Sequence[str]) -> tuple[str, ...]:
-    """Needed components, with the span for parts that overlap."""
+    """The needed components, with SPAN if the joint has overlapping parts."""
     return (*needs, SPAN) if LENGTHS[0].name in numbers else needs
 
 
 def half_length(w: Wrench, g: Mapping[str, SX]) -> SX:
-    """c: half the length over which pin and bearing touch, m."""
+    """c: half the length over which pin and bearing overlap, m."""
     return w[SPAN] if SPAN in w.values else g["half_length"]
 
 
 def drawn_half_length(g: Mapping[str, float]) -> float:
-    """c as drawn: for overlapping parts, half the shorter length."""
+    """c for pictures: for overlapping parts, half the shorter length."""
     return 0.5 * min(g[s.name] for s in LENGTHS) if LENGTHS[0].name in g else g["half_length"]
 
 
 THRUST_RADIUS = Size(
-    "thrust_radius", "m", "radius at which axial thrust rubs (the paper's end face has none)", POSITIVE, '"10 mm"', needed=False,
+    "thrust_radius", "m", "radius at which the friction of axial thrust acts (not in the paper)", POSITIVE, '"10 mm"', needed=False,
     symbol="r_t",
 )  # fmt: skip
 
@@ -168,13 +170,13 @@ def with_preload(load: SX, g: Mapping[str, SX], label: str = "preload") -> SX:
 
 
 def places(g: Mapping[str, float]) -> list[Place]:
-    """Both ends."""
+    """Positions of the contacts at both ends."""
     r, c = g["radius"], drawn_half_length(g)
     return [Place("pin", 0, along, r, area=2 * r * c, arc=r * c) for along in (-c, c)]
 
 
 def pins(g: Mapping[str, float]) -> list[Solid]:
-    """A cylinder."""
+    """The pin for pictures: a cylinder."""
     return [Solid("cylinder", (g["radius"], 2 * drawn_half_length(g)))]
 
 

@@ -1,7 +1,7 @@
-"""Rectangular sleeve of a prismatic joint, which the paper leaves out (theory, "Sleeve").
+"""Rectangular sleeve of a prismatic joint; the paper does not treat it (theory, "Sleeve").
 
-The inner part has the pin, half length c, and half sizes a along e2 and b along e3. Forces act at its two ends along e2 and e3; a
-couple on its faces carries the torsion."""
+The inner part counts as the pin. It has half length c and half sizes a along e2 and b along e3. Forces act at its two ends along
+e2 and e3; a couple on its faces carries the torsion."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
-    """Forces on the inner part, N, with friction ratio k: along e2 at −c and +c, along e3 at −c and +c, total force of the torsion
-    couple (signed)."""
+    """Signed forces on the inner part, N, for friction ratio k: along e2 at −c and +c, along e3 at −c and +c, and the total force
+    of the torsion couple."""
     a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     d2 = (w["m3"] - k * a * w["f2"]) / (2 * c)
     d3 = (w["m2"] + k * b * w["f3"]) / (2 * c)
@@ -67,7 +67,8 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load of friction: sum of all normal forces (Adams' form: force normal to the axis) and preload."""
+    """Load that friction is proportional to: sum of all normal forces (Adams' form: the force normal to the axis), plus
+    preload."""
     load = length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
     return with_preload(load, g)
 
@@ -78,7 +79,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Friction ratio of a pair that slides or, with friction η, rests."""
+    """Friction ratio of a pair that slides, or rests with the friction η."""
     k = _ratio(w, rates, laws, g)
     if not laws[0].sets:
         return k
@@ -88,7 +89,7 @@ def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX],
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """Forces of both ends as sums and differences over √2, and that of the torsion couple."""
+    """Sums and differences of the forces at both ends, divided by √2, and the force of the torsion couple."""
     k = _ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0)
     a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     tilts = ((w["m3"] - k * a * w["f2"]) / c, (w["m2"] + k * b * w["f3"]) / c)
@@ -96,7 +97,8 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """The outward normal on the inner part opposes the force on it; contact 5 is the couple about e1."""
+    """Contacts 1 to 4 at the ends, and contact 5 for the couple about e1. The outward normal on the inner part opposes the force
+    on this part."""
     p, q, r, s, couple = _forces(w, _ratio_now(w, rates, laws, g, eta), g)
     zero = ca.SX(0)
     out = [Contact(ca.sqrt(x * x + TINY), (zero, -x, zero), (2, 1)) for x in (p, q)]
@@ -105,7 +107,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
-    """Contacts 1 to 4; the couple has no place."""
+    """Positions of contacts 1 to 4; the couple has no position."""
     c = drawn_half_length(g)
     sides = ("half_width", "half_height"), ("half_height", "half_width")
     return [Place("pin", 0, along, g[arm], area=2 * c * g[across]) for arm, across in sides for along in (-c, c)]

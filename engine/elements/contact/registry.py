@@ -1,4 +1,4 @@
-"""All contact elements, and questions about an element by its name. A new element is a new file and one line of ELEMENTS."""
+"""All contact elements, and queries by element name. A new element needs a new file and one line in ELEMENTS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def registered(elements: Iterable[ContactElement]) -> dict[str, ContactElement]:
-    """Elements by name. ValueError when two have one name, or a size has two meanings."""
+    """Elements by name. ValueError when two elements have the same name, or a size has two meanings."""
     out: dict[str, ContactElement] = {}
     for e in elements:
         if e.name in out:
@@ -47,27 +47,29 @@ ELEMENTS = (
 )
 REGISTRY: dict[str, ContactElement] = registered(objects(__package__, ELEMENTS))
 CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.name, (True, True): CROSSED.name}
-"""Elements of load-independent friction, by whether the joint's freedoms turn."""
+"""Names of the elements of load-independent friction; the key tells for each freedom of the joint whether it is a rotation."""
 GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)
-"""Numbers that give a joint such friction."""
+"""Names of the numbers that give a joint load-independent friction."""
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether joints with this law always have the number (0 by default), so that one primitive serves with and without preload."""
+    """Whether joints with this law always have the number (default 0), so that one primitive covers joints with and without
+    preload."""
     return n.name == PRELOAD.name and LAWS[law].sets and not adams
 
 
 def element_of(usual: str, turns: tuple[bool, ...], named: Iterable[str]) -> str:
-    """Name of the contact element for these numbers of a joint's friction: that of load-independent friction where they give it,
-    else the type's usual one; "" if there is none. turns: whether each freedom turns."""
+    """Name of the contact element of a joint; "" if there is none. ``named`` are the numbers that the joint's friction gives. If
+    one of these is in GIVEN, the result is the element of load-independent friction, else the joint type's ``usual`` element.
+    ``turns`` tells for each freedom whether it is a rotation."""
     return CONSTANT.get(turns, "") if GIVEN & set(named) else usual
 
 
 def sizes() -> dict[str, tuple[Number, tuple[str, ...]]]:
-    """All sizes by name, each with the elements that have it."""
+    """All sizes by name, each with the names of the elements that have this size."""
     return merged({e.name: e.sizes for e in REGISTRY.values()})
 
 
 def pairs_at_rest(j: Rubs) -> list[Pair]:
-    """Friction pairs of a joint whose law has static friction, in order."""
+    """The friction pairs of a joint whose law has static friction, in order."""
     return REGISTRY[j.contact].rests(j)

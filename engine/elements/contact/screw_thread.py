@@ -1,8 +1,8 @@
-"""Thread of a screw joint, which the paper leaves out (theory, "Thread").
+"""Thread of a screw joint; the paper does not treat it (theory, "Thread").
 
-r: mean radius; λ: lead angle, tan λ = pitch/(2π r). Flanks press all around with normal forces of sum f; their normals are
-inclined by the flank angle β (in the section normal to the thread). Friction k f acts along the helix. One flank carries the whole
-axial force F = f_c·e1: f = |F| / (cos β cos λ + σ k sin λ), σ = sign F."""
+r is the mean radius and λ the lead angle, tan λ = pitch/(2π r). The normal forces on the flanks act all around; the sum of their
+magnitudes is f. The flank angle β is the inclination of the normals in the section normal to the thread. Friction k f acts along
+the helix. One flank carries the whole axial force F = f_c·e1: f = |F| / (cos β cos λ + σ k sin λ), σ = sign F."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
 
 FLANK = Size(
-    "flank_angle", "rad", "angle by which a thread's flanks lean, in the section across it (15 deg: trapezoidal, 30 deg: metric)",
+    "flank_angle", "rad", "inclination of the flanks in the section normal to the thread (15 deg: trapezoidal, 30 deg: metric)",
     Bound(0.0, 1.5), '"15 deg"', symbol="β", bears=False,
 )  # fmt: skip
 
@@ -57,12 +57,12 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _carried(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
-    """Axial force that flanks and their own friction carry, N: F minus friction of a preload."""
+    """Axial force, N, that the flanks and the friction due to the load carry: F minus the axial friction of a preload."""
     return w["f1"] - k * g["preload"] * _lead(g)[1] if "preload" in g else w["f1"]
 
 
 def _normal(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
-    """Sum of normal forces that the load causes on the flanks, N."""
+    """Sum f of the normal forces on the flanks due to the load, N."""
     cosine, sine = _lead(g)
     lean = ca.cos(g["flank_angle"])
     carried = _carried(w, k, g)
@@ -70,24 +70,24 @@ def _normal(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load of friction: normal forces (Adams' form: axial force) and preload."""
+    """Load that friction is proportional to: normal forces (Adams' form: axial force), plus preload."""
     return with_preload(ca.sqrt(w["f1"] ** 2 + TINY) if adams else _normal(w, k, g), g)
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """k f r/cos λ: work of friction along the helix per angle."""
+    """Friction torque k f r/cos λ, which is the work of the friction along the helix per angle."""
     k = _ratio(w, rates, laws, g)
     return [w.pin * k * g["radius"] / _lead(g)[0] * _load(w, k, g, adams)]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """k f grows with k, so that its value at μ_static is the capacity (theory, "Rest")."""
+    """The capacity is k f at k = μ_static, because k f increases with k (theory, "Rest")."""
     most = laws[0].static
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) * _lead(g)[0] / g["radius"])]
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """One contact without place or angle, for all flanks; its normal lies along the axis."""
+    """One contact for all flanks, without position or angle; its normal is parallel to the axis."""
     k = _ratio(w, rates, laws, g)
     if laws[0].sets:
         side = w.pin * signum(eta[0])
@@ -98,14 +98,14 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """All six components, as in a joint without contacts: they do not decide a thread's friction."""
+    """All six components, as in a joint without contacts, because a thread's friction depends on the axial force only."""
     return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """The flanks press with |F − u sin λ|/(cos β cos λ) if the friction along the helix is u, the part of a preload included: the
-    axial force is the sum of the axial parts of normal force and friction. Above μ tan λ = cos β more normal force raises the load
-    more than it holds; the capacity is then an upper bound."""
+    """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
+    normal force and friction. So the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
+    increases the load more than the friction; the capacity is then an upper bound."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair

@@ -1,5 +1,5 @@
-"""Shaft of a cylindrical joint (paper §7.2): two contacts at ∓c from the point of the part with the ends; friction along and
-around together (theory, "Journal and shaft")."""
+"""Shaft of a cylindrical joint (paper §7.2): two contacts at ∓c from the point of the part with the ends. Friction along and
+around the shaft forms one friction pair (theory, "Journal and shaft")."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) ->
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction force (125) and torque (126): k_s Σf and k_r r Σf. Adams' form has the force normal to the axis for Σf."""
+    """Friction force (125) and torque (126): k_s Σf and k_r r Σf. Adams' form uses the force normal to the axis as Σf."""
     ks, kr = _ratios(w, rates, laws, g)
     load = _load(w, ks, kr, g, adams)
     return [w.pin * ks * load, w.pin * kr * g["radius"] * load]
 
 
 def _load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load of friction: f_1 + f_2 and preload. Adams' form has the force normal to the axis for f_1 + f_2."""
+    """Load that friction is proportional to: f_1 + f_2 (Adams' form: the force normal to the axis), plus preload."""
     if adams:
         return with_preload(length(w["f2"], w["f3"]), g)
     a1, b1, a2, b2 = pair(w, kr, ks, g)
@@ -59,21 +59,23 @@ def _load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 
 def _direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, SX, SX]:
-    """Size of a friction u = (force, torque) as a force at the surface, N, and the unit direction of (k_s, k_r)."""
+    """(magnitude of friction as a force at the surface, N; the two components of the unit vector along (k_s, k_r)) of the
+    friction u = (force, torque)."""
     along, around = u[0], u[1] / g["radius"]
     size = length(along, around)
     return size, w.pin * along / size, w.pin * around / size
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """κ · load(κ) grows with κ along a direction, so that its value at μ_static is the capacity (theory, "Rest")."""
+    """With κ = |(k_s, k_r)|, the capacity is κ · load(κ) at κ = μ_static, because this product increases with κ in a given
+    direction (theory, "Rest")."""
     size, ds, dr = _direction(w, u, g)
     most = laws[0].static
-    return [Hold(most * _load(w, most * ds, most * dr, g, adams), size - math.sqrt(TINY))]  # a shaft without load holds 0
+    return [Hold(most * _load(w, most * ds, most * dr, g, adams), size - math.sqrt(TINY))]  # exactly 0 for u = 0
 
 
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
-    """Friction ratios of a pair that slides or, with friction η, rests."""
+    """Friction ratios of a pair that slides, or rests with the friction η."""
     ks, kr = _ratios(w, rates, laws, g)
     if not laws[0].sets:
         return ks, kr
@@ -98,8 +100,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """An upper bound. With k_s, the axial part of friction, Y = Y_0 + β F and |β| ≤ μ r/c. So |F ± Y| ≤ |F ± Y_0| + |β||F|. For a
-    given direction β is known."""
+    """The capacity is an upper bound. The axial friction ratio k_s changes the couple Y of the end forces: Y = Y_0 + β F with
+    |β| ≤ μ r/c. So |F ± Y| ≤ |F ± Y_0| + |β||F|. For a given sliding direction, β is known and the capacity is exact."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair, sine

@@ -1,7 +1,7 @@
 """Static friction capacity of pairs, as sums of norms of linear functions of reactions (theory, "Bounds at rest").
 
-A journal holds μ_s/√(1+μ_s²) ½(|F + Y| + |F − Y|), a ball μ_s/√(1+μ_s²) |f|, a sleeve sums of absolute values that depend on the
-sense of friction. Each contact element declares its own (``rests``)."""
+The capacity of a journal is μ_s/√(1+μ_s²) ½(|F + Y| + |F − Y|), and that of a ball is μ_s/√(1+μ_s²) |f|. For a sleeve it is a sum
+of absolute values that depends on the sense of friction. Each contact element declares its capacities (``rests``)."""
 
 from __future__ import annotations
 
@@ -13,8 +13,15 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Rubs:
-    """Numbers of a joint with friction. contact: its element. needs: reaction components of the forms. eta: multipliers. sizes:
-    numbers of contact and law. sense: −1 where the outboard part carries the pin."""
+    """Data of a joint with friction.
+
+    contact  name of its contact element
+    needs    names of the reaction components that the closed forms use
+    eta      indices of its friction multipliers
+    sizes    numbers of contact element and law
+    sense    −1 if the outboard part carries the pin, else +1
+    adams    whether Adams' form applies
+    """
 
     joint: str
     contact: str
@@ -35,23 +42,24 @@ class Rubs:
         return tuple(n for n in self.needs if n.startswith("f"))
 
     def row(self, **parts: float) -> np.ndarray:
-        """A linear function of the reaction components."""
+        """The row vector of a linear function of the reaction components, from coefficients by name."""
         return np.array([parts.get(n, 0.0) for n in self.needs])
 
     def rows(self, names: tuple[str, ...]) -> np.ndarray:
-        """These components, a row each."""
+        """The matrix that selects these components, one per row."""
         return np.array([self.row(**{n: 1.0}) for n in names])
 
     def constant(self, size: float, weight: float) -> Norm:
-        """A force independent of the load, N."""
+        """The norm of a constant force ``size``, N, times ``weight``."""
         return Norm(np.zeros((1, len(self.needs))), weight, 0.0, size)
 
     def preload(self, mu: float, label: str = "preload") -> tuple[Norm, ...]:
-        """The preload; none where the joint has none."""
+        """The term of the preload; empty for a joint without preload."""
         return (self.constant(self.sizes[label], mu),) if self.sizes.get(label) else ()
 
     def ends(self, across: tuple[str, str], about: tuple[str, str], c: float, mu: float) -> tuple[Norm, ...]:
-        """F ± Y of a journal: F = f3 + i f2, Y = (m2 − i m3)/c. across: names of f2, f3; about: names of m2, m3."""
+        """The terms |F ± Y| of a journal with F = f3 + i f2, Y = (m2 − i m3)/c. ``across`` are the names of f2 and f3, ``about``
+        those of m2 and m3."""
         (f2, f3), (m2, m3) = across, about
         return tuple(
             Norm(np.array([self.row(**{f3: 1.0, m2: s / c}), self.row(**{f2: 1.0, m3: -s / c})]), 0.5 * sine(mu), 0.5)
@@ -61,9 +69,13 @@ class Rubs:
 
 @dataclass(frozen=True)
 class Norm:
-    """weight · |rows · f + fixed + own · friction|, f the needed reaction components; rows in N per component's unit. contact: part
-    of |rows · f| that is the force of one contact (0: of none). fixed: added to the first row, N. own: factor of the friction of a
-    pair with one direction (at the surface) in the first row."""
+    """The term weight · |rows · f + fixed + own · friction|, where f are the needed reaction components.
+
+    rows     matrix, N per unit of each component
+    contact  fraction of |rows · f| that is the force of one contact; 0 if the term is not a contact force
+    fixed    constant added to the first row, N
+    own      factor of the pair's own friction (a scalar force at the surface), added to the first row
+    """
 
     rows: np.ndarray
     weight: float
@@ -73,14 +85,18 @@ class Norm:
 
     @property
     def added(self) -> np.ndarray:
-        """Constant added to rows · f, N."""
+        """The constant vector that is added to rows · f, N."""
         return np.append(self.fixed, np.zeros(len(self.rows) - 1))
 
 
 @dataclass(frozen=True)
 class Capacity:
-    """Largest friction of a pair, N at the surface: the sum of its norms. sense: of the friction, +1 or −1; 0: any. exact: False
-    for an upper bound (the load of a shaft depends on the direction of friction). least: then the weights of a lower bound."""
+    """Largest friction of a pair, as a force at the surface, N: the sum of its norms.
+
+    sense  sense of friction that it applies to, +1 or −1; 0 for any
+    exact  False for an upper bound (the load of a shaft depends on the direction of friction)
+    least  for an upper bound, the weights of a lower bound
+    """
 
     norms: tuple[Norm, ...]
     sense: int = 0
@@ -90,9 +106,16 @@ class Capacity:
 
 @dataclass(frozen=True)
 class Pair:
-    """A friction pair at rest. friction: rows that turn multipliers into forces at the surface (1/r, or 1). static: μ_s. across:
-    rows of the force about which it holds no torque (ball), else None. along: capacity against a given sliding direction (unit
-    vector of surface velocities), where it differs from ``capacities``."""
+    """A friction pair at rest.
+
+    part        number of the pair in its joint, from 1
+    eta         indices of its multipliers
+    friction    matrix from multipliers to forces at the surface (entries 1/r or 1)
+    static      μ_s
+    across      for a ball, the rows of the force, about which it holds no torque; else None
+    along       function from a sliding direction (unit vector of surface velocities) to the capacity, if ``capacities`` do not
+                give it
+    """
 
     joint: str
     part: int
@@ -104,12 +127,12 @@ class Pair:
     along: Callable[[np.ndarray], Capacity] | None = None
 
     def against(self, direction: np.ndarray) -> Capacity:
-        """Capacity against sliding in a direction, N at the surface along it."""
+        """Capacity for sliding in a given direction: the friction force at the surface in this direction, N."""
         if self.along is not None:
             return self.along(direction)
         return next(c for c in self.capacities if c.sense * direction[0] >= 0.0)
 
 
 def sine(mu: float) -> float:
-    """μ/√(1 + μ²): friction over the whole force of a contact."""
+    """μ/√(1 + μ²): ratio of friction to the total force of a contact."""
     return mu / float(np.hypot(1.0, mu))

@@ -1,8 +1,8 @@
 """The cross of a universal joint (paper §7.4): two journals on a massless cross.
 
-Journal 1 about u1: (143) in (u1, u2, u3). Journal 2 about u2: (147), the forms applied to (−f_c, −m_c) with axes (u2, u3, u1) and
-k2 = −μ_e sign(q̇2), which dissipates (theory, "Universal joint"). The wrench is always that on the inboard part. With the pins on
-the cross, forces and every k change sign."""
+Journal 1 turns about u1: (143) with axes (u1, u2, u3). Journal 2 turns about u2: (147), the journal formulas for (−f_c, −m_c) with
+axes (u2, u3, u1) and k2 = −μ_e sign(q̇2), a sign that dissipates (theory, "Universal joint"). The wrench is always the one on the
+inboard part. If the pins are on the cross, forces and both ratios k change sign."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> tuple[SX, SX]:
-    """Friction ratios k1, k2 of the two journals, in the sense of their forms."""
+    """Friction ratios k1, k2 of the two journals, with the signs that the journal formulas expect."""
     v = _velocity(rates, g)
     return w.pin * laws[0].ratios(v[0])[0], -w.pin * laws[1].ratios(v[1])[0]
 
@@ -46,7 +46,7 @@ def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) ->
 def _journals(
     form: Callable[..., tuple[SX, SX, SX, SX]], w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]
 ) -> tuple[tuple[SX, SX, SX, SX], tuple[SX, SX, SX, SX]]:
-    """Contacts of each journal by ``form`` (``split`` or ``sums``)."""
+    """Results of ``form`` (``split`` or ``sums``) for each journal."""
     p, none = w.pin, ca.SX(0)
     c1, c2 = g["half_length[1]"], g["half_length[2]"]
     first = form(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, none, none, c1)
@@ -66,7 +66,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Load of each journal's friction: sum of its normal forces (Adams' form: |f_c|) and preload."""
+    """For each journal, the load that its friction is proportional to: sum of normal forces (Adams' form: |f_c|), plus preload."""
     if adams:
         loads = [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
     else:
@@ -75,14 +75,14 @@ def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """Each journal as that of a revolute joint."""
+    """The same capacity for each journal as in a revolute joint."""
     most = [law.static for law in laws]
     loads = _loads(w, w.pin * most[0] * signum(u[0]), -w.pin * most[1] * signum(u[1]), g, adams)
     return [Hold(most[i] * loads[i], ca.fabs(u[i]) / g[f"radius[{i + 1}]"]) for i in range(2)]
 
 
 def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: int) -> SX:
-    """Friction ratio of journal i (0 or 1) at rest. Its loads do not depend on the other ratio."""
+    """Friction ratio of journal i (0 or 1) at rest. The load of a journal does not depend on the ratio of the other journal."""
     side = (1, -1)[i] * w.pin * signum(eta[i])
 
     def load(k: SX) -> SX:
@@ -92,7 +92,7 @@ def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: in
 
 
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
-    """Friction ratios of journals that slide or, with friction η, rest."""
+    """Friction ratios of journals that slide, or rest with the friction η."""
     k = _ratios(w, rates, laws, g)
     if not laws[0].sets:
         return k
@@ -107,14 +107,14 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """Contacts 1, 2 on journal 1 (n = cosθ u3 + sinθ u2), 3, 4 on journal 2 (n = cosθ u1 + sinθ u3)."""
+    """Contacts 1 and 2 are on journal 1 (n = cosθ u3 + sinθ u2). Contacts 3 and 4 are on journal 2 (n = cosθ u1 + sinθ u3)."""
     first, second = _splits(w, *_ratios_now(w, rates, laws, g, eta), g)
     out = [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
     return out + [Contact(length(a, b), (a, ca.SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
-    """Journal 1 about the inboard e1, journal 2 about the outboard e2."""
+    """Positions of the contacts: journal 1 is on the inboard e1, journal 2 on the outboard e2."""
     ends = [(k, side * g[f"half_length[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
     out = []
     for k, along in ends:

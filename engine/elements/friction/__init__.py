@@ -1,4 +1,5 @@
-"""Friction laws: how the friction ratio k follows from the sliding velocity. A new law is a new file and one registry line."""
+"""Friction laws: the friction ratio k as a function of the sliding velocity. A new law needs a new file and one line in the
+registry."""
 
 from trunnion.elements.friction.friction_law import Law, Rest
 from trunnion.elements.friction.registry import DEFAULT, REGISTRY, exact_of, numbers, twin_of

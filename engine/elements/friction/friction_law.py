@@ -1,10 +1,12 @@
-"""Friction laws: interface between contact geometry and friction.
+"""The base class of friction laws: the interface between contact geometry and friction.
 
-A law gives the signed friction ratio k at a sliding velocity v: the friction force on the pin is k per unit normal force (paper
-(121), with ω_r, ṡ of the outboard part relative to the pin's). There are two forms: ``slope``, k = slope · v, and ``level``, k =
-level(|v|) · v/|v| + drag · v; ``choose`` takes the active one. A law with a kink names the speed of the kink; the runtime ends
-steps there, and within a step the branch is fixed. A set-valued law (``sets``) has no value at rest: a constraint holds the pair
-while the required ratio stays within ``static``."""
+A law gives the signed friction ratio k at a sliding velocity v. k is the friction force on the pin divided by the normal force
+(paper (121)); ω_r and ṡ there are those of the outboard part relative to the part with the pin. There are two branches: the
+proportional branch, k = ``slope`` · v, and the sliding branch, k = ``level``(|v|) · v/|v| + ``drag`` · v. ``choose`` selects the
+active branch.
+
+A law with a kink declares the speed of the kink. The runtime ends steps there; within a step the branch is fixed. A set-valued law
+(``sets``) has no unique k at rest: a constraint holds the pair while the required ratio is at most ``static``."""
 
 from __future__ import annotations
 
@@ -19,26 +21,27 @@ from trunnion.runtime.abi import PairState
 
 TINY = 1e-300
 HALF = 0.5
-"""Halfway between two states. Comparison with it makes a step 3 percent faster than a test for equality."""
+"""Offset for comparisons with integer states. Such a comparison makes a step 3 percent faster than a test for equality."""
 HAIR = 1e-120
-"""Part of the frozen direction that is added to a velocity of several components. It has an effect only where the runtime freezes
-a direction of huge length (first step of slip from rest, ``slip_onset.c``), which then is the direction of sliding."""
+"""Factor of the frozen direction in a velocity of several components. It matters only when the runtime freezes a direction of
+huge norm (first step of slip from rest, ``slip_onset.c``); this direction is then the direction of sliding."""
 AT_REST = 1e-138
-"""As HAIR, for the side of a velocity. For a starting pair, less than 1e-12 m/s the other way is round-off of dependent rates; for
-a pair on a line (``sliding_directions.c``, with longer directions) any velocity is."""
+"""Factor as HAIR, for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
+dependent rates: for a starting pair below 1e-12 m/s, for a pair on a line (``sliding_directions.c``, with larger norms) always."""
 
 
 class Rest(Enum):
-    """Behaviour of a law at zero sliding velocity, which decides what the runtime does."""
+    """Behaviour of a law near zero sliding velocity; it determines how the runtime treats the law."""
 
     SET_VALUED = "set-valued"
-    """Any ratio up to the static coefficient. The runtime holds the pair by a constraint and ends steps where sliding begins."""
+    """At rest, k is any ratio up to the static coefficient. The runtime holds the pair by a constraint; steps end where sliding
+    begins."""
     KINK = "kink"
-    """A function with two branches that meet at a sliding speed (``Law.kink``). The runtime ends steps there."""
+    """k is a function with two branches that meet at a sliding speed (``Law.kink``). The runtime ends steps there."""
     BRISTLES = "bristles"
-    """A function of a state along each velocity component (``Law.drift``, ``Law.carried``)."""
+    """k is a function of one state per velocity component (``Law.drift``, ``Law.carried``)."""
     SMOOTH = "smooth"
-    """A smooth function of the velocity, without events."""
+    """k is a smooth function of the velocity, without events."""
 
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
@@ -48,30 +51,32 @@ _BRANCHES = {"level": "|k| while it slides", "slope": "k per sliding velocity"}
 class Law:
     """A law at one friction pair.
 
-    value: its scene numbers as expressions, by name. mode: (flag, d1, d2, d3, tilt) of the pair. The flag selects the branch. d1,
-    d2, d3 are the rates at the start of the step (one rate: its sign), which fix the direction of sliding. tilt: of a ball, where
-    it does not follow from the state (``elements.contact.ball_in_socket``). state: the law's states.
+    value  expressions of the law's scene numbers, by name
+    mode   (flag, d1, d2, d3, tilt) of the pair. The flag selects the branch. d1, d2, d3 are the rates at the start of the step
+           (for a single rate, its sign), which fix the direction of sliding. The tilt of a ball is > 0 if the runtime solves for
+           it (``elements.contact.ball_in_socket_friction``).
+    state  the law's states
 
-    The class variables declare a law. Scenes, checks, units, FMUs, time stepping, ``--hold`` and documents follow from them. An
-    inconsistent declaration cannot be imported."""
+    The class variables declare a law; scenes, checks, units, FMUs, time stepping, ``--hold`` and documents use them. The import
+    of a module with an inconsistent declaration fails."""
 
     name: ClassVar[str] = ""
-    """Its name in a scene."""
+    """Name of the law in a scene."""
     numbers: ClassVar[tuple[Number, ...]] = ()
     """Its numbers in a scene, in the order of the documents."""
     rest: ClassVar[Rest]
-    """What it is at rest."""
+    """Behaviour of the law at rest."""
     scale: ClassVar[str] = "mu"
-    """Number to which all its friction is proportional."""
+    """Name of the number to which all friction of the law is proportional."""
     steps: ClassVar[bool] = True
-    """Whether time stepping (method moreau) may use the law. It handles set-valued friction and friction smooth in the velocity."""
+    """Whether time stepping (method moreau) supports the law: set-valued friction, or friction smooth in the velocity."""
     exact: ClassVar[str] = ""
-    """The set-valued law that this one smooths, against which errors are measured; "": none."""
+    """Name of the set-valued law that this law smooths, as the reference for errors; "" if there is none."""
     dry: ClassVar[str] = ""
-    """The set-valued law that answers static questions with the same coefficients; "": the law itself, which may hold nothing at
-    rest."""
+    """Name of the set-valued law with the same coefficients that static analyses use instead; "" for the law itself, which may
+    have no static friction."""
     state_scale: ClassVar[str] = ""
-    """With bristles: number by which the state is divided to give a deflection."""
+    """For bristles, name of the number that divides the state to give a deflection."""
     formula: ClassVar[str] = ""
     """k while sliding, in the symbols of ``notation.md``."""
     at_rest: ClassVar[str] = ""
@@ -86,7 +91,7 @@ class Law:
         super().__init_subclass__(**kwargs)
         rest = getattr(cls, "rest", None)
         if not isinstance(rest, Rest):
-            raise ValueError(f"law {cls.name or cls.__name__} does not say what it is at rest: rest = Rest.SET_VALUED, KINK, …")
+            raise ValueError(f"law {cls.name or cls.__name__} does not declare its behaviour at rest: rest = Rest.SET_VALUED, …")
         cls.sets, cls.kinks, cls.bristles = (rest is r for r in (Rest.SET_VALUED, Rest.KINK, Rest.BRISTLES))
         if wrong := cls._mistakes():
             place = f"law {cls.name or cls.__name__} (class {cls.__qualname__} in {cls.__module__})"
@@ -99,25 +104,25 @@ class Law:
         by_name = {n.name: n for n in cls.numbers if isinstance(n, Number)}
         found = []
         if not _NAME.fullmatch(cls.name):
-            found.append("its name is small letters, digits and _")
+            found.append("its name must consist of small letters, digits and _")
         if not by_name:
             found.append("it declares no numbers")
         if cls.scale not in by_name or not by_name[cls.scale].needed:
-            found.append(f"its friction is proportional to {cls.scale}, which is none of the numbers it needs")
+            found.append(f"its friction is proportional to {cls.scale}, which is not one of its required numbers")
         if not cls.formula or not cls.at_rest:
-            found.append("formula and at_rest say what it is, for the documents")
+            found.append("formula and at_rest are missing, which the documents need")
         found += cls._branches()
         if cls.kinks == (cls.kink is Law.kink):
             found.append("a law has a kink speed when rest is Rest.KINK, and only then")
         if cls.bristles == (cls.drift is Law.drift or cls.carried is Law.carried or cls.state_scale not in by_name):
             found.append("a law has drift, carried and state_scale when rest is Rest.BRISTLES, and only then")
         if cls.sets and cls.exact:
-            found.append("a set-valued law smooths no other")
+            found.append("a set-valued law cannot smooth another law")
         return found
 
     @classmethod
     def _branches(cls) -> list[str]:
-        """Branches that ``rest`` requires and the law lacks. ``carried`` gives friction of bristles."""
+        """Faults: branches that ``rest`` requires but the law lacks. Bristles need none, because they have ``carried``."""
         has = {"level": cls.level is not Law.level, "slope": cls.slope is not Law.slope}
         needed = {Rest.SET_VALUED: ("level",), Rest.KINK: ("level", "slope")}.get(cls.rest, ())
         missing = [name for name in needed if not has[name]]
@@ -133,16 +138,18 @@ class Law:
         self.value, self.flag, self.frozen, self.tilt, self.state = value, mode[0], list(mode[1:4]), mode[4], list(state)
 
     def slope(self, speed2: SX) -> SX | None:
-        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s². None: no such branch."""
+        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s². None if the law has no
+        proportional branch."""
         return None
 
     def level(self, speed2: SX) -> SX | None:
-        """|k| on the sliding branch without its viscous part, at the squared sliding speed, m²/s². None: no such branch."""
+        """|k| on the sliding branch without its viscous part, at the squared sliding speed, m²/s². None if the law has no sliding
+        branch."""
         return None
 
     @property
     def drag(self) -> SX | None:
-        """Viscous part of the sliding branch, s/m: k − ``level`` per sliding velocity. None: no viscous part."""
+        """Viscous coefficient of the sliding branch, s/m: (|k| − ``level``) divided by the sliding speed. None if there is none."""
         return None
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
@@ -164,8 +171,8 @@ class Law:
         return self.flag < PairState.STUCK.value + HALF
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """Sliding velocity. For several components of a set-valued law it has a direction also at the start of slip. arms: as in
-        ``sign``."""
+        """Sliding velocity. For a set-valued law with several components, the result has a direction even at the start of slip.
+        ``arms`` as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
@@ -176,7 +183,8 @@ class Law:
         return ca.SX(0)
 
     def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
-        """The value on the active branch: sliding if the flag is set, else proportional; the only one if the other is None."""
+        """The value on the active branch: ``sliding`` if the flag is set, else ``proportional``. If one of them is None, the
+        result is the other value."""
         if sliding is not None and proportional is not None:
             return ca.if_else(self.flag > PairState.PROPORTIONAL.value + HALF, sliding, proportional)
         only = proportional if sliding is None else sliding
@@ -185,22 +193,23 @@ class Law:
         return only
 
     def sign(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """+1 while the velocity points to the side of the frozen direction, −1 past its reversal. arms: levers that turn rates
-        into velocities, m for rotations, 1 for travels."""
+        """+1 while the velocity has a positive component along the frozen direction, −1 after its reversal. ``arms`` are factors
+        from rates to velocities: lever arms in m for rotations, 1 for travels."""
         if len(v) == 1:
             return ca.if_else(v[0] * self.frozen[0] < 0, -1, 1)
         dot = sum(x * d * a for x, d, a in zip(v, self.frozen, arms, strict=False))
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """As ``sign``, for friction. It stays +1 past the reversal for a pair on a line (``sliding_directions.c``), whose friction
-        continues until the event, and for a starting pair that is at rest but for round-off (``AT_REST``)."""
+        """The sign as in ``sign``, for use in friction. It stays +1 after the reversal in two cases. The first is a pair on a line
+        (``sliding_directions.c``), whose friction continues until the event. The second is a starting pair with a velocity at
+        round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
-        """Signed ratios k, one per component of the sliding velocity v (m/s). On the sliding branch the sign is fixed over a step:
-        k = level · sign · v/|v| + drag · v, smooth through v = 0 along a line. arms: as in ``sign``."""
+        """Signed ratios k, one per component of the sliding velocity v (m/s). On the sliding branch, the sign is fixed during a
+        step: k = level · sign · v/|v| + drag · v. So k is smooth through v = 0 for motion along a line. ``arms`` as in ``sign``."""
         if self.bristles:
             return self.carried(v, self.state)
         speed2 = sum((x * x for x in v), ca.SX(0))

@@ -1,4 +1,4 @@
-"""Numbers shared by several laws, with one meaning."""
+"""Numbers that several laws share."""
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound, Number
 

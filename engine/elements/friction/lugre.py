@@ -1,11 +1,11 @@
 """The LuGre law: bristles carry friction, and their deflection is a state (Canudas de Wit, Olsson, Åström, Lischinsky 1995).
 
-z (m): deflection, one per velocity component; |v|: of all components:
+z (m) is the deflection, one per velocity component; |v| is the norm over all components:
   ż = v − σ0 |v|/g z,   k = σ0 z + σ1 ż + σ2 v,   g = μ + (μ_static − μ) exp(−(v/v_stribeck)²)
 σ0 bristle_stiffness (1/m), σ1 bristle_damping (s/m), σ2 viscosity (s/m) are ratios to the normal force, as in all laws here.
-Without μ_static, g is μ. Always |σ0 z| ≤ μ_static. In steady sliding k = g v/|v| + σ2 v.
+Without μ_static, g = μ. |σ0 z| never exceeds μ_static. In steady sliding k = g v/|v| + σ2 v.
 
-The integrated state is σ0 z, a friction ratio. Its size is that of μ for any stiffness, so that the tolerance fits."""
+The integrated state is the friction ratio σ0 z. Its magnitude is about μ for any stiffness, so that one absolute tolerance fits."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from trunnion.elements.friction.law_parameters import MU, MU_STATIC, OPPOSES, V_
 
 
 class LuGre(Law):
-    """Friction as a function of velocity and state, also at rest: below break-away a spring that creeps in time. With one rate,
-    the kink of |v| at v = 0 stays out of the steps, because the rate's sign is fixed over a step; with several components, error
-    control handles it."""
+    """Friction as a function of velocity and state. Below break-away a pair behaves like a spring that creeps slowly.
+
+    |v| has a kink at v = 0. With a single rate, the kink is never inside a step, because the sign of the rate is fixed during a
+    step. With several components, error control handles the kink."""
 
     name = "lugre"
     numbers = (
@@ -39,7 +40,7 @@ class LuGre(Law):
     formula, at_rest = "σ0 z + σ1 ż + σ2 v, ż = v − σ0 |v|/g z", "the same: a function of state"
 
     def level(self, speed2: SX) -> SX:
-        """g, the ratio in steady sliding without its viscous part."""
+        """g, the ratio in steady sliding without the viscous part."""
         n = self.value
         if "mu_static" not in n:
             return n["mu"]

@@ -1,4 +1,4 @@
-"""All friction laws, and questions about a law by its name. A new law is a new file and one line of LAWS."""
+"""All friction laws, and queries by law name. A new law needs a new file and one line in LAWS."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from trunnion.elements.friction.friction_law import Law
 
 
 def registered(laws: Iterable[type[Law]]) -> dict[str, type[Law]]:
-    """The laws by name. ValueError when two have one name, one number has two meanings, or a law refers to an unknown one."""
+    """The laws by name. ValueError when two laws have the same name, a number has two meanings, or a law refers to an unknown
+    law."""
     out: dict[str, type[Law]] = {}
     for law in laws:
         if law.name in out:
@@ -21,7 +22,7 @@ def registered(laws: Iterable[type[Law]]) -> dict[str, type[Law]]:
         for role in ("exact", "dry"):
             other = getattr(law, role)
             if other and not (other in out and out[other].sets):
-                raise ValueError(f"law {law.name}: {role} = {other!r} names no set-valued law")
+                raise ValueError(f"law {law.name}: {role} = {other!r} is not the name of a set-valued law")
     return out
 
 
@@ -34,21 +35,21 @@ LAWS = (
 )
 REGISTRY: dict[str, type[Law]] = registered(objects(__package__, LAWS))
 DEFAULT = next(iter(REGISTRY))
-"""Law of a scene that names none: the most accurate and the least stiff."""
+"""The default law of a scene: the most accurate and least stiff law."""
 
 
 def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
-    """All numbers by name, each with the laws that have it."""
+    """All numbers by name, each with the names of the laws that have this number."""
     return merged({name: law.numbers for name, law in REGISTRY.items()})
 
 
 def exact_of(law: str) -> str:
-    """The law against which this law's errors are measured: itself, or the set-valued law that it smooths."""
+    """The reference law for errors: the set-valued law that ``law`` smooths, else ``law`` itself."""
     return REGISTRY[law].exact or law
 
 
 def twin_of(law: str) -> str:
-    """The law that smooths this one; "": none."""
+    """The law that smooths ``law``; "" if there is none."""
     return next((name for name, other in REGISTRY.items() if other.exact == law), "")
 
 
@@ -63,7 +64,7 @@ def table() -> str:
 
 
 def _described(n: Number) -> str:
-    """A number in the table: letter, unit, and when it is needed."""
+    """A number in the table: symbol, unit, default, and whether it is required."""
     letter = n.symbol if n.symbol != n.name else ""
     unit = "" if n.unit == "1" else n.unit
     default = f"default {n.default:g}" if n.default is not None else ""

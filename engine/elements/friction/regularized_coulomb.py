@@ -8,7 +8,7 @@ from trunnion.elements.friction.law_parameters import MU, V_EPS
 
 
 class Regularized(Law):
-    """Two branches: the flag is 1 where friction is saturated, 0 where it is proportional."""
+    """Two branches: friction is saturated if the flag is 1, proportional to the velocity if the flag is 0."""
 
     name = "regularized"
     numbers = (MU, V_EPS)
@@ -27,5 +27,5 @@ class Regularized(Law):
 
     @property
     def kink(self) -> SX:
-        """v_eps, m/s, where the branches meet."""
+        """v_eps, m/s, the speed at which the branches meet."""
         return self.value["v_eps"]

@@ -1,4 +1,4 @@
-"""Stribeck's law: friction falls from its static to its kinetic value with speed, and may rise again.
+"""Stribeck's law: with increasing speed, friction falls from its static to its kinetic value and may then rise.
 
 |k| = μ + (μ_static − μ) exp(−(v/v_stribeck)²) + viscosity · v while sliding, |k| ≤ μ_static at rest."""
 
@@ -12,8 +12,8 @@ from trunnion.elements.friction.law_parameters import MU, MU_STATIC, V_STRIBECK,
 
 
 class Stribeck(Law):
-    """Set-valued at rest, as Coulomb's law. While sliding it is smooth in v²; with the direction fixed over a step it is smooth
-    through rest. After release, friction falls continuously from μ_static."""
+    """Set-valued at rest, as Coulomb's law. During sliding, |k| is smooth in v². With the direction fixed during a step, k is
+    smooth through v = 0. After release, friction falls continuously from μ_static."""
 
     name = "stribeck"
     numbers = (MU, MU_STATIC, V_STRIBECK, replace(VISCOSITY, needed=False))

@@ -1,6 +1,6 @@
 """Lubricated contact: friction ratio proportional to sliding speed, k = viscosity · v (viscosity in s/m).
 
-The friction force still follows the normal force. For a drag that does not, give the joint ``damping`` instead.
+The friction force is still proportional to the normal force. For drag independent of the normal force, use the joint's ``damping``.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from trunnion.elements.friction.law_parameters import VISCOSITY
 
 
 class Viscous(Law):
-    """One proportional branch, so there is no kink."""
+    """A single proportional branch, without a kink."""
 
     name = "viscous"
     numbers = (VISCOSITY,)

@@ -1,4 +1,4 @@
-"""Joint types. A new type is a new file here and one line of TYPES; nothing else in the engine names a type."""
+"""Joint types. A new type needs a new file here and one line in TYPES; the rest of the engine does not depend on type names."""
 
 from trunnion.basics.object_paths import objects
 from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW, MIMIC
@@ -31,6 +31,7 @@ TYPES = (
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
 
 TIES = {kind.name: kind for kind in (MIMIC, LIGHT_ROW)}
-"""Kinds of rows beside those of cut joints; a scene cannot name them as the type of a joint."""
+"""Kinds of rows beside those of cut joints: couplings of two freedoms, and light freedoms. They are not allowed as the ``type`` of a
+joint in a scene."""
 
 __all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "TIES", "Axis", "JointKind"]

@@ -1,14 +1,15 @@
-"""Followers of cams (theory, "Cams"), of curves (theory, "Points on curves"), and couplings of freedoms (theory, "Joints that
-follow another").
+"""Joints that follow a cam (theory, "Cams"), a curve (theory, "Points on curves") or another joint (theory, "Joints that follow
+another").
 
-A point, such as the middle of a roller, or a flat face of one part follows a curve around an axis of the other; or a point follows
-any curve in a plane. Such a joint carries no body: both parts move on other joints, and one row couples them."""
+A cam is a curve around an axis of one part; a point (such as the centre of a roller) or a flat face of the other part follows
+the cam. With a curve, a point follows any curve in a plane. Such a joint carries no body: both parts move on other joints, and one
+constraint row couples the parts."""
 
 from typing import Literal
 
 from trunnion.elements.joints.joint_kind import E3, JointKind, slide
 
-SLIDES = "its rate is how fast the follower slides along the curve"
+SLIDES = "its rate is the sliding speed of the follower along the curve"
 
 
 def _kind(name: str, follows: Literal["point", "face", "curve"], freedoms: str = SLIDES, along: bool = False) -> JointKind:
@@ -20,7 +21,7 @@ def _kind(name: str, follows: Literal["point", "face", "curve"], freedoms: str =
 
 CAM = _kind("cam", "point")
 FLAT_CAM = _kind("flat_cam", "face")
-POINT_ON_CURVE = _kind("point_on_curve", "curve", "way along the curve from its first point", along=True)
+POINT_ON_CURVE = _kind("point_on_curve", "curve", "arc length along the curve from its first point", along=True)
 MIMIC = JointKind(name="mimic", freedoms="", follows="freedom")
 LIGHT_ROW = JointKind(name="light", freedoms="", follows="freedom")
 """Row of a light freedom (theory, "Light bodies")."""

@@ -1,8 +1,8 @@
-"""Checks of a joint type's declaration, with numbers, at registration.
+"""Numerical checks of a joint type's declaration, at registration; they take about 0.1 ms per type.
 
-Freedoms and constraints make six. R is a rotation, E at q = 0. The axes are those about and along which R and s move. ``measure``
-inverts R and s. The constraint rows vanish for all q and resist all motion except along the axes. Plain scalars take about 0.1 ms
-per type."""
+The numbers of freedoms and constraints add up to six. R is a rotation matrix, and the unit matrix at q = 0. The declared axes
+agree with the derivatives of R and s. ``measure`` inverts ``rotation`` and ``travel``. The constraint rows vanish for all q and
+prevent all motion except along the axes."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from trunnion.elements.joints.joint_kind import JointKind, quaternion_rate
 Vector = Sequence[float]
 Place = tuple[list[list[float]], list[float]]
 SAMPLE = {"angle": (0.7, -0.4, 1.1), "length": (0.3, -0.2, 0.5), "quaternion": (0.8, 0.2, -0.4, 0.4)}
-"""Coordinates of each kind at which a declaration is checked: in general position, angles within the range of ``measure``."""
+"""Coordinates of each kind at which a declaration is checked: a general position, with angles within the range of ``measure``."""
 STEP = 1e-5
-"""Half width of central differences, rad or m: their error is about its square, their round-off 1e-11."""
+"""Step h of the central differences, rad or m; their truncation error is about h², their round-off error 1e-11."""
 CLOSE = 1e-8
-"""Largest deviation: 100 times the differences' error. A wrong axis or sign deviates by 0.1 or more."""
+"""Largest accepted deviation, 100 times the error of the differences. A wrong axis or sign gives a deviation of at least 0.1."""
 
 
 class Numeric:
-    """The functions ``ops`` of declarations, for plain numbers."""
+    """The namespace ``ops`` of declarations, for plain numbers."""
 
     sin, cos, atan2, sqrt, fmax = math.sin, math.cos, math.atan2, math.sqrt, max
 
     @staticmethod
     def if_else(condition: bool, yes: float, no: float) -> float:
-        """``yes`` where the condition holds, else ``no``."""
+        """``yes`` if the condition holds, else ``no``."""
         return yes if condition else no
 
 
@@ -43,9 +43,9 @@ def registered(*kinds: JointKind) -> dict[str, JointKind]:
 
 
 def faults(kind: JointKind) -> list[str]:
-    """Faults of a declaration. Numbers are checked only if its sizes agree."""
+    """Faults of a declaration. The numerical checks run only if the counts are consistent."""
     if kind.bodiless:
-        return ["what carries no body has no rows of its own"] if kind.rows != 1 else []
+        return ["a joint that carries no body must have exactly one row"] if kind.rows != 1 else []
     sizes = list(_sizes(kind))
     return sizes or [*_place(kind), *_motion(kind), *_rows(kind)]
 
@@ -53,10 +53,10 @@ def faults(kind: JointKind) -> list[str]:
 def _sizes(kind: JointKind) -> Iterator[str]:
     """Faults of counts, and of the order of coordinates and rates."""
     if kind.nv + kind.rows + kind.ties != 6:
-        yield f"{kind.nv} freedoms, {kind.rows} rows and {kind.ties} ties are not 6"
+        yield f"{kind.nv} freedoms, {kind.rows} rows and {kind.ties} ties do not add up to 6"
     n, ball = kind.nq, kind.quaternion
     if ball >= 0 and (n - ball != 4 or set(kind.coordinates[ball:]) != {"quaternion"}):
-        yield "a quaternion is the last four coordinates"
+        yield "a quaternion must be the last four coordinates"
     elif kind.nv != (n if ball < 0 else n - 1):
         yield f"{n} coordinates but {kind.nv} rates"
     else:
@@ -65,9 +65,9 @@ def _sizes(kind: JointKind) -> Iterator[str]:
                 yield f"coordinate {k + 1} is a {kind.coordinates[k]}, the first axis of its rate is not"
     for axes in kind.axes:
         if any(a.side == "out" and not a.rot for a in axes):
-            yield "a sliding axis is one of the inboard frame"
+            yield "a sliding axis must belong to the inboard frame"
         if len(axes) != 1 and kind.cuttable:
-            yield "a joint that can be cut moves along one axis a rate"
+            yield "a joint that can be cut must have exactly one axis per rate"
 
 
 def _place(kind: JointKind) -> Iterator[str]:
@@ -83,11 +83,11 @@ def _place(kind: JointKind) -> Iterator[str]:
         yield "the frames of the two sides do not coincide at q = 0"
     q, back = _sample(kind), kind.measure(R, s, Numeric)
     if len(back) != len(q) or any(abs(a - b) > CLOSE for a, b in zip(q, back, strict=True)):
-        yield f"measure gives {_shown(back)} where rotation and travel were made from {_shown(q)}"
+        yield f"measure gives {_shown(back)} for the rotation and travel of {_shown(q)}"
 
 
 def _motion(kind: JointKind) -> Iterator[str]:
-    """Faults of the axes of each rate, against the derivatives of R and s."""
+    """Faults of the axes of each rate, compared with the derivatives of R and s."""
     for k in range(kind.nv):
         spin, slip = _rates(kind, k)
         declared = _column(kind, k)
@@ -97,8 +97,8 @@ def _motion(kind: JointKind) -> Iterator[str]:
 
 
 def _rows(kind: JointKind) -> Iterator[str]:
-    """Faults of the constraint rows (46) and (49): they vanish, do not change along the axes, and span all six directions with the
-    axes, minus the ties."""
+    """Faults of the constraint rows (46) and (49). They must vanish, must not change along the axes, and must be linearly
+    independent."""
     R, s = _at(kind, _sample(kind))
     rows = [[float(i == k) for i in range(6)] for k in kind.rows_s]
     for k in kind.rows_s:
@@ -112,9 +112,9 @@ def _rows(kind: JointKind) -> Iterator[str]:
         rows.append([0.0] * 3 + [outer[(i + 1) % 3] * e[(i + 2) % 3] - outer[(i + 2) % 3] * e[(i + 1) % 3] for i in range(3)])
     axes = [_column(kind, k) for k in range(kind.nv)]
     if _rank(axes) != kind.nv or (kind.cuttable and any(abs(_dot(a, b)) > CLOSE for a in axes for b in axes if a is not b)):
-        yield "its axes are not at right angles"  # rates of a cut joint are the motion's components along them
+        yield "its axes are not at right angles"  # the rates of a cut joint are the components of the motion along the axes
     if _rank(rows) != kind.rows or any(abs(_dot(a, r)) > CLOSE for a in axes for r in rows):
-        yield "its rows do not resist just what its axes leave"
+        yield "its rows must prevent exactly what its axes exclude"
 
 
 def _sample(kind: JointKind) -> list[float]:
@@ -124,12 +124,12 @@ def _sample(kind: JointKind) -> list[float]:
 
 
 def _at(kind: JointKind, q: list[float]) -> Place:
-    """(R, s) at q. The pitch is 2π here."""
+    """(R, s) at q, for a pitch of 2π."""
     return kind.rotation(q, Numeric), kind.travel(q)
 
 
 def _rates(kind: JointKind, rate: int) -> tuple[list[float], list[float]]:
-    """(ω of the outboard part, ṡ), inboard frame, with this rate 1 and the others 0."""
+    """(ω of the outboard part, ṡ), inboard frame, if this rate is 1 and all other rates are 0."""
     q, qd = _sample(kind), [0.0] * kind.nq
     if kind.coordinate_of(rate) >= 0:
         qd[kind.coordinate_of(rate)] = 1.0
@@ -144,7 +144,7 @@ def _rates(kind: JointKind, rate: int) -> tuple[list[float], list[float]]:
 
 
 def _column(kind: JointKind, rate: int) -> list[float]:
-    """Motion that the axes of a rate declare: sliding (3), turning (3), inboard frame."""
+    """Declared motion of a rate: translation (3), rotation (3), inboard frame."""
     R, out = _at(kind, _sample(kind))[0], [0.0] * 6
     for a in kind.axes[rate]:
         for i in range(3):

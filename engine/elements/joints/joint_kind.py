@@ -1,7 +1,7 @@
 """Joint types: coordinates, motion axes, and the constraint rows of a cut joint.
 
-Plain scalars describe kinematics, so that the same lines serve symbols and numbers: ``rotation(q, ops)`` takes a sequence and a
-namespace with ``sin`` and ``cos`` and returns a 3×3 nested list."""
+The kinematic functions use plain scalars, so that they accept both symbols and numbers. For example, ``rotation(q, ops)`` takes a
+sequence and a namespace with ``sin`` and ``cos``, and returns a 3×3 nested list."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ E1, E2, E3 = range(3)
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One column of P^r (turning, ``rot``) or P^s (sliding) of the paper's (1), (2): unit vector ``index`` (E1, E2, E3) of the
-    joint frame on ``side``. by_pitch: the column is multiplied by pitch/2π (a screw, whose ``travel`` is for a pitch of 2π)."""
+    """One column of P^r (rotation, if ``rot``) or P^s (sliding) in the paper's (1), (2): unit vector ``index`` (E1, E2, E3) of the
+    joint frame on ``side``. ``by_pitch`` means that the column is multiplied by pitch/2π (a screw; its ``travel`` assumes a pitch
+    of 2π)."""
 
     index: int
     rot: bool
@@ -42,9 +43,13 @@ def slide(index: int, by_pitch: bool = False) -> Axis:
 class Rolls:
     """Rolling of two parts without sliding.
 
-    touch: wheels about parallel axes, about axes that meet (cones), or a wheel and a rack (straight). wheels: their count. apart:
-    whether the two points are the wheels' centres, not one place. size: number in a scene beside numbers of teeth. opposite:
-    whether the wheels turn opposite ways; choice: key that reverses this ("": none)."""
+    touch     "wheels" about parallel axes, "cones" about intersecting axes, or "straight" for a wheel and a rack
+    wheels    number of wheels
+    apart     whether the joint's two points are different (the wheels' centres); otherwise they coincide
+    size      key of the tooth size in a scene
+    opposite  whether the wheels turn in opposite senses
+    choice    key that reverses ``opposite``; "" if there is no such key
+    """
 
     touch: Literal["wheels", "cones", "straight"]
     wheels: int = 2
@@ -55,34 +60,36 @@ class Rolls:
 
 
 def identity(q: Sequence[Scalar], ops: Any) -> list[list[Scalar]]:
-    """R = E of a joint that does not turn."""
+    """R = E, for a joint without rotation."""
     return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
 
 def no_travel(q: Sequence[Scalar]) -> list[Scalar]:
-    """s = 0 of a joint that does not slide."""
+    """s = 0, for a joint without translation."""
     return [0.0, 0.0, 0.0]
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointKind:
-    """A joint type (paper §2, §4, §5). ``trunnion.elements.joints.declaration_checks`` says what must hold among its parts; a type
-    that breaks it cannot be imported.
+    """A joint type (paper §2, §4, §5). ``trunnion.elements.joints.declaration_checks`` checks the consistency of a declaration at
+    import.
 
-    name         as scenes write it.
+    name         its name in scenes.
     freedoms     the freedoms in words, in their order, for the published schema.
     axes         for every rate, the axes it moves along (a screw rate has two).
     coordinates  kind of each q: "angle", "length" or "quaternion" (four in a row, the last ones).
-    rotation     (q, ops) → R (3×3), which turns components in the outboard joint frame into components in the inboard one.
+    rotation     (q, ops) → R (3×3), which maps components in the outboard joint frame to components in the inboard joint frame.
     travel       q → s = p_out − p_in, components along the inboard axes.
-    rows_s       when cut: indices k of the translational constraints (r_out − r_in)·h_in^k = 0, (49).
-    rows_r       when cut: pairs (m, k) of the rotational constraints h_in^m·h_out^k = 0, (46).
-    ties         number of constraints of neither form: a coordinate tied to another (screw). A joint that has any cannot be cut.
+    rows_s       for a cut joint, the indices k of the translational constraints (r_out − r_in)·h_in^k = 0, (49).
+    rows_r       for a cut joint, the pairs (m, k) of the rotational constraints h_in^m·h_out^k = 0, (46).
+    ties         number of constraints that are neither (46) nor (49), but couple two coordinates (screw). If it is not 0, the
+                 joint cannot be cut.
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
-    friction     name of the contact element a frictional joint of this type has ("" = none); contacts: how many it has.
-    rolls        two wheels that roll on each other (``elements.joints.wheel_pairs``). Such a joint carries no body and has one row.
-    follows      part of the outboard body that follows a curve around the inboard one ("curve": a point on any curve in a plane),
-                 or a freedom that follows another (``elements.joints.cam_and_curve_followers``). Such a joint has one row.
+    friction     name of the contact element of a frictional joint of this type; "" if there is none.
+    contacts     number of contacts of this element.
+    rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
+    follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
+                 inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
     """
 
     name: str
@@ -102,12 +109,12 @@ class JointKind:
 
     @property
     def bodiless(self) -> bool:
-        """Whether the joint only couples parts that other joints carry."""
+        """Whether the joint carries no body, but couples parts that other joints carry."""
         return self.rolls is not None or bool(self.follows)
 
     @property
     def apart(self) -> bool:
-        """Whether its two points lie on two parts that touch elsewhere."""
+        """Whether the two points of the joint need not coincide."""
         return self.rolls.apart if self.rolls else self.follows in ("point", "face", "curve")
 
     @property
@@ -117,27 +124,27 @@ class JointKind:
 
     @property
     def nv(self) -> int:
-        """Number of rates, that is, of freedoms."""
+        """Number of rates, which is the number of freedoms."""
         return len(self.axes)
 
     @property
     def rows(self) -> int:
-        """Number of constraint rows when cut."""
+        """Number of constraint rows of a cut joint."""
         return self.travels + len(self.rows_r)
 
     @property
     def travels(self) -> int:
-        """How many of these rows constrain a travel, in m; they come first."""
+        """Number of constraint rows in m; these are the first of ``rows``."""
         return len(self.rows_s) + self.bodiless
 
     @property
     def cuttable(self) -> bool:
-        """Whether rows (46) and (49) express all constraints."""
+        """Whether rows (46) and (49) represent all constraints of the joint."""
         return self.ties == 0
 
     @property
     def quaternion(self) -> int:
-        """Index in q where the quaternion starts; −1: none."""
+        """Index in q of the quaternion's first entry; −1 without a quaternion."""
         return self.coordinates.index("quaternion") if "quaternion" in self.coordinates else -1
 
     @property
@@ -147,39 +154,39 @@ class JointKind:
 
     @property
     def needs_axis(self) -> bool:
-        """Whether the direction of e1 matters. It does not for a type that turns about all axes or none, and slides along all or
-        none."""
+        """Whether the joint needs the direction of e1. A type does not need it if it rotates about all axes or none, and slides
+        along all axes or none."""
         scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
         return self.bodiless or any(scarce)
 
     @property
     def second_axis(self) -> int:
-        """Index of the outboard axis about which the joint turns besides an inboard one (two crossed pins); −1: none."""
+        """Index of the outboard axis of a joint that rotates about an inboard and an outboard axis (universal); −1 for others."""
         return next((a.index for axes in self.axes for a in axes if a.side == "out"), -1)
 
     @property
     def turning(self) -> tuple[int, ...]:
-        """Indices of the axes the joint turns about, in the order of the rates."""
+        """Indices of the rotation axes, in the order of the rates."""
         return tuple(a.index for axes in self.axes for a in axes if a.rot)
 
     @property
     def slides_along(self) -> int:
-        """Index of the single axis along which the joint slides by its first rate (a straight guide); −1: none."""
+        """Index of the axis of a joint whose first freedom, and no other, is a travel (a straight guide); −1 for other joints."""
         along = [k for k in range(self.nv) if not self.turns(k)]
         return self.axes[0][0].index if along == [0] else -1
 
     @property
     def freely_rubbed(self) -> tuple[bool, ...]:
-        """For friction that acts along each freedom by itself: whether each freedom turns; () where a joint cannot have such
+        """For constant friction along each freedom: whether each freedom is a rotation; () if the joint cannot have constant
         friction."""
         return tuple(self.turns(k) for k in range(self.nv)) if 0 < self.nv <= 2 and self.quaternion < 0 else ()
 
     def turns(self, rate: int) -> bool:
-        """Whether a freedom is a rotation, in rad (also a screw's), not a travel, in m."""
+        """Whether a freedom is a rotation, in rad, and not a travel, in m; the freedom of a screw is a rotation."""
         return self.axes[rate][0].rot
 
     def coordinate_of(self, rate: int) -> int:
-        """Index in q of the coordinate whose derivative is this rate; −1: none (quaternion, sliding along a curve)."""
+        """Index in q of the coordinate whose derivative is this rate; −1 if there is none (quaternion, sliding along a cam)."""
         return rate if rate < (self.nq if self.quaternion < 0 else self.quaternion) else -1
 
 
@@ -190,7 +197,7 @@ def about_e1(angle: Scalar, ops: Any) -> list[list[Scalar]]:
 
 
 def of_quaternion(e: Sequence[Scalar]) -> list[list[Scalar]]:
-    """R of a quaternion, scalar first. Division by |e|² gives a rotation also for a quaternion slightly off unit length."""
+    """R of a quaternion, scalar first. Because of the division by |e|², R is a rotation even if the norm deviates from 1."""
     w, x, y, z = e
     s = 2.0 / (w * w + x * x + y * y + z * z)
     wx, wy, wz = s * w * x, s * w * y, s * w * z
@@ -209,7 +216,7 @@ def angle_about_e1(r: list[list[Scalar]], s: list[Scalar], ops: Any) -> Scalar:
 
 
 def to_quaternion(r: list[list[Scalar]], ops: Any) -> list[Scalar]:
-    """Unit quaternion (w ≥ 0) of a rotation matrix, from its largest component, which is far from zero."""
+    """Unit quaternion (w ≥ 0) of a rotation matrix. The formula divides by the largest component, which is never near zero."""
     a, b, c = r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]
     xy, xz, yz = r[0][1] + r[1][0], r[0][2] + r[2][0], r[1][2] + r[2][1]
     xx, yy, zz = r[0][0], r[1][1], r[2][2]

@@ -1,4 +1,4 @@
-"""Planar joint: travel along e2 and e3, angle about their normal e1."""
+"""Planar joint: travel along e2 and e3, angle about the normal e1."""
 
 from trunnion.elements.joints.joint_kind import E1, E2, E3, JointKind, about_e1, angle_about_e1, slide, turn
 

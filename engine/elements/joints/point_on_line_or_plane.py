@@ -1,4 +1,4 @@
-"""A point of one part on a line or a plane of the other: a pin in a slot, a ball on a table. The outboard part turns freely."""
+"""A point of one part on a line or a plane of the other part: a pin in a slot, a ball on a table. The rotation is free."""
 
 from trunnion.elements.joints.joint_kind import E1, E2, E3, SPIN, JointKind, of_quaternion, slide, to_quaternion
 

@@ -1,5 +1,5 @@
-"""Screw joint: one angle about e1, and a travel of pitch/2π times the angle along e1. No row of the form (46) or (49) couples
-travel and angle, so that a screw is never cut."""
+"""Screw joint: an angle about e1, and a travel along e1 of pitch/2π times the angle. A screw is never cut, because no row of the
+form (46) or (49) couples travel and angle."""
 
 from trunnion.elements.joints.joint_kind import E1, JointKind, about_e1, angle_about_e1, slide, turn
 

@@ -1,10 +1,10 @@
-"""Universal joint: angle about u1 (inboard e1), then about u2 (outboard e2)."""
+"""Universal joint: an angle about u1 (inboard e1), then an angle about u2 (outboard e2)."""
 
 from trunnion.elements.joints.joint_kind import E1, E2, JointKind, turn
 
 
 def _rotation(q, ops):
-    """R as two turns, by q1 about e1, then by q2 about the turned e2."""
+    """R as a product of two rotations: by q1 about e1, then by q2 about the rotated e2."""
     c1, s1, c2, s2 = ops.cos(q[0]), ops.sin(q[0]), ops.cos(q[1]), ops.sin(q[1])
     return [[c2, 0.0, s2], [s1 * s2, c1, -s1 * c2], [-c1 * s2, s1, c1 * c2]]
 

@@ -1,7 +1,8 @@
 """Wheels that roll on each other without sliding: gears, racks, belts and chains (theory, "Rolling").
 
-Such a joint carries no body: its wheels turn on other joints, and one row couples them. The wheels' positions relative to the line
-between them give the rolled angle except for whole teeth; ``phase`` computes it with plain scalars, for symbols and numbers."""
+Such a joint carries no body: its wheels turn on other joints, and one constraint row couples the wheels. The angles of the wheels
+relative to their line of centres determine the rolled angle up to a whole number of teeth. ``phase`` computes it, for symbols and
+numbers."""
 
 from __future__ import annotations
 
@@ -18,21 +19,21 @@ Frame = Sequence[Vector]
 
 
 def _toothed(kind: JointKind, friction: str) -> JointKind:
-    """A pair with flanks, which slide as the wheels turn against each other and push them apart. The two freedoms have rates, no
-    coordinates."""
+    """A pair with tooth flanks, which slide as the wheels turn and push the wheels apart. Two freedoms are added: the relative
+    rotation and the separation."""
     return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
 
 
 _SPUR = JointKind(
     name="gear",
     freedoms="angle about e1 between the two wheels, distance of their axes",
-    coordinates=("angle", "length"),  # the distance is along the line of centres, whichever way that goes
+    coordinates=("angle", "length"),  # the distance is measured along the line of centres
     measure=lambda r, s, ops: [angle_about_e1(r, s, ops), ops.sqrt(s[1] * s[1] + s[2] * s[2])],
     rolls=Rolls(touch="wheels", choice="internal"),
 )
 _CONES = JointKind(
     name="bevel_gear",
-    freedoms="two wheels about axes e1 that meet at its point, to the wheels",
+    freedoms="two wheels about axes e1 that intersect at the joint point and point to the wheels",
     rolls=Rolls(touch="cones", apart=False),
 )
 _STRAIGHT = JointKind(
@@ -50,15 +51,15 @@ BELT = JointKind(
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of a pair. module, m: pitch diameter over number of teeth. teeth: of the inboard and outboard wheel; negative for
-    internal teeth and for an uncrossed belt."""
+    """Sizes of a pair. ``module`` is pitch diameter / number of teeth, m. ``teeth`` are the numbers of the inboard and outboard
+    wheel; the number of the larger wheel is negative for internal teeth and for an uncrossed belt."""
 
     module: Scalar
     teeth: tuple[Scalar, Scalar]
 
 
 def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) -> Scalar:
-    """Rolled angle of two wheels, rad, 2π per tooth; s = p_out − p_in."""
+    """Rolled angle of two wheels, rad, with 2π per tooth. ``inb`` and ``out`` are the joint frames; s = p_out − p_in."""
     (a, b), (z1, z2) = (inb[0], out[0]), of.teeth
     if touch == "straight":
         across = [x - _dot(s, b) * e for x, e in zip(s, b, strict=True)]
@@ -69,12 +70,12 @@ def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) ->
 
 
 def side(a: Vector, b: Vector, s: Vector, ops: Any) -> Scalar:
-    """Side of a wheel about a on which its rack along b lies: the sign of s · (a × b)."""
+    """Side of the rack relative to the wheel: the sign of s · (a × b) for the wheel's axis a and the rack's direction b."""
     return ops.if_else(_dot(s, cross(a, b)) < 0, -1.0, 1.0)
 
 
 def _angle(frame: Frame, v: Vector, ops: Any) -> Scalar:
-    """Angle of a direction about e1, from e2."""
+    """Angle of a direction about e1, measured from e2."""
     return ops.atan2(_dot(v, frame[2]), _dot(v, frame[1]))
 
 

@@ -1,4 +1,4 @@
-"""MJCF: the file with includes, settings and classes (``model``), masses of geoms, bodies and joints, what closes loops."""
+"""Importer of MJCF, the format of MuJoCo: includes, settings and default classes, masses of geoms, bodies, joints, equalities."""
 
 from trunnion.importers.mjcf.scene_builder import scene_of_mjcf
 

@@ -1,4 +1,4 @@
-"""Bodies of MJCF as links, joints as ties. A body with several joints becomes a chain with massless links."""
+"""Conversion of MJCF bodies to links and MJCF joints to ties. A body with several joints becomes a chain of massless links."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MADE = ("composite", "flexcomp", "replicate", "attach", "plugin")
 
 @dataclass
 class Place:
-    """A pose in a link, or in the world."""
+    """A pose relative to a link, or to the world."""
 
     link: str
     at: Pose
@@ -29,7 +29,7 @@ class Place:
 
 @dataclass
 class Inside:
-    """Content of a body without frames: element, pose in the body, class around it."""
+    """The content of a body, with <frame> elements resolved: (element, pose of its frame in the body, default class)."""
 
     bodies: list[tuple[Element, Pose, str]] = field(default_factory=list)
     joints: list[tuple[Element, Pose, str]] = field(default_factory=list)
@@ -40,8 +40,12 @@ class Inside:
 class Bodies:
     """Converts the bodies of a model into a linkage.
 
-    places: of bodies by name; sites: likewise. world: initial poses of links. freedoms: of joints, in the order of the file;
-    elements: these joints."""
+    places    place of each body by name
+    sites     place of each site by name
+    world     initial poses of the links in the world
+    elements  the joint elements, in the order of the file
+    freedoms  the freedoms of these joints, in the same order
+    """
 
     def __init__(self, model: Model, linkage: Linkage):
         self.model, self.linkage, self.found = model, linkage, model.found
@@ -58,13 +62,13 @@ class Bodies:
         if self.scenery:
             self.found.notes.append(f"left out: {self.scenery} bodies that never move")
 
-    # -- what is where ------------------------------------------------------------------------------------------------------
+    # -- content of bodies --------------------------------------------------------------------------------------------------
 
     def _sorted(self, e: Element, at: Pose, around: str) -> Inside:
         out = Inside()
         for c in e.children:
             if c.tag in MADE:
-                what = f"<{c.tag}> makes bodies that the file does not list"
+                what = f"<{c.tag}> generates bodies that the file does not list"
                 self.found.add(c, c.get("name") or c.tag, what, "save the compiled model from MuJoCo, and import that")
             elif c.tag == "frame":
                 more = self._sorted(c, at @ self.model.pose(c, c.attributes), c.get("childclass") or around)
@@ -77,7 +81,7 @@ class Bodies:
         return out
 
     def _inside(self, inside: Inside, place: Place) -> None:
-        """Add sites of a body, and its child bodies."""
+        """Add the sites and the child bodies of a body."""
         for e, at, around in inside.sites:
             if e.get("name"):
                 self.sites[e.get("name")] = Place(place.link, place.at @ at @ self.model.pose(e, self.model.attributes(e, around)))
@@ -116,7 +120,7 @@ class Bodies:
         return replace(g, at=at @ g.at, mass=mass)
 
     def _link(self, name: str, kind: str, mass: Mass, geoms: list[Geom], carrier: str, at: Pose) -> str:
-        """Add a link; returns its name. at: initial pose in its carrier."""
+        """Add a link and return its name. ``at`` is its initial pose in the link ``carrier``."""
         made = self.names.new(name, kind)
         self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms, mass.center))
         self.world[made] = self.world[carrier] @ at
@@ -128,7 +132,7 @@ class Bodies:
         return made
 
     def _links_of(self, e: Element, inside: Inside, start: Place, mass: Mass, geoms: list[Geom]) -> Place:
-        """Add the links of a body with joints, one per joint; the last one is the body."""
+        """Add one link for each joint of a body; the last link is the body itself."""
         if not mass.mass and not any(c.tag in ("inertial", "geom") for c in e.inside() if c is not e):
             self.found.add(e, e.get("name") or "body", "moves and has no mass", "give it a geom with mass, or an <inertial>")
         last = len(inside.joints) - 1
@@ -143,12 +147,12 @@ class Bodies:
         return Place(link, at)
 
     def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> Freedom:
-        """Add one joint as a tie. at: pose of the body in its carrier."""
+        """Add one joint as a tie. ``at`` is the pose of the body in the inboard link."""
         f = freedom(self.model, e, around, self.linkage)
         frame = framed @ along(f.axis, f.place)
         more: dict[str, Any] = dict(f.more)
         ends = (at @ frame, frame)
-        if f.kind.quaternion > 0:  # free: coordinates of the world
+        if f.kind.quaternion > 0:  # a free joint: its coordinates are those of the world
             start = self.world[inboard] @ at
             ends = (np.linalg.inv(self.world[inboard]), np.eye(4))
             f.start = [*floats(start[:3, 3]), *to_quaternion(start[:3, :3])]
@@ -158,10 +162,10 @@ class Bodies:
         f.name = self._tie(e.get("name") or f"{outboard}_joint", Tie(f.kind.name, inboard, outboard, *ends, more))
         return f
 
-    # -- at the end ---------------------------------------------------------------------------------------------------------
+    # -- completion ---------------------------------------------------------------------------------------------------------
 
     def complete_masses(self) -> None:
-        """Scale masses to the required total, give massless links a tiny mass, add forces of gravity compensation."""
+        """Scale the masses to the required total, give massless links a tiny mass, and add forces for gravity compensation."""
         links, total = self.linkage.links, self.model.settings.total
         if total > 0:
             scale = total / sum(link.mass for link in links.values())
@@ -176,7 +180,7 @@ class Bodies:
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute springs and dampers that are given by frequency and damping ratio at the start."""
+        """Compute the springs and dampers that the file gives by time constant and damping ratio in the initial pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:
             return

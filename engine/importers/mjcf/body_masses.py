@@ -1,4 +1,4 @@
-"""Masses of MJCF bodies: from geoms or given, within the compiler's bounds."""
+"""Masses of MJCF bodies, either explicit or computed from geoms, with the lower bounds in <compiler>."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ WATER = 1000.0
 """Default density of geoms, kg/m³."""
 FLAT = ("plane", "hfield")
 HIDDEN = 3
-"""Groups of geoms from this one on are hidden in MuJoCo."""
+"""MuJoCo hides geoms whose group is this number or higher."""
 STRETCHED = ("capsule", "cylinder", "box", "ellipsoid")
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 
 
 @dataclass
 class Mass:
-    """mass, kg; center (3), m; inertia about it (3×3), kg m²; all in the body's frame."""
+    """Mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; all in the body's frame."""
 
     mass: float = 0.0
     center: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -36,8 +36,8 @@ class Mass:
 
 @dataclass
 class Geom:
-    """A geom in its body: kind, half sizes, m, pose, mass; function for triangles of a mesh (n×3×3) in its own frame; group, shown
-    below ``HIDDEN``."""
+    """A geom of a body: kind, half sizes in m, pose in the body, mass. ``corners()`` gives the triangles of a mesh (n×3×3) in the
+    geom's frame. Geoms with ``group`` < ``HIDDEN`` are shown."""
 
     kind: str
     size: list[float]
@@ -61,7 +61,7 @@ def sum_of(parts: list[Mass]) -> Mass:
 
 
 def unit_solid(kind: str, s: list[float]) -> Solid:
-    """The solid of a simple geom of these half sizes, about its centre."""
+    """The solid of a simple geom with half sizes s, m, about its centre."""
     if kind == "sphere":
         s = [s[0]] * 3
     if kind in ("sphere", "ellipsoid"):
@@ -95,7 +95,7 @@ class Masses:
     # -- geoms --------------------------------------------------------------------------------------------------------------
 
     def geom(self, e: Element, around: str, weighs: bool) -> Geom | None:
-        """A geom; weighs: with its mass. None for a geom without a solid, or with a fault."""
+        """A geom, with its mass if ``weighs``. None for a plane or height field, and for a geom with a fault."""
         said = self.model.attributes(e, around)
         kind = said.get("type", "sphere")
         if kind in FLAT:
@@ -131,7 +131,7 @@ class Masses:
         return Geom(kind, size, at, Mass(mass, at[:3, 3] + R @ shape.center, inertia), corners, group)
 
     def _drawn_triangles(self, e: Element, said: Attributes) -> np.ndarray:
-        """Triangles of a mesh for drawing; none, without a problem, if they cannot be read."""
+        """Triangles of a mesh for drawing. If the mesh cannot be read, the result is empty and no problem is added."""
         known, name = len(self.found.problems), said.get("mesh", "")
         if name not in self._drawn:
             found = self.corners(e, said)
@@ -152,7 +152,8 @@ class Masses:
         return pose((ends[:3] + ends[3:]) / 2, least_turn(line) if half else None), stretched
 
     def corners(self, e: Element, said: Attributes) -> np.ndarray | None:
-        """Triangles of a geom's mesh (n×3×3) in the geom's frame, m; None, with a problem, if they cannot be read."""
+        """Triangles of a geom's mesh (n×3×3) in the geom's frame, m. If the mesh cannot be read, the result is None and a problem
+        is added."""
         name = said.get("mesh", "")
         if name not in self.meshes:
             self.found.add(e, name or "mesh", "unknown mesh: the assets do not list it")
@@ -196,7 +197,7 @@ class Masses:
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
     def body(self, body: Element, geoms: list[Geom]) -> Mass:
-        """The mass of a body, within bounds."""
+        """The mass of a body, with the lower bounds in <compiler>."""
         own = body.first("inertial")
         how = self.model.settings.from_geoms
         if own is not None and how != "true":
@@ -211,7 +212,8 @@ class Masses:
         return Mass(mass, at[:3, 3], tensor(full if full is not None else [*diagonal, 0.0, 0.0, 0.0], at))
 
     def _within_bounds(self, body: Element, m: Mass) -> Mass:
-        """The mass with the compiler's lower bounds; impossible moments are averaged where the compiler does so."""
+        """The mass with the lower bounds in <compiler>. With ``balanceinertia``, moments that violate the triangle inequality are
+        replaced by their mean."""
         s = self.model.settings
         if not np.isfinite(m.inertia).all():
             self.found.add(body, body.get("name") or "body", "its inertia is not finite", "check sizes and densities of its geoms")
@@ -225,7 +227,7 @@ class Masses:
 
 
 def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:
-    """Drawing of a body: geoms that MuJoCo shows; if all are hidden (under a skin), the first group."""
+    """Scene keys that draw the geoms which MuJoCo shows; if all geoms are hidden (under a skin), those of the lowest group."""
     first = min((g.group for g in geoms), default=0.0)
     return visual_shapes.drawn([s for g in geoms if g.group < HIDDEN or g.group == first for s in _solids(g)], center)
 

@@ -1,5 +1,5 @@
-"""Equalities and tendons of MJCF. Equalities of bodies become joints that close loops; those of two joints become couplings. Other
-equalities, and tendons with forces, are refused."""
+"""Equalities and tendons of MJCF. Equalities of bodies become joints that close loops; equalities of two joints become couplings.
+Tendons between two sites become springs. Other equalities, and other tendons with forces, are refused."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from trunnion.importers.mjcf.joints import CLOSING
 from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose
 from trunnion.importers.xml_reader import Element
 
-REMEDY = 'active="false" leaves it out'
+REMEDY = 'active="false" disables it'
 PULLING = ("stiffness", "damping", "frictionloss", "armature")
 """Attributes that make a tendon exert forces."""
 
@@ -29,10 +29,10 @@ class Closing:
                     {"connect": self._connect, "weld": self._weld, "joint": self._couple}.get(e.tag, self._refuse)(e)
         idle = [t for section in self.model.sections("tendon") for t in section.children if not self._tendon(t)]
         if idle:
-            self.found.notes.append(f"tendons left out (they do nothing by themselves): {', '.join(map(_name_of, idle))}")
+            self.found.notes.append(f"tendons left out (they exert no force by themselves): {', '.join(map(_name_of, idle))}")
 
     def _refuse(self, e: Element) -> None:
-        """Refuse an equality of coordinates."""
+        """Refuse an equality that is neither of bodies nor of two joints."""
         self.found.add(e, _name_of(e), f"<{e.tag}> couples coordinates, which is not imported", REMEDY)
 
     def _couple(self, e: Element) -> None:
@@ -41,7 +41,7 @@ class Closing:
         numbers = self.found.numbers(e, "polycoef", e.get("polycoef", "0 1 0 0 0"), (1, 2, 3, 4, 5)) or [0.0, 1.0]
         numbers += [0.0, 1.0, 0.0, 0.0, 0.0][len(numbers) :]
         if "joint2" not in e.attributes:
-            self.found.add(e, _name_of(e), "holds a joint where it is", "make its body part of the one that carries it")
+            self.found.add(e, _name_of(e), "fixes a joint in its position", "merge its body into the parent body")
         elif any(numbers[2:]):
             what = f"ties joints by a polynomial: {e.get('polycoef')}"
             self.found.add(e, _name_of(e), what, "joints of a scene follow by a ratio and an offset only")
@@ -59,7 +59,7 @@ class Closing:
         return known[name]
 
     def _ends(self, e: Element) -> tuple[Place, Place, bool] | None:
-        """The two places that an equality joins, and whether they are sites."""
+        """(the two places that an equality connects, whether they are sites); None if there is a fault or both are on one link."""
         by_site = "site1" in e.attributes
         known = self.bodies.sites if by_site else self.bodies.places
         kind = "site" if by_site else "body"
@@ -108,7 +108,7 @@ class Closing:
     # -- tendons ------------------------------------------------------------------------------------------------------------
 
     def _tendon(self, e: Element) -> bool:
-        """Import a tendon with forces; returns whether it had any."""
+        """Import a tendon as a spring, or refuse it; the result is False for a tendon without forces, which is ignored."""
         said = self.model.attributes(e, "", "tendon")
         own = {k: (self.found.numbers(e, k, said[k], (1, 2, 3)) or [0.0])[0] for k in PULLING if k in said}
         if not any(own.values()):
@@ -117,7 +117,7 @@ class Closing:
         rest = self.found.numbers(e, "springlength", said.get("springlength", "-1"), (1, 2)) or [-1.0]
         line = e.tag == "spatial" and [c.tag for c in stops] == ["site", "site"] and len(set(rest)) == 1
         if not line or own.get("frictionloss") or own.get("armature"):
-            self.found.add(e, _name_of(e), "a tendon with forces of its own", "only springs between two sites are imported")
+            self.found.add(e, _name_of(e), "a tendon that exerts forces", "only springs between two sites are imported")
             return True
         places = [self._place(c, "site", self.bodies.sites) for c in stops]
         if places[0] is None or places[1] is None:

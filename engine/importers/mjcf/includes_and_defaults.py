@@ -1,4 +1,4 @@
-"""An MJCF file: includes inserted, compiler settings, and default classes of attributes."""
+"""Reading of an MJCF file: expansion of includes, compiler settings, and default classes of attributes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,29 @@ from trunnion.importers.pose_matrices import Pose, about, least_turn, of_quatern
 from trunnion.importers.xml_reader import DEEPEST, Element, Findings, is_file, read_xml
 
 FILES = 200
-"""Most included files."""
+"""Largest number of included files."""
 TURNS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
-"""Attributes that give an orientation. An element's own one replaces any from its class."""
+"""Attributes that give an orientation. An orientation of the element replaces any orientation from its default class."""
 MAIN = "main"
 Attributes = dict[str, str]
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of <compiler>: angles in degrees; axis order of euler; geoms that make inertias, and their groups; least masses,
-    kg, and moments, kg m²; whether impossible moments are averaged; total mass, kg; folder of meshes."""
+    """Settings of <compiler>.
+
+    degrees       whether angles are in degrees
+    sequence      axis order of Euler angles
+    auto_limits   whether a range implies a limit
+    from_geoms    whether inertias come from geoms: "true", "false" or "auto"
+    groups        first and last group of the geoms that have mass
+    least_mass    lower bound of masses, kg
+    least_moment  lower bound of principal moments of inertia, kg m²
+    balance       whether impossible moments are replaced by their mean
+    total         total mass, kg; 0 means no scaling
+    meshes        folder of the meshes
+    strip         whether folders in mesh file names are ignored
+    """
 
     degrees: bool = True
     sequence: str = "xyz"
@@ -38,12 +50,12 @@ class Settings:
     strip: bool = False
 
     def angle(self, x: float) -> float:
-        """An angle as the file gives it, rad."""
+        """An angle of the file, converted to rad."""
         return float(np.deg2rad(x)) if self.degrees else x
 
 
 class Model:
-    """The sections of a file, its faults, settings and classes."""
+    """The sections of a file, with its faults, settings and default classes."""
 
     def __init__(self, file: Path):
         self.found, self.folder, self.count = Findings(), file.resolve().parent, 0
@@ -61,13 +73,13 @@ class Model:
         self.settings = self._settings()
 
     def sections(self, tag: str) -> list[Element]:
-        """All sections with a tag; a file may have several."""
+        """All sections with a tag; a file may contain a section several times."""
         return self.root.all(tag)
 
     # -- files --------------------------------------------------------------------------------------------------------------
 
     def _expand(self, e: Element, folder: Path, files: tuple[Path, ...]) -> None:
-        """Replace <include> by its content."""
+        """Replace each <include> by the content of its file."""
         out: list[Element] = []
         for c in e.children:
             if c.tag != "include":
@@ -94,19 +106,19 @@ class Model:
         if path is None:
             return f"there is no file {name!r}", "paths are relative to the main file"
         if path in files:
-            return f"{name!r} includes itself", "remove one of the two"
+            return f"{name!r} includes itself", "remove one of the includes"
         if self.count > FILES or len(files) > DEEPEST:
-            return f"more than {FILES} files are included", "put them together"
+            return f"more than {FILES} files are included", "merge some of the files"
         return None
 
     def asset(self, at: Element, name: str) -> Path | None:
-        """The file of a mesh; None, and a problem, if it is missing."""
+        """The file of a mesh. If the file is missing, the result is None and a problem is added."""
         plain = Path(name).name if self.settings.strip else name
         path = self.folder / self.settings.meshes / plain
         if is_file(path):
             return path.resolve()
-        what = "there is no such mesh, and bodies take their masses from it"
-        self.found.add(at, name, what, "meshdir says in which folder they are")
+        what = "there is no such mesh, which is needed for masses of bodies"
+        self.found.add(at, name, what, "meshdir gives the folder of the meshes")
         return None
 
     # -- settings and classes -----------------------------------------------------------------------------------------------
@@ -130,10 +142,10 @@ class Model:
         )  # fmt: skip
 
     def _read_class(self, section: Element, parent: str) -> None:
-        """Read a class, with the attributes of its parent."""
+        """Read a default class, which inherits the attributes of its parent class."""
         name = section.get("class") or (MAIN if not parent else "")
         if not name:
-            self.found.add(section, "default", "a class inside another needs a name", "add class=")
+            self.found.add(section, "default", "a default class inside another class needs a name", "add class=")
             return
         own = self.classes.setdefault(name, {})
         for tag, said in (self.classes[parent] if parent else {}).items():
@@ -145,7 +157,7 @@ class Model:
             self._read_class(c, name)
 
     def attributes(self, e: Element, around: str, tag: str = "") -> Attributes:
-        """Attributes of an element, with defaults from its class. around: class of the enclosing body."""
+        """Attributes of an element, with defaults from its class. ``around`` is the default class of the enclosing body."""
         name = e.get("class") or around or MAIN
         if name not in self.classes:
             self.found.add(e, e.get("name") or e.tag, f"there is no class {name!r}", f"classes: {', '.join(self.classes)}"[:200])
@@ -155,7 +167,7 @@ class Model:
     # -- numbers ------------------------------------------------------------------------------------------------------------
 
     def three(self, e: Element, said: Attributes, name: str, default: str) -> np.ndarray:
-        """Three numbers of an attribute."""
+        """The three numbers of attribute ``name``, or of ``default``."""
         found = self.found.numbers(e, name, said.get(name, default), (3,))
         return np.array(found if found is not None else [float(x) for x in default.split()])
 
@@ -164,12 +176,12 @@ class Model:
         return pose(self.three(e, said, "pos", "0 0 0"), self.rotation(e, said))
 
     def rotation(self, e: Element, said: Attributes) -> np.ndarray:
-        """The orientation of an element (3×3)."""
+        """The rotation matrix of an element (3×3) in its parent."""
         given = [t for t in TURNS if t in said]
         if not given:
             return np.eye(3)
         if len(given) > 1:
-            self.found.add(e, e.get("name") or e.tag, f"{' and '.join(given)} both say how it is turned", "give one")
+            self.found.add(e, e.get("name") or e.tag, f"several orientations: {' and '.join(given)}", "give only one")
         how = given[0]
         count = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}[how]
         x = self.found.numbers(e, how, said[how], (count,))
@@ -178,7 +190,7 @@ class Model:
         turned = self._rotation_of(how, np.array(x))
         if not np.isfinite(turned).all():
             what = f"{how}={said[how]!r} is not an orientation"
-            self.found.add(e, e.get("name") or e.tag, what, "its axes are parallel, or have no length")
+            self.found.add(e, e.get("name") or e.tag, what, "its axes are parallel or zero")
             return np.eye(3)
         return turned
 
@@ -203,6 +215,6 @@ class Model:
 
 
 def _override(less: Attributes, more: Attributes) -> Attributes:
-    """Attributes of a class, overridden by those of an element."""
+    """Attributes of a class, overridden by the attributes of an element."""
     turned = any(t in more for t in TURNS)
     return {k: v for k, v in less.items() if not (turned and k in TURNS)} | more

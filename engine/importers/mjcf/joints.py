@@ -1,4 +1,4 @@
-"""Joints of MJCF: freedoms, springs, dampers, friction."""
+"""Joints of MJCF: axes, limits, springs, dampers, friction."""
 
 from __future__ import annotations
 
@@ -14,17 +14,23 @@ from trunnion.importers.xml_reader import Element
 
 JOINTS = ("joint", "freejoint")
 RATIO = "gear"
-"""Attribute of an actuator's ratio."""
+"""Attribute that holds an actuator's gear ratio."""
 KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "free"}
 CLOSING = {"connect": "spherical", "weld": "fixed"}
-"""Types of joints by MJCF's words, and of what closes loops."""
+"""The scene's joint types of the equalities that close loops."""
 
 
 @dataclass
 class Freedom:
-    """A joint of the file. type: MJCF's. name: of the scene's joint. ref: MJCF coordinate at the scene's zero. start: nonzero
-    initial coordinates. limits: least and greatest coordinate. swing: time constant, s, and damping ratio of its spring and damper
-    at the start."""
+    """A joint of the file.
+
+    type    the type in MJCF
+    ref     MJCF coordinate where the scene's coordinate is zero
+    name    name of the scene's joint
+    start   initial coordinates that are not zero
+    limits  smallest and largest coordinate
+    swing   time constant, s, and damping ratio of its spring and damper in the initial pose
+    """
 
     type: str
     ref: float
@@ -38,7 +44,7 @@ class Freedom:
 
     @property
     def kind(self) -> JointKind:
-        """Type of the scene's joint."""
+        """The scene's joint type."""
         return REGISTRY[KINDS[self.type]]
 
 
@@ -51,7 +57,7 @@ def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
         kind = "hinge"
     axis = model.three(e, said, "axis", "0 0 1")
     if not np.any(axis):
-        model.found.add(e, name, "its axis has no length")
+        model.found.add(e, name, "its axis is a zero vector")
         axis = np.array([0.0, 0.0, 1.0])
     own = REGISTRY[KINDS[kind]]
     angle = model.settings.angle if own.turns(0) else float
@@ -77,15 +83,15 @@ def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) 
     swing = model.found.numbers(e, "springdamper", said.get("springdamper", "0 0"), (2,)) or [0.0, 0.0]
     f.swing = (swing[0], swing[1]) if min(swing) > 0 else None
     if (stiffness or f.swing) and f.kind.nv > 1:
-        model.found.add(e, name, f"a spring along a {f.type} joint, which scenes do not support", "build it of hinges")
+        model.found.add(e, name, f"a spring along a {f.type} joint, which scenes do not support", "replace the joint by hinges")
     elif stiffness or f.swing:
         rest = angle(model.found.number(e, "springref", said.get("springref"), 0.0)) - f.ref
         f.more["spring"] = {"stiffness": stiffness, "rest": rest}
 
 
 def _coefficient(model: Model, e: Element, said: Attributes, key: str) -> float:
-    """A number, or a polynomial whose higher coefficients are zero."""
+    """The number of an attribute. A polynomial is accepted if its higher coefficients are zero."""
     found = model.found.numbers(e, key, said[key], (1, 2, 3)) if key in said else None
     if found and any(found[1:]):
-        model.found.add(e, e.get("name") or e.tag, f"{key} is a polynomial: {said[key]}", "a scene's is one number")
+        model.found.add(e, e.get("name") or e.tag, f"{key} is a polynomial: {said[key]}", "scenes support only a single number")
     return found[0] if found else 0.0

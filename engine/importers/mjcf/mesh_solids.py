@@ -1,4 +1,4 @@
-"""Solids of MJCF meshes, as MuJoCo computes them."""
+"""Volume and inertia of MJCF meshes by the methods of MuJoCo."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 WAYS = ("legacy", "exact", "convex")
-"""Supported ways to compute a mesh's solid."""
+"""Supported methods for the volume and inertia of a mesh (MJCF attribute ``inertia``)."""
 
 
 @dataclass(frozen=True)
 class Solid:
-    """volume, m³; center (3), m; inertia per density about the centre (3×3), m⁵."""
+    """Volume, m³; centre (3), m; inertia about the centre divided by the density (3×3), m⁵."""
 
     volume: float
     center: np.ndarray
@@ -20,8 +20,12 @@ class Solid:
 
 
 def solid(corners: np.ndarray, way: str) -> Solid:
-    """The solid inside triangles (n×3×3). way: exact; legacy, which counts every tetrahedron from the surface's centroid as
-    positive; convex, of the hull."""
+    """The solid inside triangles (n×3×3). The method ``way`` is one of:
+
+    exact   signed volumes of tetrahedra
+    legacy  absolute volumes of tetrahedra with their apex at the surface's centroid
+    convex  the convex hull
+    """
     if way == "convex":
         corners, way = hull(corners.reshape(-1, 3)), "legacy"
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -29,14 +33,14 @@ def solid(corners: np.ndarray, way: str) -> Solid:
     apex = (area[:, None] * corners.mean(axis=1)).sum(axis=0) / area.sum() if way == "legacy" else np.zeros(3)
     parts = _volumes(corners - apex, way)
     center = apex + (parts[:, None] * (corners - apex).sum(axis=1) / 4).sum(axis=0) / parts.sum()
-    arms = corners - center  # the legacy way looks again, from the mass centre that it found: its volume is then another
+    arms = corners - center  # the legacy method repeats with the apex at this centre, which changes its volume
     parts, total = _volumes(arms, way), arms.sum(axis=1)
     second = (np.einsum("nki,nkj,n->ij", arms, arms, parts) + np.einsum("ni,nj,n->ij", total, total, parts)) / 20
     return Solid(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)
 
 
 def _volumes(corners: np.ndarray, way: str) -> np.ndarray:
-    """Volumes of the tetrahedra between triangles (n×3×3) and the origin (n)."""
+    """Volumes (n) of the tetrahedra formed by the triangles (n×3×3) and the origin; absolute values for the legacy method."""
     parts = np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     return np.abs(parts) if way == "legacy" else parts
 

@@ -1,4 +1,4 @@
-"""Importer of MJCF: the mechanism alone. Notes list omitted contacts, actuators and fluid forces."""
+"""Importer of MJCF: builds the scene of the mechanism. Notes list omitted contacts, actuators and fluid forces."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from trunnion.scene.data_classes.scene import Scene
 def scene_of_mjcf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
     """(scene, notes on omissions).
 
-    Hinges, slides, balls and free joints keep their names; coordinates are zero in the drawn pose. Armature becomes
-    ``rotor_inertia``, frictionloss constant friction; connect and weld become joints that close loops. The scene starts in the
-    first keyframe. stops: stiffness of limits, N/m and N m/rad; None omits them. SceneError with everything that a scene cannot
-    represent, with file and line."""
+    Joints keep their names; coordinates are zero in the file's initial pose. armature becomes ``rotor_inertia``, frictionloss
+    becomes constant friction, and connect and weld become joints that close loops. The scene starts in the first keyframe.
+    ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits. SceneError lists everything
+    that a scene cannot represent, with file and line."""
     linkage, model, _ = linkage_of_mjcf(Path(file))
     return linkage.scene(stops), model.found.notes
 
 
 def linkage_of_mjcf(file: Path) -> tuple[Linkage, Model, Bodies]:
-    """The linkage, the model, and its bodies. SceneError for an unreadable file."""
+    """(linkage, model, bodies) of an MJCF file. SceneError if the file cannot be read or nothing in it moves."""
     model = Model(existing(file))
     gravity, notes = _gravity(model), model.found.notes
     linkage = Linkage(model.name or file.stem, model.found, gravity)
@@ -45,7 +45,7 @@ def linkage_of_mjcf(file: Path) -> tuple[Linkage, Model, Bodies]:
 
 
 def _gravity(model: Model) -> tuple[float, float, float]:
-    """The file's gravity; notes on omitted options that change the motion."""
+    """The file's gravity, m/s²; adds notes on omitted options that change the motion."""
     g = np.array([0.0, 0.0, -9.81])
     for e in model.sections("option"):
         g = model.three(e, e.attributes, "gravity", " ".join(map(str, g)))
@@ -59,7 +59,7 @@ def _gravity(model: Model) -> tuple[float, float, float]:
 
 
 def _actuators(model: Model, bodies: Bodies) -> None:
-    """Add rotors and dampers of actuators; note the rest."""
+    """Add rotor inertias and damping of actuators to their joints, and a note that the actuators are omitted."""
     every = [e for section in model.sections("actuator") for e in section.children]
     by_name = {j.get("name"): f for j, f in zip(bodies.elements, bodies.freedoms, strict=True)}
     for e in every:
@@ -77,7 +77,7 @@ def _actuators(model: Model, bodies: Bodies) -> None:
 
 
 def _keyframe(model: Model, bodies: Bodies) -> None:
-    """Start in the first keyframe with coordinates."""
+    """Set the start values to the first keyframe with coordinates, if there is one."""
     key = next((k for section in model.sections("keyframe") for k in section.all("key") if k.get("qpos")), None)
     if key is None:
         return

@@ -1,4 +1,4 @@
-"""Frames of SDF: models, links, joints and frames by full name, each placed relative to another."""
+"""Frames of SDF: models, links, joints and explicit frames by full name, each placed relative to another frame."""
 
 from __future__ import annotations
 
@@ -15,8 +15,12 @@ OWN = "__model__"
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame. at: pose in the frame ``within``. held_by: link or frame that it moves with ("": a link). placement: for a model,
-    the frame that is placed instead."""
+    """A frame.
+
+    at         pose relative to the frame ``within``
+    held_by    full name of the link or frame that the frame moves with; "" if the frame is that of a link
+    placement  for a model, full name of the frame that ``at`` places instead of the model's own frame
+    """
 
     element: Element
     at: Pose
@@ -26,13 +30,13 @@ class Frame:
 
 
 class Frames:
-    """All frames of a file. Full names join model names by ::; the world has no prefix."""
+    """All frames of a file by full name. A full name joins the names of enclosing models with ::; the world adds no prefix."""
 
     def __init__(self, found: Findings):
         self.found, self.known = found, dict[str, Frame]()
 
     def full(self, scope: str, name: str) -> str:
-        """The full name of a name in a model (``scope``: its full name)."""
+        """The full name of ``name`` inside the model whose full name is ``scope``."""
         if name == WORLD:
             return WORLD
         return (scope or WORLD) if name == OWN else f"{scope}::{name}" if scope else name
@@ -50,12 +54,13 @@ class Frames:
         return pose(x[:3], rpy(*angles))
 
     def add(self, e: Element, scope: str, within: str, held_by: str = "", placement: str = "") -> str:
-        """Add an element's frame, placed relative to its pose's frame, else to ``within`` (a full name); returns its full name."""
+        """Add the frame of an element and return its full name. The frame is placed relative to ``relative_to`` of the element's
+        pose, or by default to ``within`` (a full name)."""
         name, given = self.full(scope, e.get("name")), e.first("pose")
         if given is not None and given.get("relative_to"):
             within = self.full(scope, given.get("relative_to"))
         if name in self.known:
-            self.found.add(e, e.get("name"), "this name is taken already in its model", "give it a name of its own")
+            self.found.add(e, e.get("name"), "another frame in its model has the same name", "rename one of them")
         self.known[name] = Frame(e, self.read(e), within, held_by, placement)
         return name
 
@@ -73,7 +78,7 @@ class Frames:
                 del self.known[name]
 
     def place(self, name: str, root: str = WORLD) -> Pose:
-        """The pose of a frame in another one (the world)."""
+        """The pose of frame ``name`` in the frame ``root``."""
         if name in (root, WORLD):
             return np.eye(4)
         f = self.known[name]
@@ -81,7 +86,7 @@ class Frames:
         return at @ inverse(self.place(f.placement, name)) if f.placement and root != name else at
 
     def link(self, name: str) -> str | None:
-        """The full name of the link that a frame moves with, "world", or None."""
+        """The full name of the link that a frame moves with, or "world"; None for an unknown frame or a cycle."""
         for _ in range(len(self.known) + 1):
             if name == WORLD or name not in self.known:
                 return WORLD if name == WORLD else None

@@ -15,21 +15,21 @@ TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical",
     "universal": "universal", "screw": "screw", "revolute2": "revolute",
 }  # fmt: skip
-"""By SDF's words; revolute2 is two of them in series."""
+"""The scene's joint type by SDF type; a revolute2 becomes two revolutes in series."""
 
 
 def axis_of(found: Findings, joint: Element, axis: Element | None) -> tuple[np.ndarray, str | None]:
-    """The direction of an axis, and the frame it is expressed in (None: the file does not say)."""
+    """(direction of an axis, name of the frame that the direction is expressed in; None if the file does not give it)."""
     xyz = axis.first("xyz") if axis is not None else None
     given = np.array(found.numbers(xyz, "text", xyz.text, (3,)) or [0, 0, 1.0] if xyz is not None else [0, 0, 1.0])
     if not np.any(given):
-        found.add(xyz or joint, joint.get("name"), "its axis has no length")
+        found.add(xyz or joint, joint.get("name"), "its axis is a zero vector")
         given = np.array([0.0, 0.0, 1.0])
     return given, (xyz.get("expressed_in") or None) if xyz is not None else None
 
 
 def crossed(first: Pose, second: Pose) -> Pose:
-    """The frame of a universal joint: first axis e1, second e2 (made square to it)."""
+    """The frame of a universal joint: e1 along the first axis, e2 along the component of the second axis normal to e1."""
     e1, e2 = first[:3, 0], second[:3, 0]
     e2 = e2 - (e1 @ e2) * e1
     e2 = e2 / np.linalg.norm(e2)
@@ -37,7 +37,7 @@ def crossed(first: Pose, second: Pose) -> Pose:
 
 
 def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
-    """The pitch of a screw: travel a turn, m."""
+    """The scene key for the pitch of a screw (travel per turn, m); empty for other joints."""
     if joint.get("type") != "screw":
         return {}
     modern, old = joint.first("screw_thread_pitch"), joint.first("thread_pitch")
@@ -48,7 +48,7 @@ def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
 
 
 def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str, Any]:
-    """Damping, friction and springs along the axes of a joint."""
+    """Scene keys for damping, friction and springs along the axes of a joint."""
     axes = [joint.first(tag) for tag in ("axis", "axis2")][: REGISTRY[kind].nv]
     dynamics = [a.first("dynamics") if a is not None else None for a in axes]
 

@@ -1,4 +1,4 @@
-"""Models of SDF, nested and included: their links, joints and frames by full names."""
+"""Models of SDF, also nested and included ones: their links, joints and frames by full name."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from trunnion.importers.sdf.frames import OWN, WORLD, Frames
 from trunnion.importers.xml_reader import Element, Findings, is_file, read_xml
 
 FILES = 100
-"""Files that are included, at most."""
+"""Largest number of included files."""
 
 
 @dataclass
 class Held:
-    """A link or a joint: where it stands, and whether its model is static."""
+    """A link or a joint, the full name of its model (``scope``), and whether its model is static (``still``)."""
 
     element: Element
     scope: str
@@ -23,7 +23,8 @@ class Held:
 
 
 class Models:
-    """What a file has: gravity, m/s²; links by full name; joints; all frames. old: axes are in the frame of the model."""
+    """The content of a file: gravity, m/s²; links by full name; joints; all frames. ``old`` means that the format version
+    expresses axes in the frame of the model."""
 
     def __init__(self, root: Element, folder: Path, found: Findings):
         self.root, self.folder, self.found, self.count = root, folder, found, 0
@@ -43,7 +44,7 @@ class Models:
     # -- models -------------------------------------------------------------------------------------------------------------
 
     def _read_children(self, e: Element, scope: str, still: bool) -> None:
-        """What a world or a model has."""
+        """Add the includes, models, links, frames and joints of a world or model."""
         for c in e.children:
             if c.tag == "include":
                 self._add_include(c, scope, still)
@@ -63,7 +64,7 @@ class Models:
         self.frames.add(c, scope, child, child)
 
     def _add_model(self, e: Element, scope: str, still: bool, placed: Element | None = None) -> None:
-        """A model; placed: the <include> that may say where it is, what it is called and whether it is static."""
+        """Add a model. ``placed`` is its <include>, whose pose, name and static flag override those of the model."""
         sayers = [x for x in (placed, e) if x is not None]
         named = [n for n in (x.text_of("name") for x in sayers[:-1]) if n]
         static = next((x.text_of("static") for x in sayers if x.first("static") is not None), "")
@@ -80,7 +81,7 @@ class Models:
         self._read_children(e, made, still or static in ("true", "1"))
 
     def _add_include(self, e: Element, scope: str, still: bool) -> None:
-        """A model from another file, below the folder of this one."""
+        """Add a model from another file, which must be inside the folder of this file."""
         uri = e.text_of("uri")
         name = uri.removeprefix("model://").removeprefix("file://")
         tries = [self.folder / name / "model.sdf", self.folder / name, self.folder / Path(name).name / "model.sdf"]

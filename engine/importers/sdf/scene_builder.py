@@ -21,14 +21,14 @@ SOLIDS = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius
 
 
 def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions). Static models are the ground; links without a joint fly freely. stops: stiffness of limits, N/m
-    and N m/rad; None omits them.
+    """(scene, notes on omissions). Static models become part of the ground; links without a joint move freely. ``stops`` is the
+    stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits.
 
-    SceneError with everything that a scene cannot represent, each with its line."""
+    SceneError lists everything that a scene cannot represent, each with its line."""
     path = existing(file)
     root, found = read_xml(path), Findings()
     if root.tag != "sdf":
-        found.add(root, root.tag, "the root element is not <sdf>", "SDF does")
+        found.add(root, root.tag, "the root element is not <sdf>", "SDF files begin with <sdf>")
         found.end()
     folder = path.resolve().parent
     reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
@@ -47,7 +47,7 @@ class SdfReader:
     # -- the linkage --------------------------------------------------------------------------------------------------------
 
     def linkage(self, name: str) -> Linkage:
-        """All links and joints; ``found`` collects faults."""
+        """The linkage of all links and joints; ``found`` collects faults."""
         models = [m for e in (self.root, *self.root.all("world")) for m in e.all("model")]
         called = models[0].get("name") if len(models) == 1 else name
         out = Linkage(plain_name(called, ascii_only=False), self.found, self.models.gravity)
@@ -72,7 +72,7 @@ class SdfReader:
         return out
 
     def _couple(self, j: Held, out: Linkage) -> None:
-        """Couple joints: multiplier · (position of the other − reference) + offset."""
+        """Add the mimic constraints of a joint: q = multiplier · (q of the leader − reference) + offset."""
         for m in (m for a in j.element.all("axis", "axis2") for m in a.all("mimic")):
             ratio, offset, ref = (self._number(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
             follower, leader = (self.made.get(self.frames.full(j.scope, n), "") for n in (j.element.get("name"), m.get("joint")))
@@ -118,7 +118,7 @@ class SdfReader:
     # -- joints -------------------------------------------------------------------------------------------------------------
 
     def _end(self, j: Held, side: str) -> str:
-        """Full name of the link on one side of a joint; "": none."""
+        """Full name of the link on one side of a joint; "" if there is no such link."""
         return self.frames.link(self.frames.full(j.scope, j.element.text_of(side))) or ""
 
     def _joint(self, j: Held, out: Linkage) -> None:
@@ -130,7 +130,7 @@ class SdfReader:
         if missing or self.place[ends[0]] == self.place[ends[1]] == GROUND:
             return
         if kind not in TYPES:
-            self.found.add(e, e.get("name"), f"has type {kind!r}, which scenes do not support", "take it out of the file")
+            self.found.add(e, e.get("name"), f"has type {kind!r}, which scenes do not support", "remove it from the file")
             return
         at = self.frames.place(self.frames.full(j.scope, e.get("name")))
         first = self._axis(j, at, "axis")
@@ -149,7 +149,7 @@ class SdfReader:
             out.limits[made] = (self._number(limit, "lower", -np.inf), self._number(limit, "upper", np.inf))
 
     def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
-        """Frame of an axis in the joint's frame; its first direction is the axis."""
+        """Pose, in the joint's frame, of a frame whose first direction is the axis."""
         e = j.element.first(tag)
         given, expressed = axis_of(self.found, j.element, e)
         if expressed is None and (self.models.old or (e is not None and e.text_of("use_parent_model_frame") in ("true", "1"))):
@@ -163,7 +163,7 @@ class SdfReader:
         return along(given)
 
     def _add_two_hinges(self, j: Held, out: Linkage, ends: list[str], at: Pose, first: Pose) -> None:
-        """Two hinges with a nearly massless link between them."""
+        """Add two hinges and a nearly massless link between them."""
         name, child = j.element.get("name"), self.place[ends[1]]
         light = LIGHT * (out.links[child].mass if child in out.links else 1.0)
         middle = self.names.new(f"{name}_middle", "link")
@@ -178,7 +178,8 @@ class SdfReader:
 
     def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
              given: dict[str, Pose] | None = None) -> str:  # fmt: skip
-        """Add a joint whose frame is given in the world; returns its name. given: poses of links without a frame of their own."""
+        """Add a joint whose frame is given in the world, and return its name. ``given`` holds poses of links that are not in the
+        file."""
         at = [(given or {}).get(n) if n in (given or {}) else self._link_pose(n) for n in ends]
         sides = [inverse(where if where is not None else np.eye(4)) @ frame for where in at]
         made = self.names.new(name, "joint")

@@ -4,9 +4,9 @@
  * Rigid parts require compatible deformations of the contacts along their normals: Qᵀ(κ + Q y + δ(N)) = 0. The unknowns y are
  * the amounts of the open directions V. κ, affine in η, are the loads of the contact springs, with friction as an applied
  * force. ``loop_solve.c`` makes Qᵀκ = 0, the least elastic energy. The columns of Q are the spring loads of the open
- * directions. δ is the change of spring loads because friction turns the normals away from the forces. For a
- * sliding pair this is the friction of the law, for a pair at rest the friction η. Loads therefore do not jump where a pair
- * begins to slip. Friction is not variational, so y minimises an energy only without friction. Newton's method finds y from η; if δ is linear, one step
+ * directions. δ is the change of spring loads because friction turns the normals away from the forces: the friction of the
+ * law for a sliding pair, the friction η for a pair at rest. Loads therefore do not jump where a pair begins to slip. Friction
+ * is not variational, so y minimises an energy only without friction. Newton's method finds y from η; if δ is linear, one step
  * suffices. */
 #include "constraints/constraints.h"
 

@@ -1,5 +1,5 @@
-"""Mistakes that show only when several fields of a scene are compared. Each module finds those of one topic; a new topic is a new
-module and one name in TOPICS."""
+"""Checks that compare several fields of a scene. Each module checks one topic; a new topic needs a new module and an entry in
+TOPICS."""
 
 from __future__ import annotations
 
@@ -30,17 +30,16 @@ TOPICS = (
     names, bodies, topology, joint_frames, body_placement, wheel_teeth, cam_profiles, point_curves, joint_mimics, bodiless_joints,
     joint_friction, start_values, joint_devices, input_and_speed_curves, loads, number_bounds, output_patterns,
 )  # fmt: skip
-"""Modules in the order of their findings."""
+"""The modules in the order in which their findings are listed."""
 
 
 def findings(scene: Scene) -> list[Finding]:
-    """All mistakes of meaning, topic by topic, each once."""
+    """All findings of the checks, topic by topic, without repetition."""
     return list(dict.fromkeys(f for topic in TOPICS for f in topic.check(scene)))
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """All mistakes of meaning as an error lists them: the first ones, and how many more there are. A scene made in Python has
-    no lines."""
+    """The problems of a scene made in Python, without file and line: the first ``MOST``, then one that counts the others."""
     return list(error_of(findings(scene), {}).problems)
 
 

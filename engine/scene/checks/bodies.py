@@ -1,4 +1,4 @@
-"""Checks of bodies: at most one shape, mass properties given once, and an inertia that a rigid body can have."""
+"""Checks of bodies: at most one shape, no contradictory mass properties, and a physically possible inertia."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from trunnion.scene.queries.surface_meshes import unpacked
 
 SHAPES = ("box", "cylinder", "sphere")
 SLACK = 1e-9
-"""Relative violation of the inertia conditions that counts as rounding of the numbers as written."""
+"""Relative violation of the inertia conditions that is accepted as rounding of the input."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -32,7 +32,7 @@ def _surface(path: Path, b: Body) -> Iterator[Finding]:
     try:
         unpacked(b.surface)
     except ValueError as e:
-        yield Finding((*path, "surface"), f"no packed surface: {e}", "take it as trunnion import wrote it, or remove it")
+        yield Finding((*path, "surface"), f"no packed surface: {e}", "use the text that trunnion import wrote, or remove it")
 
 
 def _shape(path: Path, b: Body) -> Iterator[Finding]:
@@ -42,7 +42,7 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
 
 
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:
-    """With a shape, either density or mass is needed; without one, mass and inertia; an explicit inertia always needs a mass."""
+    """With a shape, density or mass is required; without a shape, mass and inertia. An explicit inertia requires a mass."""
     shaped = any(getattr(b, s) is not None for s in SHAPES)
     keys = tuple((*path, k) for k in (*SHAPES, "density", "mass", "inertia"))
     if b.density is not None and (b.mass is not None or b.inertia is not None):

@@ -1,4 +1,4 @@
-"""Checks of what carries no body but ties two that other joints carry: what belongs to those other joints."""
+"""Checks of bodiless joints, which couple two bodies that other joints carry: some keys belong to these other joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 NONE = ("drive", "rotor_inertia", "latch")
-"""What those that have a coordinate cannot have along it either."""
+"""Fields that are forbidden even for bodiless joints with a coordinate."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -31,6 +31,6 @@ def check(scene: Scene) -> Iterator[Finding]:
             yield Finding((*path, "pin"), f"{what} carries a pin", "leave it out")
         law = scene.law_of(j.friction) if j.friction is not None else ""
         if law and LAWS[law].bristles:
-            yield Finding((*path, "friction"), f"teeth have no bristles, as the law {law} wants", "choose a law without bristles")
+            yield Finding((*path, "friction"), f"the law {law} has bristles, which are not supported here", "choose another law")
         if j.cut is False:
             yield Finding((*path, "cut"), f"{parts} carry no body: a loop is always opened between them", "leave it out")

@@ -1,4 +1,4 @@
-"""Checks of placed bodies: turns that are turns, joints whose points meet, and what needs a body to be placed."""
+"""Checks of placed bodies: valid turns, coinciding joint points, and keys that require placed bodies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.scene.queries.body_poses import has_own_point, place_of, pose_of, 
 from trunnion.scene.queries.body_references import GROUND, body_of, named_point, point_of, points_of, split
 
 APART = 1e-6
-"""Distance of a joint's two points, by the size of what is placed, above which they are two places."""
+"""Largest accepted distance between the two points of a joint, relative to the extent of the placed bodies."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -66,6 +66,6 @@ def _joints(scene: Scene) -> Iterator[Finding]:
 
 
 def _known(scene: Scene, side: object) -> bool:
-    """Whether the body and the point that a side names exist. ``names`` reports those that do not."""
+    """Whether the body and the point that a side names exist. ``checks.names`` reports missing bodies and points."""
     body, point = body_of(side), named_point(side)  # type: ignore[arg-type]
     return (body == GROUND or body in scene.bodies) and (not point or point in points_of(scene, body))

@@ -1,4 +1,4 @@
-"""Checks of cams: their profiles, and keys that only they have."""
+"""Checks of cams: their profiles, and keys that only cams have."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 OWN = ("profile", "roller")
-"""Keys of cams alone."""
+"""Keys that only cams have."""
 CAMS = ("point", "face")
-"""What may follow a cam."""
+"""Kinds of followers of a cam."""
 FEWEST = 3
 """Fewest values of a profile."""
 MOST = 2000
-"""Most values of a profile: each is code of a compiled kernel."""
+"""Most values of a profile; each value adds code to a compiled kernel."""
 TURN = 2 * math.pi * (1 + 1e-9)
-"""One turn, rad, and what angles may be off that follow from parameters."""
+"""One turn, rad, plus a tolerance for angles that are computed from parameters."""
 USUAL = "{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 40 mm, 40 mm, 30 mm]}"
 
 
@@ -32,7 +32,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         follows = REGISTRY[j.type].follows if REGISTRY[j.type].follows in CAMS else ""
         for key in OWN:
             if getattr(j, key) is not None and (not follows or (key == "roller" and follows != "point")):
-                what = f"a {j.type} joint has no cam" if not follows else f"what follows a {j.type} is a face, not a roller"
+                what = f"a {j.type} joint has no cam" if not follows else f"the follower of a {j.type} is a face, not a roller"
                 hint = f"remove it; joints with cams: {able}" if not follows else "remove it, or use cam"
                 yield Finding((*path, key), what, hint)
         if not follows:
@@ -49,7 +49,7 @@ def _profile(path: Path, p: Profile, j: Joint) -> Iterator[Finding]:
         yield Finding((*path, "radius"), f"{len(p.radius)} radii for {count} angles", "give one radius for each angle")
         return
     if not FEWEST <= count <= MOST:
-        yield Finding((*path, "angle"), f"a profile of {count} values", f"give {FEWEST} to {MOST}")
+        yield Finding((*path, "angle"), f"a profile of {count} values", f"give {FEWEST} to {MOST} values")
         return
     for k, (a, b) in enumerate(itertools.pairwise(map(float, p.angle))):
         if not b > a:

@@ -1,4 +1,4 @@
-"""Checks of numbers that follow something: friction over time, curves of inputs, coefficients by speed."""
+"""Checks of variable numbers: friction over time, functions of inputs, coefficients of friction over speed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.scene.queries.loads_and_signals import VARYING, entries, loads
 
 
 def check(scene: Scene) -> Iterator[Finding]:
-    """All findings about them."""
+    """All findings about curves of inputs and variable friction."""
     for path, load in loads(scene):
         if isinstance(load, FromInput) and load.curve is not None:
             yield from _curve((*path, "curve"), "at", load.curve.at, load.curve.value)
@@ -34,24 +34,24 @@ def _curve(path: Path, key: str, at: Sequence[float], value: Sequence[float]) ->
         yield Finding((*path, key), f"a curve has 2 to {KNOTS} points, not {len(at)}", "thin it out" if len(at) > 2 else "")
     for i in range(1, len(at)):
         if not at[i - 1] < at[i]:
-            yield Finding((*path, key, i), f"they must increase: {at[i]:g} follows {at[i - 1]:g}")
+            yield Finding((*path, key, i), f"the entries must increase: {at[i]:g} follows {at[i - 1]:g}")
             break
 
 
 def _by_speed(path: Path, f: Friction, c: BySpeed, scene: Scene) -> Iterator[Finding]:
     yield from _curve((*path, "mu"), "speed", c.speed, c.value)
     if c.speed and c.speed[0] != 0.0:
-        yield Finding((*path, "mu", "speed", 0), "the first speed is 0: its coefficient is that of rest", "begin with 0")
+        yield Finding((*path, "mu", "speed", 0), "the first speed must be 0, for static friction", "begin with 0")
     law = scene.law_of(f)
     if law != Coulomb.name or scene.normal_force_of(f) == "adams":
         what = f"a coefficient that depends on the speed needs the law {Coulomb.name} with exact normal forces"
         yield Finding((*path, "mu"), what, f"law: {Coulomb.name}, or one number for the law {law}")
     if f.mu_static is not None:
-        yield Finding((*path, "mu_static"), "the curve of mu begins with the coefficient of rest", "leave mu_static out")
+        yield Finding((*path, "mu_static"), "the curve of mu begins with the static coefficient", "leave mu_static out")
 
 
 def _opposes(path: Path, value: object) -> Iterator[Finding]:
-    """A mistake for a signal of friction that becomes negative as it is written."""
+    """A finding for each value in a friction signal that is negative."""
     if isinstance(value, FromInput) and value.curve is not None:
         said: dict[str, Sequence[float]] = {"curve.value": value.curve.value}
     elif isinstance(value, Signal):

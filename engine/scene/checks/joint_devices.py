@@ -25,7 +25,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _rotations(name, j, kind)
         yield from _spun(name, j, kind)
         for path, stops in entries(j.end_stops, ("joints", name, "end_stops")):
-            if kind.follows != "curve":  # whose ends are those of the curve
+            if kind.follows != "curve":  # end stops on a curve take their positions from the ends of the curve
                 yield from _stops(path, stops)
     for path, s in signals(scene):
         yield from _signal(path, s)
@@ -42,8 +42,8 @@ def _lengths(path: Path, value: object, kind: JointKind) -> Iterator[Finding]:
 
 
 def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
-    """A mistake for every spring, stop or drive along a freedom that has no single coordinate to refer to, as those of a
-    quaternion."""
+    """A finding for every spring, stop, drive or latch along a rotation of a quaternion joint, because such a freedom has no
+    coordinate of its own."""
     for field, what in NEED_COORDINATE.items():
         for path, _ in entries(getattr(j, field), ("joints", name, field)):
             k = path[-1] if isinstance(path[-1], int) else 0
@@ -53,11 +53,11 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
 
 
 def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
-    """A mistake where inertias about the axes of a quaternion differ. These axes are fixed in neither part, so that the energy of
-    an inertia about one of them is undefined."""
+    """A finding if the rotor inertias about the three axes of a quaternion joint differ. These axes are fixed in neither part,
+    so that the energy of an inertia about one axis is undefined."""
     about = each(j.rotor_inertia, kind.nv)[kind.nv - 3 :] if kind.quaternion >= 0 and j.rotor_inertia is not None else []
     if len({v or 0.0 for v in about}) > 1:
-        what = f"the three turns of a {kind.name} joint have one rotor inertia"
+        what = f"the three rotations of a {kind.name} joint must have the same rotor inertia"
         yield Finding(("joints", name, "rotor_inertia"), what, "give all three the same, or build the joint from revolutes")
 
 

@@ -1,4 +1,4 @@
-"""Checks of joint frames: missing axes, directions of zero length, references parallel to the axis; also pitch and stiffness."""
+"""Checks of joint frames: missing axes, zero vectors as directions, references parallel to the axis; also pitch and stiffness."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.scene.queries.body_poses import vector
 from trunnion.scene.queries.body_references import axes_of
 
 PARALLEL = 1e-6
-"""Sine of the angle between axis and reference below which e2 would be rounding (rad)."""
+"""Smallest sine of the angle between axis and reference; below it, rounding errors would determine e2."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -28,7 +28,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _written(path: Path, j: Joint) -> Iterator[Finding]:
-    """A mistake for every direction that, as written, points nowhere."""
+    """A finding for every direction that is a zero vector."""
     for key, owner in ((), j), (("inboard",), j.inboard), (("outboard",), j.outboard):
         if isinstance(owner, str):
             continue
@@ -44,7 +44,7 @@ def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
 
 
 def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
-    """Mistakes of the frame one side ends up with, from its own axis and reference where it gives them, else the joint's."""
+    """Findings about the frame of one side, which results from its own axis and reference or else those of the joint."""
     own = side if isinstance(side, Side) else Side("")
     axis, reference = axes_of(j, side)
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))

@@ -1,5 +1,5 @@
-"""Checks of friction: which joints can have it, the sizes of the pin, the numbers a law needs. Laws and contact elements
-declare what is needed and what may stand beside what; the values themselves are checked with all others in ``numbers``."""
+"""Checks of friction: joints that support it, sizes of the pin, numbers that the law needs. The laws and contact elements
+declare required numbers and allowed combinations; ``checks.number_bounds`` checks the values."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
-    """Why a joint cannot rub as it says, and which joints can."""
+    """(cause, hint) for a joint whose type does not support the given kind of friction."""
     if GIVEN & named(f):
         able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
         return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that can: {able}"
@@ -72,7 +72,7 @@ def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterat
             yield Finding((*path, name), f"{what} of a {j.type} joint has no {name}", _instead(j, own, element, name))
         elif isinstance(value, tuple) and len(value) != own[name].count:
             several = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name) == len(value))
-            yield Finding((*path, name), f"a {j.type} joint has one {name}", f"{len(value)} are for joints of type {several}")
+            yield Finding((*path, name), f"a {j.type} joint has one {name}", f"{len(value)} values are for {several} joints")
 
 
 def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -> str:
@@ -80,22 +80,21 @@ def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -
     usual = REGISTRY[j.type].friction
     if element.count and name == PRELOAD.name:
         able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
-        return f"its friction depends on its load alone; joints with a preload: {able}; it has: {', '.join(own) or 'no sizes'}"
+        return f"it supports no preload; joints with a preload: {able}; allowed here: {', '.join(own) or 'no sizes'}"
     if element.count or not usual:
-        return f"it has: {', '.join(own)}"
+        return f"allowed here: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
     constant = ", and preload for a part that the load does not change" if loads else ""
-    return f"it has: {', '.join(own)}; for friction that depends on the load give sizes{constant}"
+    return f"allowed here: {', '.join(own)}; for friction that depends on the load give sizes{constant}"
 
 
 def _counts(element: str, name: str) -> int:
-    """How many entries a contact element's size of this name has."""
+    """Number of entries of the size ``name`` of a contact element; 0 when the element has no such size."""
     return next((s.count for s in CONTACTS[element].sizes if s.name == name), 0)
 
 
 def _coefficients(path: Path, f: Friction, element: ContactElement, law: str) -> Iterator[Finding]:
-    """Mistakes for numbers that the law needs and that are not given. Numbers of other laws may be given too: they are used
-    when their law is chosen."""
+    """Findings for missing numbers that the law needs. Numbers of other laws are allowed; they apply when the law is changed."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
         if getattr(f, n.name) is not None or n.default is not None or given(element, n, law):

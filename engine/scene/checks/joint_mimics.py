@@ -1,4 +1,4 @@
-"""Checks of joints that follow others."""
+"""Checks of joints that follow other joints (mimic)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.scene.queries.cuttable_joints import is_driven
 
 
 def check(scene: Scene) -> Iterator[Finding]:
-    """All findings about joints that follow others."""
+    """All findings about joints that follow other joints."""
     for name, j in scene.joints.items():
         if j.mimic is None:
             continue
@@ -29,11 +29,11 @@ def check(scene: Scene) -> Iterator[Finding]:
         if is_driven(j):
             yield Finding(path, "a drive prescribes the motion of this joint already", f"drive {j.mimic.joint}, or leave mimic out")
         if _around(scene, name, j):
-            yield Finding((*path, "joint"), "these joints follow each other in a circle", "let one of them lead all")
+            yield Finding((*path, "joint"), "these joints follow each other in a circle", "let one of these joints lead all others")
 
 
 def _around(scene: Scene, name: str, j: Joint | None) -> bool:
-    """Whether the joints that lead one another come back to it."""
+    """Whether joint j, called ``name``, follows itself through other joints."""
     seen: set[str] = set()
     while j is not None and j.mimic is not None and j.mimic.joint not in seen:
         seen.add(j.mimic.joint)

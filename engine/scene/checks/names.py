@@ -1,4 +1,4 @@
-"""Checks of names: their form, reserved words, one name for two things, and references to what does not exist."""
+"""Checks of names: their form, reserved words, duplicates, and references to parts that do not exist."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _own_names(scene: Scene) -> Iterator[Finding]:
             if name in RESERVED:
                 yield Finding(path, f'the name "{name}" is reserved', f"reserved: {', '.join(RESERVED)}")
             if name in seen:
-                yield Finding(path, f'the name "{name}" is taken already by {seen[name]}', "use another: names find results")
+                yield Finding(path, f'the name "{name}" is taken already by {seen[name]}', "choose another name")
             seen.setdefault(name, f"one of the {section}")
     for path, points in ((("ground",), scene.ground.points), *((("bodies", n), b.points) for n, b in scene.bodies.items())):
         for name in points:
@@ -57,8 +57,8 @@ def _form(path: Path, name: str) -> Iterator[Finding]:
 
 
 def _reference(scene: Scene, r: Reference, parts: list[str]) -> Iterator[Finding]:
-    """Mistakes where a side, a load or an end of a spring names a body (or the ground) or a point that does not exist;
-    ``parts``: the names there are."""
+    """Findings if a joint side, a load or an end of a spring names a body or point that does not exist; ``parts`` are the
+    existing names."""
     if r.body == GROUND and r.use == "load":
         yield Finding(r.path, "the ground cannot be pushed", "name a body")
         return
@@ -81,7 +81,7 @@ def _input_unit(path: Path, given: Input) -> Iterator[Finding]:
         yield Finding(path, e.what, e.hint)
         return
     if unit.factor != 1.0:
-        yield Finding(path, f"inputs are in SI units; {shown(given.unit)} is not", "convert before, and write for example N or rad")
+        yield Finding(path, f"inputs are in SI units; {shown(given.unit)} is not", "convert the values; write for example N or rad")
 
 
 def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[Finding]:
@@ -96,6 +96,6 @@ def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[F
     try:
         given = parse_unit(declared).dimension
     except UnitError:
-        return  # the input has a finding of its own
+        return  # _input_unit reports this invalid unit
     if not fits(given, parse_unit(wanted).dimension):
         yield Finding((*path, "input"), f'the input "{load.input}" is in {declared}; {wanted} is wanted here')

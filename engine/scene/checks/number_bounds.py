@@ -1,5 +1,5 @@
-"""Checks of every number: its bounds, its order to other numbers, and its dimension where the joint decides the unit. A hinge angle
-in millimetres is a mistake."""
+"""Checks of every number: its bounds, its order relative to other numbers, and its dimension if the joint decides the unit. For
+example, a hinge angle in millimetres is a mistake."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def check(scene: Scene) -> Iterator[Finding]:
         if not bound.holds(value):
             yield Finding(path, bound.refusal(last_key(path), value), bound.advice)
         if not isinstance(value, Quantity) or path[0] == "parameters":
-            continue  # the dimension of a parameter is its own
+            continue  # a parameter may have any dimension
         if path[0] == "inputs" and not _is_unit(unit):
-            continue  # the unit of the input has a finding of its own
+            continue  # checks.names reports the invalid unit of the input
         if unit == PLAIN and path[-2] in ("axis", "reference", "towards") and value.dimension == parse_unit("m").dimension:
-            continue  # a direction may be given by lengths
+            continue  # the components of a direction may be lengths
         try:
             agree(value, unit)
         except UnitError as e:
@@ -35,7 +35,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _order(path: Path, high: float, values: Mapping[Path, float]) -> Iterator[Finding]:
-    """A mistake when two numbers of one owner are in the wrong order. None when one of them already breaks its own bound."""
+    """A finding if two numbers of one group are in the wrong order, unless one of the numbers violates its own bound."""
     order = order_of(path)
     below = (*path[:-1], order.low) if order is not None else path
     if order is None or below not in values or order.holds(values[below], high):

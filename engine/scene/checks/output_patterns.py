@@ -1,4 +1,4 @@
-"""Checks of the outputs wanted, of the numbers that are to be tunable, and of the scene's date."""
+"""Checks of the requested outputs, of the tunable numbers, and of the scene's date."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SECTIONS = ("bodies", "joints", "forces", "gravity", "friction", GROUND)
 
 
 def check(scene: Scene) -> Iterator[Finding]:
-    """All findings about the run."""
+    """All findings about date, outputs and tunable numbers."""
     owners = (*scene.bodies, *scene.joints, *scene.forces, *scene.inputs, GROUND, "time", "energy", "audit", "events")
     if scene.date and not _is_date(scene.date):
         yield Finding(("date",), f"{shown(scene.date)} is no date", "year, month and day, such as 2026-11-23")
@@ -24,7 +24,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _is_date(text: str) -> bool:
-    """Whether a text is a day of the calendar in ISO's form."""
+    """Whether a text is a valid date in ISO 8601 form."""
     try:
         return date.fromisoformat(text).isoformat() == text
     except ValueError:
@@ -32,11 +32,11 @@ def _is_date(text: str) -> bool:
 
 
 def _patterns(path: Path, patterns: tuple[str, ...], known: tuple[str, ...], what: str) -> Iterator[Finding]:
-    """Mistakes where the first word of a pattern, if it has no wild card, names nothing there is."""
+    """Findings for patterns whose first word has no wild card and is not in ``known``."""
     names = frozenset(known)
     wild = sum(map(is_wild, patterns))
     if wild > MOST_WILD:
-        yield Finding(path, f"{wild} patterns with wild cards; {MOST_WILD} at most", "a few patterns with * say the same")
+        yield Finding(path, f"{wild} patterns with wild cards; {MOST_WILD} at most", "combine them into fewer patterns with *")
     for i, pattern in enumerate(patterns):
         head = pattern.partition(".")[0].partition("[")[0]
         if head and head not in names and "*" not in head and "?" not in head:

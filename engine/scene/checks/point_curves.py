@@ -1,4 +1,4 @@
-"""Checks of curves that points stay on."""
+"""Checks of the curves of slots, grooves and rails."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import entries
 
 MOST = 200
-"""Most points of a curve: each is code of a compiled kernel."""
+"""Most points of a curve; each point adds code to a compiled kernel."""
 NEAR = 1e-9
-"""Points nearer to each other than this part of the curve's extent are one."""
+"""Relative distance, by the curve's extent, up to which two points count as equal."""
 USUAL = "{points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}"
 Point = Sequence[float]
 
@@ -39,26 +39,26 @@ def _points(path: Path, c: Curve) -> Iterator[Finding]:
     fewest, count = 3 if c.closed else 2, len(c.points)
     if not fewest <= count <= MOST:
         what = f"{'a closed' if c.closed else 'an open'} curve of {count} points"
-        yield Finding((*path, "points"), what, f"give {fewest} to {MOST}")
+        yield Finding((*path, "points"), what, f"give {fewest} to {MOST} points")
         return
     points = [(float(x), float(y)) for x, y in c.points]
     size = max(math.dist(points[0], p) for p in points)
     ends = [*pairwise(points), *([(points[-1], points[0])] if c.closed else [])]
     for k, (a, b) in enumerate(ends):
         if math.dist(a, b) <= NEAR * size:
-            hint = "a closed curve goes back to its first point by itself" if k == count - 1 else "leave one of them out"
-            yield Finding((*path, "points", k), "two points that follow each other are one place", hint)
+            hint = "a closed curve goes back to its first point by itself" if k == count - 1 else "leave one point out"
+            yield Finding((*path, "points", k), "two consecutive points are the same place", hint)
             return
     for i, (a, b) in enumerate(ends):
         for k, (p, q) in enumerate(ends[i + 2 :], i + 2):
             if not (c.closed and i == 0 and k == len(ends) - 1) and _cross(a, b, p, q):
                 what = f"the curve crosses itself between points {k + 1} and {(k + 1) % count + 1}"
-                yield Finding((*path, "points", k), what, "a point at a crossing could go on either way: use two curves")
+                yield Finding((*path, "points", k), what, "at a crossing the path would be ambiguous: use two curves")
                 return
 
 
 def _cross(a: Point, b: Point, p: Point, q: Point) -> bool:
-    """Whether two straight lines between points meet."""
+    """Whether the segments ab and pq have a common point."""
     return _side(a, b, p) * _side(a, b, q) <= 0 and _side(p, q, a) * _side(p, q, b) <= 0
 
 
@@ -67,7 +67,7 @@ def _side(a: Point, b: Point, p: Point) -> float:
 
 
 def _around(path: Path, j: Joint, c: Curve) -> Iterator[Finding]:
-    """Mistakes where a way has no beginning."""
+    """Findings for devices that need the ends of a curve, if the curve is closed."""
     for field in ("end_stops", "spring") if c.closed else ():
         for where, _ in entries(getattr(j, field), (*path, field)):
             what = f"a closed curve has no ends: {field.replace('_', ' ')} along it would jump where it closes"

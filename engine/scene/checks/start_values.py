@@ -1,4 +1,4 @@
-"""Checks of start values: as many as the joint has coordinates and rates, and rotations that are rotations."""
+"""Checks of start values: their number must match the joint's coordinates and rates, and a quaternion must not be zero."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Findin
         hint = "q: {axis: y, angle: 30 deg}, or four numbers [w, x, y, z]" if kind.quaternion == 0 else ""
         yield Finding(path, f"a {kind.name} joint has {_count(kind.nq, 'coordinate')}, not {len(values)}", hint)
     elif kind.quaternion >= 0 and not any(values[kind.quaternion :]):
-        yield Finding(path, "a quaternion of four zeros is no rotation", "no rotation is [1, 0, 0, 0]")
+        yield Finding(path, "a quaternion of four zeros is no rotation", "the identity is [1, 0, 0, 0]")
 
 
 def _turning_freely() -> str:

@@ -1,5 +1,5 @@
-"""Checks of how bodies hang together: joints of a body with itself, bodies tied to nothing, rigid loops, and wishes where to
-cut."""
+"""Checks of the topology: joints of a body with itself, bodies without connection to the ground, rigid loops, and the key
+``cut``."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from trunnion.scene.queries.cuttable_joints import has_rotor, is_driven, may_be_
 
 
 class _Groups:
-    """Sets of bodies that hang together (union-find)."""
+    """Sets of connected bodies (union-find)."""
 
     def __init__(self, names: Iterable[str]):
         self.parent = {n: n for n in names}
 
     def find(self, name: str) -> str:
-        """The body that represents the group of a body."""
+        """The representative of the group that contains a body."""
         while self.parent[name] != name:
             self.parent[name] = self.parent[self.parent[name]]
             name = self.parent[name]
         return name
 
     def join(self, a: str, b: str) -> bool:
-        """Unite the groups of two bodies; False when they were in one group already."""
+        """Unite the groups of two bodies; False when both bodies are already in the same group."""
         a, b = self.find(a), self.find(b)
         self.parent[a] = b
         return a != b
@@ -47,14 +47,14 @@ def check(scene: Scene) -> Iterator[Finding]:
                 ends[name] = (a, b)
         else:
             dangling = True
-    if not dangling:  # where a joint names no known part, a body may only seem loose
+    if not dangling:  # if a joint names an unknown part, a body may only seem unconnected
         yield from _loose(scene, ends)
     yield from _rigid(scene, ends)
     yield from _cuts(scene, ends)
 
 
 def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """Mistakes for bodies that no chain of joints ties to the ground."""
+    """Findings for bodies without a chain of joints to the ground."""
     groups = _Groups([GROUND, *scene.bodies])
     for a, b in ends.values():
         groups.join(a, b)
@@ -73,7 +73,7 @@ def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
 
 
 def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """A mistake for every loop of fixed joints alone: it cannot move, and may contradict itself."""
+    """A finding for every loop that consists of fixed joints only; such a loop is redundant and may be inconsistent."""
     groups = _Groups([GROUND, *scene.bodies])
     for name, (a, b) in ends.items():
         if not REGISTRY[scene.joints[name].type].nv and not groups.join(a, b):
@@ -82,8 +82,8 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
 
 
 def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """Mistakes in the key ``cut``. Joints that may not be cut must not close a loop. Joints not marked to be cut must reach every
-    body."""
+    """Findings about the key ``cut``. Joints that must not be cut may not close a loop. Joints not marked for cutting must
+    connect every body."""
     keep, rest = _Groups([GROUND, *scene.bodies]), _Groups([GROUND, *scene.bodies])
     marked, together = [], tied(scene)
     for name, (a, b) in ends.items():

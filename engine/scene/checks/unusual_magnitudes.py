@@ -1,5 +1,5 @@
-"""Numbers that are allowed but seldom meant, such as 90 rad where 90 deg was meant, or a box of 1,000 m. They are noted and are
-never mistakes."""
+"""Notes about valid numbers of unusual magnitude, such as 90 rad instead of 90 deg, or a box of 1,000 m. They are never
+mistakes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from trunnion.scene.units.quantities import Computed, Quantity
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual sizes of numbers at some places: zero and signs apart, numbers in this SI unit lie between ``least`` and ``most``.
+    """The usual magnitudes of numbers in the SI unit ``unit`` at some paths: 0, or between ``least`` and ``most``.
 
-    places: patterns of paths; because: what sets the bounds; meant: the unit in which a number outside may have been thought.
+    places: patterns of the paths; because: the reason for the bounds; meant: the unit that the user of a number outside the
+    bounds may have meant.
     """
 
     places: tuple[str, ...]
@@ -45,20 +46,20 @@ USUAL = (
     Usual(("joints.*.start.qd*", "joints.*.drive*.rate"), "rad/s", 0.0, 1e5, "the fastest turbines turn at 1e5 rad/s", "deg/s"),
     Usual(("joints.*.start.qd*", "joints.*.drive*.rate"), "m/s", 0.0, 1e4, "rockets reach 1e4 m/s", "mm/s"),
 )  # fmt: skip
-"""The first row that fits a number's place and unit counts."""
+"""The first row that matches the path and the unit of a number applies."""
 _ROWS = tuple((matcher(u.places), u) for u in USUAL)
 
 
 def magnitude_notes(scene: Scene) -> list[str]:
-    """A line for every number that is allowed but seldom meant, up to a hundred; then how many more there are."""
+    """A note for every number of unusual magnitude, up to a hundred; then a note with the number of further ones."""
     notes = []
     for path, value, unit in numbers(scene):
         if not value or (isinstance(value, Quantity) and (isinstance(value, Computed) or unit not in value.text)):
-            continue  # the user wrote another unit, or an expression, so the value is meant
+            continue  # the user wrote another unit or an expression, so the value is intended
         place = dotted(path)
         usual = next((u for fits, u in _ROWS if u.unit == unit and fits(place)), None)
         if usual is not None and not usual.least <= abs(value) <= usual.most:
             said = f"{value:g} {unit}".removesuffix(" 1")
             notes.append(f"{place}: {said}; {usual.because}. Is {value:g} {usual.meant} meant?")
     more = len(notes) - MOST
-    return [*notes[:MOST], f"and {more} numbers more of this kind"] if more > 0 else notes
+    return [*notes[:MOST], f"and {more} more numbers of this kind"] if more > 0 else notes

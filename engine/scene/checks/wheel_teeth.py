@@ -1,4 +1,4 @@
-"""Checks of wheels that roll on each other: their sizes, and keys that only they have."""
+"""Checks of wheels that roll on each other: their sizes, and keys that only wheels have."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.wheel_sizes import FINEST, counted, rolls_of
 
 OWN = ("teeth", "module", "radii", "internal", "crossed")
-"""Keys of wheels alone."""
+"""Keys that only wheels have."""
 WHOLE = 1e-9
-"""How nearly a number of teeth is whole: it may be computed from parameters."""
+"""Accepted deviation of a number of teeth from a whole number, for numbers computed from parameters."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -32,7 +32,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _sized(path: Path, j: Joint) -> Iterator[Finding]:
-    """Teeth with a module (of a belt or chain with a pitch), or radii, as many as there are wheels."""
+    """Findings about sizes: one entry per wheel, either radii, or teeth with a module (for a belt or chain, with a pitch)."""
     step, count = rolls_of(j).size, rolls_of(j).wheels
     usual = "teeth: [20, 40]" if count == 2 else "teeth: [20]"
     hint = f"{usual} and {step}: 2 mm, or radii"
@@ -54,9 +54,9 @@ def _sized(path: Path, j: Joint) -> Iterator[Finding]:
             yield Finding((*path, step), "the distance of teeth must be greater than zero", hint)
         for k, z in enumerate(given):
             if abs(float(z) - round(float(z))) > WHOLE or not float(z) > 0.5:
-                yield Finding((*path, key, k), f"{float(z):g} is no number of teeth", "a whole number, at least 1")
+                yield Finding((*path, key, k), f"{float(z):g} is not a valid number of teeth", "give a whole number, at least 1")
     elif all(float(r) > 0.0 for r in given) and counted(tuple(map(float, given))) is None:
-        what = f"the radii have no ratio of whole numbers up to {FINEST}"
+        what = f"the ratio of the radii is not a ratio of whole numbers up to {FINEST}"
         yield Finding((*path, key), what, "give teeth, or radii with a simpler ratio")
     if j.internal and count == 2 and float(given[0]) == float(given[1]):
-        yield Finding((*path, key), "a wheel with its teeth inside is larger than the one it holds", hint)
+        yield Finding((*path, key), "the wheel with internal teeth must be larger than the other wheel", hint)

@@ -1,1 +1,1 @@
-"""What only files have: includes, assemblies, copies and expressions, which become a plain scene before it is read."""
+"""Composition: includes, assemblies and copies, which only files have, are replaced by plain bodies, joints and forces."""

@@ -1,4 +1,4 @@
-"""How often an assembly comes, and where each copy stands."""
+"""The copies of an assembly and their motions (mirror, rotate, line)."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from trunnion.scene.units.quantities import Computed, Per
 from trunnion.scene.units.unit_parser import UnitError
 
 MOST = 1000
-"""Copies of one assembly, at most."""
+"""Largest number of copies of one assembly."""
 EXACT = {
     Fraction(0): 1.0, Fraction(1, 6): 0.5, Fraction(1, 4): 0.0, Fraction(1, 3): -0.5, Fraction(1, 2): -1.0,
     Fraction(2, 3): -0.5, Fraction(3, 4): 0.0, Fraction(5, 6): 0.5,
 }  # fmt: skip
-"""Cosines that have few digits, of angles that are simple parts of a turn (60°, 90°, …)."""
+"""Exact cosines of some angles; the keys are fractions of a turn (1/6 is 60°)."""
 
 
 @dataclass(frozen=True)
 class Copy:
-    """One copy. suffix: what its name adds to the assembly's; number: counted from 1, 0 where there are no copies; moves: its
-    motions from where the assembly is written, one after another."""
+    """One copy. ``suffix`` is appended to the assembly's name. ``number`` counts from 1; it is 0 for an assembly without copies.
+    ``moves`` are applied in order to the assembly as written."""
 
     suffix: str = ""
     number: int = 0
@@ -37,7 +37,7 @@ class Copy:
 
 
 def copies(level: Level, path: Path, spec: dict[str, Any]) -> list[Copy]:
-    """All copies of an assembly; mistakes are noted at its level."""
+    """All copies of an assembly; mistakes are added to the findings of ``level``."""
     try:
         last = (*_turns(spec.get("orientation")), *([shift_by(spec["position"])] if spec.get("position") is not None else []))
     except UnitError as e:
@@ -60,7 +60,7 @@ def copies(level: Level, path: Path, spec: dict[str, Any]) -> list[Copy]:
 
 
 def _turns(given: Any) -> list[Move]:
-    """The turns of a whole assembly, about its origin."""
+    """The turns in the ``orientation`` of an assembly, about its origin."""
     out = []
     for t in given if isinstance(given, list) else [] if given is None else [given]:
         if not isinstance(t, dict) or t.get("axis") not in AXES or "angle" not in t or len(t) != 2:
@@ -70,14 +70,14 @@ def _turns(given: Any) -> list[Move]:
 
 
 def turn_about(axis: str, angle: Term, through: Any) -> Move:
-    """A turn about x, y or z by an angle as written."""
+    """A turn about x, y or z by an angle, which may be an expression."""
     cosine: Term
     sine: Term
     known = Parameters().computed(angle) if is_expression(angle) else None
     if known is None or isinstance(known, Computed):
         whole = float(known) if known is not None else float(_angle(angle))
         cosine, sine = (0.0 if abs(f(whole)) < 1e-15 else f(whole) for f in (math.cos, math.sin))
-    else:  # it depends on parameters
+    else:  # the angle depends on parameters
         cosine, sine = f"{{cos{source(angle)}}}", f"{{sin{source(angle)}}}"
     return move_about(_matrix(AXES.index(axis), cosine, sine), through, (axis, angle))
 
@@ -95,7 +95,7 @@ def _matrix(k: int, cosine: Term, sine: Term) -> tuple[tuple[Term, ...], ...]:
 
 
 def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> dict[str, Any]:
-    """A group with these keys. UnitError when it is none."""
+    """The group ``how``. UnitError when a key is not in ``known``, a key of ``needed`` is missing, or ``how`` is not a group."""
     if not isinstance(how, dict):
         raise UnitError(f"a group of keys is wanted, not {shown(how)}", f"keys: {', '.join(known)}")
     for key in how:
@@ -112,7 +112,7 @@ def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> 
 def _copy_count(how: dict[str, Any]) -> int:
     n = how["times"]
     if not is_number(n) or n != int(n) or not 1 <= n <= MOST:
-        raise UnitError(f"times is a whole number from 1 to {MOST}, not {shown(n)}", "the number of copies is structure")
+        raise UnitError(f"times must be a whole number from 1 to {MOST}, not {shown(n)}", "it cannot depend on parameters")
     return int(n)
 
 

@@ -1,4 +1,4 @@
-"""Assemblies: parts from files or groups, under names of their own, become bodies and joints of the scene around them."""
+"""Expansion of assemblies: the parts from files or groups are renamed and become bodies and joints of the enclosing scene."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ SECTIONS = ("bodies", "joints", "forces", "inputs")
 IGNORED = ("title", "name", "schema")
 PART = ("assemblies", "*", "use")
 Points = dict[str, dict[str, str]]
-"""Assembly → its name for a point → "body.point" of the scene."""
+"""For each assembly, its names of points with the "body.point" of the scene that each name stands for."""
 
 
 def expand_assemblies(level: Level) -> Points:
-    """Replace the includes and assemblies of a level by bodies and joints. Gives the names for points that assemblies offer."""
+    """Replace the includes and assemblies of a level by bodies and joints. The result is the points that the assemblies name."""
     merge_includes(level)
     part_names.restore_on(level.data)
     given = level.data.pop("assemblies", None)
@@ -59,7 +59,7 @@ def _add_assembly(level: Level, name: str, spec: Any, offered: Points) -> None:
 
 
 def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list[str], teller: Level | None = None) -> bool:
-    """Whether a group has known keys only. Each unknown key is a finding of the level, and of ``teller`` if given."""
+    """Whether all keys of a group are known. Each unknown key is added to the findings of ``level``, and of ``teller`` if given."""
     wrong = [k for k in given if k not in known]
     for key in wrong:
         hint = did_you_mean(key, known, "known keys") if closest(key, known) else f"known keys: {', '.join(known)}"
@@ -70,7 +70,7 @@ def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list
 
 
 def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: Level, copy: Copy, offered: Points) -> None:
-    """Add one copy of an assembly to its level, numbered, moved and with names of its own."""
+    """Add one copy of an assembly to its level, after numbering, motion and renaming."""
     prefix = f"{name}{copy.suffix}"
     try:
         data = _number_names(copy_of(part.data), copy.number)
@@ -107,7 +107,7 @@ def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: L
 
 
 def _number_names(data: dict[str, Any], number: int) -> dict[str, Any]:
-    """A part whose names have the number of the copy in place of {i}."""
+    """The part with {i} in its references replaced by the number of the copy."""
     if not number:
         return data
 
@@ -121,7 +121,7 @@ def _number_names(data: dict[str, Any], number: int) -> dict[str, Any]:
 
 
 def _rename_in(data: dict[str, Any], rename: part_names.Renamer) -> None:
-    """Give other names to the bodies and points that joints and forces refer to."""
+    """Rename, in place, the bodies and points that joints and forces refer to."""
     for section in ("joints", "forces"):
         for n, value in _group(data, section).items():
             data[section][n] = part_names.rename_references(section, n, value, rename)
@@ -137,7 +137,7 @@ def _add_value(level: Level, path: Path, where: Path, value: Any, part: Level, a
     for key in where[:-1]:
         owner = _group(owner, str(key))
     if where[-1] in owner:
-        hint = "rename the assembly, or the other"
+        hint = "rename the assembly or the other part"
         level.add_problem(path, f"the name {shown(where[-1])} of {'.'.join(map(str, at))} is already used in {where[0]}", hint)
         return
     level.take(where, value, part, at, copy)
@@ -146,7 +146,7 @@ def _add_value(level: Level, path: Path, where: Path, value: Any, part: Level, a
 def _add_parameters(
     level: Level, path: Path, spec: dict[str, Any], data: dict[str, Any], part: Level, own: dict[str, str], copy: Copy
 ) -> None:
-    """Add the parameters of a copy to its level, with the values under ``with``."""
+    """Add the parameters of a copy to its level; values under ``with`` replace the part's own."""
     given = _group(spec, "with")
     for name in given:
         if name not in own:
@@ -164,7 +164,7 @@ def _add_parameters(
 
 
 def _resolve_points(level: Level, offered: Points) -> None:
-    """Replace the points that assemblies offer by those of their bodies."""
+    """Replace references to points of assemblies by references to the points of their bodies."""
 
     def rename(text: str, at: Path) -> str:
         body, _, point = text.partition(".")

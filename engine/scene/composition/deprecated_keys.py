@@ -1,4 +1,4 @@
-"""Deprecated keys and values of scenes, replaced by those in use before anything else reads them."""
+"""Replacement of deprecated keys and values in scenes, before other modules read the data."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from trunnion.scene.findings.findings_and_paths import Path
 
 
 def replace_deprecated(data: dict[str, Any], lines: dict[Path, int], above: Path = ()) -> None:
-    """Rename the deprecated keys of a scene or part in place, also in the parts of its assemblies, and their paths in ``lines``.
-    above: path of the group. Each deprecated word is reported. A joint with both words keeps both: the check then refuses it."""
+    """Rename deprecated keys in place, in a scene or part and in the parts of its assemblies, and update the paths in ``lines``.
+
+    ``above`` is the path of the group. Each deprecated word causes a warning. A joint with both the old and the new key stays
+    unchanged; the check then refuses the old key.
+    """
     for name, joint in _groups(data, "joints"):
         for old in [k for k in joint if k in JOINT_KEYS and JOINT_KEYS[k] not in joint]:
             _rename(joint, old, current("scene key", JOINT_KEYS, old))
@@ -27,19 +30,19 @@ def replace_deprecated(data: dict[str, Any], lines: dict[Path, int], above: Path
 
 
 def _groups(data: dict[str, Any], key: str) -> list[tuple[str, dict[str, Any]]]:
-    """The named groups below a key."""
+    """(name, group) of every group below a key."""
     found = data.get(key)
     return [(n, g) for n, g in found.items() if isinstance(g, dict)] if isinstance(found, dict) else []
 
 
 def _rename(group: dict[str, Any], old: str, new: str) -> None:
-    """Rename a key of a group in its place."""
+    """Rename a key of a group; the order of the keys is preserved."""
     items = [(new if k == old else k, v) for k, v in group.items()]
     group.clear()
     group.update(items)
 
 
 def _move_lines(lines: dict[Path, int], path: Path, new: str) -> None:
-    """Give the lines of a path, and of all below it, to the path whose last key is ``new``."""
+    """In ``lines``, replace the last key of ``path`` by ``new``, for this path and all paths below it."""
     for p in [p for p in lines if p[: len(path)] == path]:
         lines[(*path[:-1], new, *p[len(path) :])] = lines.pop(p)

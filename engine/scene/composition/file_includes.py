@@ -1,4 +1,4 @@
-"""Files that a scene includes: their keys are taken over where it does not give them itself."""
+"""Included files: keys that a scene lacks are copied from the files that it includes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from trunnion.scene.findings.name_suggestions import shown
 
 SUFFIXES = (".yaml", ".yml", ".json")
 DEEPEST = 20
-"""Files that lead to one another, at most."""
-NOT_READ = "a scene that comes as text or data has no files beside it"
+"""Longest chain of files that refer to one another."""
+NOT_READ = "a scene given as text or data cannot refer to files"
 WHOLE = "send the whole scene: `trunnion check FILE -o whole.yaml` writes it"
 
 
 def merge_includes(level: Level) -> None:
-    """Take over what the files under ``include`` have."""
+    """Merge the files under ``include`` into a level. Its own keys have priority over files, later files over earlier files."""
     given = level.data.pop("include", None)
     names = [given] if isinstance(given, str) else given
     if names is None:
@@ -44,26 +44,27 @@ def _merge(level: Level, other: Level, own: dict[str, Any], taken: dict[str, Any
 
 
 def part_of_file(level: Level, path: Path, name: str) -> Level | None:
-    """What a file beside this level's has, as a level of its own; None when it cannot be read, which is noted at the path."""
+    """The content of a file in the level's folder, as a new level. If the file cannot be read, a finding is added at ``path``
+    and the result is None."""
     if level.folder is None:
         level.add_problem(path, f"{shown(name)} is not read: {NOT_READ}", WHOLE)
         return None
     file = level.folder / name
     if file.suffix.lower() not in SUFFIXES:
-        level.add_problem(path, f"{shown(name)} is no scene's file", f"files end with {', '.join(SUFFIXES)}")
+        level.add_problem(path, f"{shown(name)} is not a scene file", f"files end with {', '.join(SUFFIXES)}")
         return None
     if (real := file.resolve()) in level.chain:
-        level.add_problem(path, f"{shown(name)} leads back to itself", "remove it from one of the files")
+        level.add_problem(path, f"{shown(name)} includes itself, possibly through other files", "remove it from one of the files")
         return None
     if len(level.chain) >= DEEPEST:
-        level.add_problem(path, f"more than {DEEPEST} files lead to one another")
+        level.add_problem(path, f"more than {DEEPEST} files include one another in a chain")
         return None
     try:
         with file.open("rb") as f:
             doc = read(f.read(LARGEST + 1), file.suffix.lower() == ".json")
     except (OSError, ValueError) as e:
         why = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
-        level.add_problem(path, f"cannot read {shown(str(file), 200)}: {why}", "names are those of files beside this one")
+        level.add_problem(path, f"cannot read {shown(str(file), 200)}: {why}", "names are relative to the folder of this file")
         return None
     return _level_of(level, path, doc, file, real)
 

@@ -1,4 +1,5 @@
-"""Parts moved as a whole: turned about x, y or z, mirrored, shifted. Bodies keep their own numbers and change their place."""
+"""Motions of whole parts: rotation about x, y or z, reflection, translation. They act on the poses of bodies; a reflection
+also changes the data in the body's frame."""
 
 from __future__ import annotations
 
@@ -16,17 +17,17 @@ from trunnion.scene.units.unit_parser import UnitError
 
 AXES = ("x", "y", "z")
 PRODUCTS = ((0, 1), (0, 2), (1, 2))
-"""Axes of the fourth, fifth and sixth entry of an inertia."""
+"""Axes of the products of inertia, which are the fourth, fifth and sixth entry of ``inertia``."""
 Note = tuple[Path, str, str]
-"""Where in the part, what, what to do."""
+"""(path in the part, mistake, remedy)."""
 
 STILL = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 @dataclass(frozen=True)
 class Move:
-    """A motion of a part. matrix: rows of numbers or expressions; shift: added after it, lengths; turn: for a turn, its axis and
-    angle as written; mirror: for a mirror, the number of its axis, else −1."""
+    """A motion x → matrix x + shift of a part; entries are numbers or expressions. For a rotation, ``turn`` holds the axis and
+    the angle. For a reflection, ``mirror`` is the index of the axis normal to the mirror plane; otherwise it is −1."""
 
     matrix: tuple[tuple[Term, ...], ...]
     shift: tuple[Term, ...] = (0, 0, 0)
@@ -34,7 +35,7 @@ class Move:
     mirror: int = -1
 
     def direction(self, d: Sequence[Term], sign: float = 1.0) -> list[Term]:
-        """A direction after the motion."""
+        """The image of a direction, times ``sign``."""
         if self.matrix == STILL:
             return list(d)
         out = []
@@ -46,17 +47,17 @@ class Move:
         return out
 
     def place(self, p: Sequence[Term]) -> list[Term]:
-        """A place after the motion."""
+        """The image of a point."""
         return [plus(c, s) for c, s in zip(self.direction(p), self.shift, strict=True)]
 
     @property
     def turns(self) -> bool:
-        """Whether directions change."""
+        """Whether the motion changes directions."""
         return self.turn is not None or self.mirror >= 0
 
 
 def move_about(matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[str, Term] | None = None, mirror: int = -1) -> Move:
-    """A turn or mirror whose axis or plane goes through a point."""
+    """A rotation or reflection whose axis or plane contains the point ``through``."""
     center = three(through)
     plain = Move(matrix)
     back = [times(-1.0, c) for c in plain.direction(center)]
@@ -64,12 +65,12 @@ def move_about(matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[s
 
 
 def shift_by(step: Any) -> Move:
-    """A motion that turns nothing."""
+    """A translation by ``step``."""
     return Move(STILL, tuple(three(step)))
 
 
 def move_part(data: dict[str, Any], moves: Sequence[Move]) -> tuple[dict[str, Any], list[Note]]:
-    """A part after these motions, and what of it cannot be moved. UnitError where a place is none."""
+    """(the part after these motions, notes about what cannot be moved). UnitError when a point does not have three entries."""
     notes: list[Note] = []
     for move in moves:
         for key, change in (("bodies", _move_body), ("joints", _move_joint), ("forces", _move_force)):
@@ -95,7 +96,7 @@ def _move_point(name: str, p: Any, move: Move, notes: list[Note]) -> Any:
 
 
 def _mirror_vector(p: Any, k: int) -> Any:
-    """A place or direction in the frame of a body that is mirrored along its axis k."""
+    """A point or direction in the frame of a body that is reflected along its axis k; other values stay unchanged."""
     return [times(-1.0, c) if i == k else c for i, c in enumerate(p)] if isinstance(p, list) and len(p) == 3 else p
 
 
@@ -121,7 +122,7 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
     if "center" in out:
         out["center"] = _mirror_vector(out["center"], k)
     if isinstance(out.get("surface"), str):
-        with suppress(ValueError):  # one that cannot be read is told where scenes are checked
+        with suppress(ValueError):  # checks.bodies reports an invalid surface
             out["surface"] = surface_meshes.mirrored(out["surface"], k)
     if isinstance(out.get("inertia"), list) and len(out["inertia"]) == 6:
         six = out["inertia"]
@@ -130,7 +131,7 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
 
 
 def _mirror_turn(t: Any, k: int) -> Any:
-    """A turn as seen in a mirror: about the mirrored axis, the other way round; an axis of the body is mirrored with it."""
+    """The mirror image of a turn: by an angle, about the mirrored axis with the opposite sign; with ``towards``, both mirrored."""
     if not isinstance(t, dict):
         return t
     if "towards" in t:
@@ -139,7 +140,7 @@ def _mirror_turn(t: Any, k: int) -> Any:
 
 
 def _mirror_direction(axis: Any, k: int, sign: float) -> Any:
-    """A direction mirrored along axis k, times a sign."""
+    """A direction reflected along axis k, times ``sign``."""
     vector = axis_vector(axis) if isinstance(axis, str) else axis
     if not isinstance(vector, list) or len(vector) != 3:
         return axis
@@ -147,13 +148,13 @@ def _mirror_direction(axis: Any, k: int, sign: float) -> Any:
 
 
 def axis_vector(axis: str) -> Any:
-    """The three numbers of a named axis; other text as it is."""
+    """The three components of a named axis; other text stays unchanged."""
     letter, sign = axis[-1:], -1.0 if axis[:1] == "-" else 1.0
     return [sign if a == letter else 0.0 for a in AXES] if letter in AXES and len(axis) < 3 else axis
 
 
 def axis_name(vector: list[Term]) -> Any:
-    """The name of an axis, where a direction is one; else the direction."""
+    """The name of the axis that equals the direction; a direction along no axis stays unchanged."""
     if all(is_number(c) for c in vector) and sorted(abs(c) for c in vector) == [0, 0, 1]:
         k = next(i for i, c in enumerate(vector) if c)
         return ("-" if vector[k] < 0 else "") + AXES[k]
@@ -195,8 +196,8 @@ def _move_in_body(p: Any, move: Move) -> Any:
 
 
 def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
-    """Write down the axis and reference that a joint or bushing has when it gives none, so that they can be turned; ``across``:
-    what lies across the axis matters."""
+    """Write the default axis and reference of a joint or bushing into its data, so that they can be rotated. ``across`` means
+    that the directions normal to the axis matter."""
     if "reference" in j:
         return
     if "axis" not in j:
@@ -207,7 +208,7 @@ def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note])
         sizes = [abs(known(c)) for c in three(vector)]
     except UnitError:
         if across:
-            what = "its directions across the axis must turn with the assembly"
+            what = "its directions normal to the axis must turn with the assembly"
             notes.append((path, what, "give it a reference"))
         return
     j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]
@@ -222,8 +223,8 @@ def _turn_frame(owner: dict[str, Any], move: Move, sign: float) -> None:
 
 
 def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) -> float:
-    """The sign with which a joint's frame is mirrored, so that its numbers stay: −1 for rotations, 1 for travels. What has both is
-    mirrored only where no number says which way."""
+    """The sign of a joint's mirrored frame that preserves the joint's numbers: −1 for rotations, 1 for travels. A joint with both
+    has a mirror image only if it has no numbers along its freedoms."""
     turns = [kind.turns(k) for k in range(kind.nv)]
     if kind.pitched and "pitch" in j:
         j["pitch"] = times(-1.0, j["pitch"])
@@ -237,7 +238,7 @@ def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note
 
 
 def _mirror_profiles(j: dict[str, Any], sign: float) -> None:
-    """Mirror the curves in the plane of e2 and e3 of a joint. In the new frame the image of e2 is sign · e2, that of e3 is −e3."""
+    """Mirror the curves in the plane of e2 and e3 of a joint. The image of e2 is sign · e2 in the new frame; that of e3 is −e3."""
     curve, profile = j.get("curve"), j.get("profile")
     if isinstance(curve, dict) and isinstance(curve.get("points"), list):
         pairs = [p if not isinstance(p, list) or len(p) != 2 else [times(sign, p[0]), times(-1.0, p[1])] for p in curve["points"]]

@@ -1,4 +1,4 @@
-"""Other names for the bodies, points, joints, inputs and parameters that a part refers to."""
+"""Renaming of the bodies, points, joints, inputs and parameters that a part refers to."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def restore_on(data: dict[str, Any]) -> None:
 
 
 def rename_references(section: str, name: str, part: Any, by: Renamer) -> Any:
-    """A copy of a joint or load, with the names of bodies and points that ``by`` returns."""
+    """A copy of a joint or load; ``by`` returns the new name of each body and point in it."""
     path: Path = (section, name)
     if not isinstance(part, dict):
         return part
@@ -54,7 +54,7 @@ def _rename_side(side: Any, path: Path, by: Renamer) -> Any:
 
 
 def rename_leading_joint(joint: Any, by: Callable[[str], str]) -> Any:
-    """A copy of a joint, with the name that ``by`` returns for the joint that its mimic follows."""
+    """A copy of a joint; ``by`` returns the new name of the leading joint of its mimic."""
     mimic = joint.get("mimic") if isinstance(joint, dict) else None
     if not isinstance(mimic, dict) or not isinstance(mimic.get("joint"), str):
         return joint
@@ -62,7 +62,7 @@ def rename_leading_joint(joint: Any, by: Callable[[str], str]) -> Any:
 
 
 def rename_inputs(node: Any, names: dict[str, str]) -> Any:
-    """A copy of a joint or load, with other names for its inputs."""
+    """A copy of a joint or load; ``names`` maps old names of inputs to new ones."""
     if isinstance(node, list):
         return [rename_inputs(v, names) for v in node]
     if not isinstance(node, dict):
@@ -71,7 +71,7 @@ def rename_inputs(node: Any, names: dict[str, str]) -> Any:
 
 
 def rename_parameters(node: Any, names: dict[str, str]) -> Any:
-    """A copy of a node, with other names for the parameters in its expressions."""
+    """A copy of a value; ``names`` maps old names of parameters in its expressions to new ones."""
     if isinstance(node, dict):
         return {k: rename_parameters(v, names) for k, v in node.items()}
     if isinstance(node, list):
@@ -80,8 +80,8 @@ def rename_parameters(node: Any, names: dict[str, str]) -> Any:
 
 
 def number_name(text: str, number: int) -> str:
-    """A name in which {i}, {i+1}, … stand for numbers of copies. UnitError when the braces hold another
-    value."""
+    """The name with {i}, {i+1}, … replaced by numbers, where i is the ``number`` of a copy. UnitError when the braces hold
+    another name or give no whole number."""
 
     def one(m: re.Match[str]) -> str:
         found = value(parse_formula(rename_names(m[1], {"i": str(number)})).root, {})

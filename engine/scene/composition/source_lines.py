@@ -1,4 +1,4 @@
-"""Plain data together with where every part of it was written: what is taken from other files and copied keeps its line."""
+"""Plain data with the source line of every path. Values from other files, and copies, keep their source lines."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from trunnion.scene.findings.findings_and_paths import Finding, Line, Path
 
 
 class TooMuch(Exception):
-    """Copies of copies have become more than a scene may hold."""
+    """Raised when the expanded assemblies have more values than a scene may have."""
 
 
 @dataclass
 class Budget:
-    """How many values may still be made."""
+    """The number of values that may still be added."""
 
     left: int = field(default_factory=lambda: MOST)
 
     def spend(self, count: int) -> None:
-        """Note values that are made; TooMuch when there are too many."""
+        """Subtract ``count`` added values; TooMuch when the budget is exceeded."""
         self.left -= count
         if self.left < 0:
             raise TooMuch
@@ -30,8 +30,15 @@ class Budget:
 
 @dataclass
 class Level:
-    """A scene or a part while it is put together. data: its groups; lines: where every path was written; folder: where its files
-    are, None where none are read; file: its name in messages; chain: the files that led here; budget: shared by all levels."""
+    """A scene or a part during composition.
+
+    data    its groups
+    lines   the source line of every path
+    folder  the folder of the files that it names; None if files must not be read
+    file    the name of its file in messages
+    chain   the files whose includes led to this one
+    budget  shared by all levels
+    """
 
     data: dict[str, Any]
     lines: dict[Path, int]
@@ -42,28 +49,28 @@ class Level:
     budget: Budget = field(default_factory=Budget)
 
     def add_problem(self, path: Path, what: str, hint: str = "") -> None:
-        """Note a mistake at a path of this level."""
+        """Add a finding at a path of this level."""
         self.findings.append(Finding(path, what, hint, self.line(path)))
 
     def line(self, path: Path) -> int:
-        """Line of a path, or of the nearest part around it; it knows its file."""
+        """Line (with its file) of a path, or of its nearest enclosing part that has a line."""
         while path and path not in self.lines:
             path = path[:-1]
         found = self.lines.get(path, 0)
         return found if isinstance(found, Line) or not self.file else Line(found, self.file)
 
     def below(self, path: Path, data: dict[str, Any]) -> Level:
-        """A group of this level as a level of its own."""
+        """A new level with a copy of a group of this level."""
         lines = {p[len(path) :]: self.line(p) for p in paths_below(data, path)}
         return Level(copy_of(data), lines, self.folder, self.file, self.chain, [], self.budget)
 
     def take(self, path: Path, value: Any, origin: Level, at: Path, copy: bool = False) -> None:
-        """Put a value of another level here, with its lines."""
+        """Store at ``path`` the value that level ``origin`` has at path ``at``, with its source lines."""
         node = self.data
         for key in path[:-1]:
             node = node.setdefault(str(key), {})
             if not isinstance(node, dict):
-                return  # the reader tells that a group is wanted here
+                return  # validation reports that this value must be a group
         node[str(path[-1])] = value
         count = 0
         for p in paths_below(value, at):
@@ -74,7 +81,7 @@ class Level:
 
 
 def paths_below(value: Any, path: Path) -> Iterable[Path]:
-    """The path of a value and of everything in it."""
+    """The path of a value and the paths of all values inside it."""
     yield path
     if isinstance(value, Mapping):
         for k, v in value.items():
@@ -85,7 +92,7 @@ def paths_below(value: Any, path: Path) -> Iterable[Path]:
 
 
 def copy_of(value: Any) -> Any:
-    """The value with groups and lists of its own."""
+    """A deep copy of groups and lists."""
     if isinstance(value, dict):
         return {k: copy_of(v) for k, v in value.items()}
     return [copy_of(v) for v in value] if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""A whole scene from what is written: includes and assemblies are replaced by what they stand for."""
+"""Composition of a whole scene: includes and assemblies are replaced by their contents."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 
 def compose(data: Any, lines: dict[Path, int], file: str, folder: FilePath | None) -> tuple[Any, dict[Path, int], list[Finding]]:
-    """(data without includes and assemblies, the line of every path, mistakes in them)."""
+    """(data without includes and assemblies, the line of every path, mistakes in includes and assemblies). ``folder`` is None if
+    files must not be read."""
     if isinstance(data, dict):
         replace_deprecated(data, lines)
         restore_on(data)
@@ -26,7 +27,7 @@ def compose(data: Any, lines: dict[Path, int], file: str, folder: FilePath | Non
     try:
         expand_assemblies(level)
     except TooMuch:
-        level.add_problem(("assemblies",), f"copies become more than {MOST} values", "make fewer copies")
+        level.add_problem(("assemblies",), f"the copies have more than {MOST} values", "make fewer copies")
         level.data |= {"bodies": {}, "joints": {}, "forces": {}}
     level.data.pop("include", None)
     level.data.pop("assemblies", None)

@@ -1,1 +1,1 @@
-"""What a scene holds, as frozen dataclasses."""
+"""The contents of a scene, as frozen dataclasses."""

@@ -1,5 +1,5 @@
-"""What files may have besides a scene's own keys: assemblies of parts, and copies of them. They become plain bodies and joints
-when a scene is read (``written``); these classes say their keys."""
+"""Keys of assemblies of parts and of their copies. Only files have these keys: when a scene is read, assemblies become plain
+bodies and joints (``composition``). The classes here define the keys for checks, hints and the schema."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Mirror:
     """Two copies: the assembly and its mirror image."""
 
     axis: AxisLetter
-    """Axis that the mirror is square to."""
+    """Axis normal to the mirror plane."""
     through: Position = (0.0, 0.0, 0.0)
-    """A point of the mirror."""
+    """A point of the mirror plane."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -32,11 +32,11 @@ class Rotate:
     """Copies around an axis."""
 
     times: int
-    """How many there are, the first one with them."""
+    """Number of copies, including the first."""
     axis: AxisLetter = "z"
     """Direction of the axis."""
     by: Angle | None = None
-    """Angle from each copy to the next; default: they share a full turn."""
+    """Angle from each copy to the next; default: a full turn divided by the number of copies."""
     through: Position = (0.0, 0.0, 0.0)
     """A point of the axis."""
 
@@ -46,19 +46,19 @@ class Line:
     """Copies in a row."""
 
     times: int
-    """How many there are, the first one with them."""
+    """Number of copies, including the first."""
     step: Position
-    """From each copy to the next."""
+    """Displacement from each copy to the next."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Copies:
-    """How an assembly is repeated: one of the three. Copies are numbered from 1, and {i} stands for the number."""
+    """How an assembly is repeated: exactly one of mirror, rotate, line. Copies are numbered from 1; {i} stands for the number."""
 
     mirror: Annotated[
         Annotated[AxisLetter, SCALAR] | Annotated[Mirror, GROUP], either("an axis (x, y, z) or a group with axis, through")
     ] | None = None
-    """The assembly and its mirror image; with an axis alone, the mirror goes through the origin."""
+    """The assembly and its mirror image. If only an axis is given, the mirror plane contains the origin."""
     rotate: Rotate | None = None
     """Copies around an axis."""
     line: Line | None = None
@@ -67,41 +67,42 @@ class Copies:
 
 @dataclass(frozen=True, config=STRICT)
 class Part:
-    """What an assembly is made of, in a file or below ``use``. Names that it does not have mean those of the scene around it."""
+    """The contents of an assembly, in a file or below ``use``. A name that the part does not define refers to the enclosing
+    scene."""
 
     title: str = ""
-    """One line about it."""
+    """One line about the part."""
     parameters: dict[str, Number] = field(default_factory=dict)
-    """Its parameters, with the values they have unless ``with`` gives others."""
+    """Its parameters, with default values that ``with`` may replace."""
     bodies: dict[str, Body] = field(default_factory=dict)
-    """Its bodies; body rod of assembly leg is called leg_rod."""
+    """Its bodies. Body rod of assembly leg gets the name leg_rod."""
     joints: dict[str, Joint] = field(default_factory=dict)
-    """Its joints, which are named in the same way."""
+    """Its joints, renamed in the same way."""
     forces: dict[str, Applied] = field(default_factory=dict)
     """Its forces, torques and springs."""
     inputs: dict[str, Input] = field(default_factory=dict)
     """Its inputs."""
     ground: Ground = field(default_factory=Ground)
-    """Its points of the ground."""
+    """Its named points of the ground."""
     points: dict[str, str] = field(default_factory=dict)
-    """Names for points of its bodies: top: rod.end is leg.top outside."""
+    """Names for points of its bodies: with top: rod.end, the scene may write leg.top."""
     assemblies: dict[str, Assembly] = field(default_factory=dict)
-    """Assemblies that it has itself."""
+    """Assemblies inside this one."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Assembly:
-    """Parts that belong together, from a file or a group, with values for their parameters, placed, and copied."""
+    """Parts that belong together, from a file or a group of keys. They may be placed, copied and given parameter values."""
 
     use: Annotated[Annotated[str, SCALAR] | Annotated[Part, GROUP], either("the name of a file, or a group of parts")]
-    """A file beside this one, or the parts themselves."""
+    """The name of a file in the folder of this file, or the parts themselves."""
     given: dict[str, Number] = field(default_factory=dict)
-    """Values for its parameters, which may be expressions of the parameters around it."""
+    """Values for its parameters. They may be expressions of the enclosing scene's parameters."""
     position: Position | None = None
-    """Where the assembly's origin is; all its bodies must be placed."""
+    """Position of the assembly's origin; all its bodies must be placed."""
     orientation: Orientation | None = None
-    """How it is turned about its origin: angles about x, y, z."""
+    """Rotation of the assembly about its origin, by angles about x, y, z."""
     copies: Copies | None = None
-    """Mirror, rotate or line: the assembly several times."""
+    """Repetition of the assembly: mirror, rotate or line."""
 
-    __key_names__ = {"given": "with"}  # noqa: RUF012  (a word of Python cannot be the name of a field)
+    __key_names__ = {"given": "with"}  # noqa: RUF012  (``with`` is a keyword of Python and cannot name a field)

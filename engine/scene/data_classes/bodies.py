@@ -20,20 +20,20 @@ class Cylinder:
     length: Extent
     """Length along its axis."""
     axis: AxisName = "x"
-    """Body axis it lies along."""
+    """Body axis that is parallel to the cylinder's axis."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Turn:
-    """A turn of a body about the origin of its frame. Either an ``angle`` about an axis of the world, or the least turn after which
-    an axis of the body points ``towards`` a direction of the world."""
+    """A rotation of a body about the origin of its frame. With ``angle``, it is about an axis of the world. With ``towards``, it is
+    the smallest rotation that aligns an axis of the body with a direction of the world."""
 
     axis: Direction
-    """Axis of the world that it turns about; with ``towards``, the axis of the body that is to point there."""
+    """With ``angle``, the rotation axis in the world; with ``towards``, the axis of the body that is aligned."""
     angle: Angle | None = None
-    """Angle of the turn."""
+    """Angle of the rotation."""
     towards: Vector | None = None
-    """Direction in the world that the axis points to after the turn, of any length."""
+    """Direction in the world that the body's axis has after the rotation; its norm is arbitrary."""
 
 
 Orientation = Annotated[
@@ -45,10 +45,11 @@ Orientation = Annotated[
 class Body:
     """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
 
-    A body with a ``position`` is placed: joints between placed parts (the ground is one) are found from where these stand.
+    A body with a ``position`` is placed; the ground is placed too. The points and frames of a joint between two placed parts
+    follow from their poses.
 
-    Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. An explicit ``inertia`` wins
-    over the shape, which is then for drawing only.
+    Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. If ``inertia`` is given,
+    the shape is used for drawing only.
     """
 
     box: tuple[Extent, Extent, Extent] | None = None
@@ -71,11 +72,11 @@ class Body:
     color: str | None = None
     """Colour in pictures: a name or #rrggbb."""
     surface: str | None = None
-    """Surface that is drawn of it in place of its shape, in its frame, packed, as ``trunnion import`` writes it; without mass."""
+    """Surface for drawing instead of the shape, in the body's frame, packed as ``trunnion import`` writes it; it has no mass."""
     position: Position | None = None
-    """Where the origin of its frame stands in the world in the pose in which all joints have coordinate 0; this places the body."""
+    """Places the body: position of its frame's origin in the world when all joint coordinates are 0."""
     orientation: Orientation | None = None
-    """How a placed body is turned: one turn, or several, one after another; default: the axes of the world."""
+    """Rotation of a placed body: one turn, or a list applied in order; default: the axes of the world."""
 
 
 @dataclass(frozen=True, config=STRICT)

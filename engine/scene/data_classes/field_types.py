@@ -1,7 +1,7 @@
 """Building blocks of the scene classes: vectors, directions, and fields that take one of several forms.
 
-Where a field may be a number, a list or a group of keys, the form written chooses the type before it is read, so that
-a mistake is reported for that form alone.
+If a field may be a number, a list or a group of keys, the form of the value selects the type before validation. So a
+mistake is reported for that type only.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ STRICT = ConfigDict(extra="forbid", defer_build=True)
 
 @dataclass(frozen=True)
 class Says:
-    """Marks a field whose description in the published schema ends with words that come from a registry."""
+    """Marks a field with a text from a registry, which is appended to the field's description in the published schema."""
 
     text: str
 
 
 SCALAR, LIST, GROUP = Tag("·scalar"), Tag("·list"), Tag("·group")
-"""Forms; the dot keeps them apart from the keys of a scene in error locations."""
+"""Tags of the three forms. The dot distinguishes a tag from a scene key in the location of a pydantic error."""
 
 
 def _form(value: Any) -> str:
@@ -34,7 +34,7 @@ def _form(value: Any) -> str:
 
 
 def either(wanted: str) -> Discriminator:
-    """A discriminator that chooses among types tagged SCALAR, LIST and GROUP; ``wanted`` completes the error "… is wanted here"."""
+    """A discriminator for types tagged SCALAR, LIST and GROUP; ``wanted`` completes the error "… is wanted, not …"."""
     return Discriminator(_form, custom_error_type="wrong_form", custom_error_message=wanted)
 
 
@@ -44,7 +44,7 @@ AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
 Direction = Annotated[
     Annotated[AxisName, SCALAR] | Annotated[Vector, LIST], either("an axis (x, y, z, -x, -y, -z) or a list of three numbers")
 ]
-"""A direction in a body's frame: a name or three numbers of any length (normalised)."""
+"""A direction in a body's frame: the name of an axis, or three numbers, which are normalised later."""
 
 PointOf = Annotated[Annotated[str, SCALAR] | Annotated[Position, LIST], either("the name of a point or a list of three lengths")]
 """A point: its name among the body's points, or its position in the body's frame."""

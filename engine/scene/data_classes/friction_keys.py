@@ -1,4 +1,4 @@
-"""The keys of a scene that friction laws and contact elements declare, made into fields of the scene's classes."""
+"""Fields of the scene's classes that are generated from the declarations of friction laws and contact elements."""
 
 from __future__ import annotations
 
@@ -25,19 +25,20 @@ else:
 
 T = TypeVar("T", bound=type)
 Field = tuple[str, Any, float | None, str]
-"""A field to be: key, type, default, description."""
+"""A field to generate: key, type, default, description."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Wear:
-    """How fast sliding takes material off, by Archard's law: volume = k · normal force · way."""
+    """Rate of wear by Archard's law: volume = k · normal force · sliding distance."""
 
     k: Annotated[float, Per("m^2/N", POSITIVE)]
     """Wear coefficient: volume per normal force and sliding distance, such as 1e-6 mm^3/(N*m)."""
 
 
 def annotation(number: Number, count: int) -> Any:
-    """The type of a number's field: SI or text with a unit; also a list, where the number may stand for ``count`` of them."""
+    """The type of a number's field: a number in SI or text with a unit. If ``count`` > 1, a list of ``count`` numbers is allowed
+    too. ValueError when the number's unit is unknown in scenes."""
     if number.unit not in QUANTITIES:
         raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
     one: Any = Annotated[float, Per(number.unit, number.bound)]
@@ -59,7 +60,7 @@ def annotation(number: Number, count: int) -> Any:
 
 
 def of_joints() -> list[Field]:
-    """The fields of a joint's ``friction``: numbers of laws, then sizes of contact elements. The format requires none of them."""
+    """The fields of a joint's ``friction``: numbers of laws, then sizes of contact elements. All fields are optional."""
     out: list[Field] = []
     for name, (n, laws) in law_numbers().items():
         own = ", where it differs from the scene's" if n.default is not None else ""
@@ -74,7 +75,7 @@ def of_joints() -> list[Field]:
 
 
 def of_scene() -> list[Field]:
-    """The fields of the scene's ``friction``: numbers that all joints use which do not give their own."""
+    """The fields of the scene's ``friction``: default values for joints without a value of their own."""
     return [
         (name, annotation(n, 1), n.default, f"{sentence(n.text)} ({plural('law', laws)}).")
         for name, (n, laws) in law_numbers().items()
@@ -90,19 +91,19 @@ def sized(element: str) -> tuple[Number, ...]:
 
 
 def plural(word: str, names: Iterable[str]) -> str:
-    """The word with the names: ``law a`` or ``laws a, b``."""
+    """The word (in the plural for several names) and the names: ``law a`` or ``laws a, b``."""
     listed = [f"``{n}``" for n in names]
     return f"{word}{'s' if len(listed) > 1 else ''} {', '.join(listed)}"
 
 
 def sentence(text: str) -> str:
-    """The text with a capital first letter, unless it begins with the letter of a formula."""
+    """The text with a capital first letter, unless it begins with a symbol and a colon."""
     return text if text[1:2] == ":" else text[0].upper() + text[1:]
 
 
 def with_fields(declared: list[Field]) -> Callable[[T], T]:
-    """A class decorator, to be used below ``dataclass``, that puts these fields before the class's own; their descriptions go
-    to ``__field_docs__``."""
+    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. It stores
+    their descriptions in ``__field_docs__``."""
 
     def put(cls: T) -> T:
         cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__

@@ -1,5 +1,4 @@
-"""What ties parts that other joints carry, as a scene says it: the curve of a cam, a curve that a point stays on, a joint
-that follows another."""
+"""Data of joints that couple the motion of other joints: the profile of a cam, the curve of a slot, the ratio of a mimic joint."""
 
 from __future__ import annotations
 
@@ -16,18 +15,18 @@ from trunnion.scene.units.unit_parser import UnitError
 
 @dataclass(frozen=True, config=STRICT)
 class Profile:
-    """The curve of a cam: how far from its axis what follows it is, by angle about the axis, as the cam sees it. A cubic spline
-    goes through the values; it closes on itself where the angles go around once. Of a cam the radius is that of the path of the
-    follower's point (of the middle of its roller); of a flat_cam the distance of the face at the angle of its normal."""
+    """The profile of a cam: a cubic spline of the follower's distance from the cam axis over the angle, seen from the cam. It
+    is periodic if the angles cover a full turn. For a cam, the distance is that of the follower's point (the centre of its
+    roller). For a flat_cam, it is the distance of the face at the angle of the face's normal."""
 
     angle: tuple[Angle, ...]
-    """Increasing angles from e2 towards e3 of the inboard frame, three at least, over one turn at most."""
+    """At least three increasing angles, from e2 towards e3 of the inboard frame; they cover one turn at most."""
     radius: tuple[Extent, ...]
     """One distance for each angle."""
 
 
 def _planar(point: Any) -> Any:
-    """The point as it is; one with three numbers is told what curves are."""
+    """The point unchanged. UnitError with an explanation when the point has three coordinates."""
     if isinstance(point, list | tuple) and len(point) == 3:
         hint = "give two numbers, along e2 and e3 (axis: e1); for a straight line in space there is point_on_line"
         raise UnitError("a curve lies in the plane across e1 of its joint: curves in space are not built", hint)
@@ -36,22 +35,23 @@ def _planar(point: Any) -> Any:
 
 @dataclass(frozen=True, config=STRICT)
 class Curve:
-    """A curve in a plane of the inboard part: the cubic spline through points, by the lengths of the straight lines between them.
-    It may not cross itself. Two points are a straight slot; an open curve goes straight on beyond its ends (stops hold there)."""
+    """A curve in a plane of the inboard part: the cubic spline through points, parametrised by chord length. It must not cross
+    itself. Two points give a straight slot. Beyond its ends an open curve continues straight; end stops act at the ends."""
 
     points: tuple[Annotated[tuple[Length, Length], BeforeValidator(_planar)], ...]
-    """Points along e2 and e3 of the inboard frame, from the inboard point: two at least, of a closed curve three."""
+    """Coordinates along e2 and e3 of the inboard frame, relative to the inboard point. At least two points; a closed curve
+    needs three."""
     closed: Annotated[bool, Strict()] = False
-    """Whether it goes on from the last point to the first."""
+    """Whether the curve continues from the last point to the first."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Mimic:
-    """The freedom of a joint follows that of another: q = ratio · q of the other + offset, whatever force that takes."""
+    """A constraint between two joints with one freedom each: q = ratio · (q of the leading joint) + offset."""
 
     joint: str
-    """Name of the joint that leads."""
+    """Name of the leading joint."""
     ratio: Annotated[float, AnyUnit(bound=Bound(nonzero=True))] = 1.0
-    """How far this one goes for each of the other: a number, m/rad or rad/m."""
+    """Change of this joint's coordinate for a unit change of the leading joint's: a number, m/rad or rad/m."""
     offset: Number = 0.0
-    """Coordinate of this one where the other is at 0."""
+    """Coordinate of this joint when that of the leading joint is 0."""

@@ -20,17 +20,17 @@ from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, NotNegative,
 
 @dataclass(frozen=True, config=STRICT)
 class Side:
-    """One part of a joint: the body, the joint definition point on it and the joint frame (e1 along ``axis``, e2
-    towards ``reference``, e3 = e1 x e2), in that body's frame. At q = 0 the frames of the two sides coincide."""
+    """One side of a joint: a body, the joint definition point and the joint frame, in that body's frame. e1 is along ``axis``, e2
+    towards ``reference``, and e3 = e1 x e2. At q = 0 the frames of the two sides coincide."""
 
     body: str
     """Name of the body, or ground."""
     point: PointOf = (0.0, 0.0, 0.0)
     """Joint definition point."""
     axis: Direction | None = None
-    """e1 of this side, where it differs from the joint's."""
+    """e1 of this side; default: the joint's ``axis``."""
     reference: Direction | None = None
-    """Direction e2 leans to on this side, where it differs from the joint's."""
+    """Direction that gives e2 of this side; default: the joint's ``reference``."""
 
 
 NormalForce = Literal["exact", "adams"]
@@ -42,9 +42,9 @@ class Friction:
     """The frictional contact of a joint: geometry of the pin, and the law between pin and bearing."""
 
     law: LawName | None = None
-    """Friction law, where it differs from the scene's."""
+    """Friction law; default: that of the scene."""
     normal_force: NormalForce | None = None
-    """How the normal force is found, where it differs from the scene's."""
+    """Computation of the normal force; default: that of the scene."""
 
     if TYPE_CHECKING:
 
@@ -55,12 +55,12 @@ class Friction:
 @dataclass(frozen=True, config=STRICT)
 @with_fields(of_scene())
 class FrictionDefaults:
-    """What frictional joints use where they do not give their own."""
+    """Default values for frictional joints without values of their own."""
 
     law: LawName = DEFAULT
     """Friction law."""
     normal_force: NormalForce = "exact"
-    """exact: from the contact equations; adams: by the approximation of the program Adams."""
+    """exact: from the contact equations; adams: the approximation that the program Adams uses."""
 
     if TYPE_CHECKING:
 
@@ -86,8 +86,8 @@ Rates = Annotated[Annotated[Number, SCALAR] | Annotated[tuple[Number, ...], LIST
 
 @dataclass(frozen=True, config=STRICT)
 class Start:
-    """Start values of a joint. Closing the loops determines values that are not given, and moves given ones as little as possible;
-    any change is reported."""
+    """Start values of a joint. Loop closure determines the values that are not given. It changes given values as little as
+    possible and reports each change."""
 
     q: Coordinates | None = None
     """Coordinates: a number, a list, or axis and angle for a ball."""
@@ -102,19 +102,19 @@ class Spring:
     stiffness: NotNegative
     """N/m, or N*m/rad."""
     rest: Number = 0.0
-    """Coordinate at which it is relaxed."""
+    """Coordinate at which the torque or force is 0."""
 
 
 ORDERS = {
     "friction": tuple(n.order for n, _ in law_numbers().values() if n.order is not None),
     "end_stops": (Order("lower", "upper", strict=True),),
 }
-"""For each field of a joint, the numbers in it that must be in order."""
+"""For each field of a joint, the pairs of its numbers of which the first must be below the second."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class EndStops:
-    """Compliant end stops: the force is stiffness*depth*(1 + damping*depth rate) and never pulls (Hunt and Crossley)."""
+    """Compliant end stops (Hunt and Crossley): force = stiffness * depth * (1 + damping * rate of depth), never negative."""
 
     stiffness: Positive
     """N/m, or N*m/rad."""
@@ -128,7 +128,7 @@ class EndStops:
 
 if TYPE_CHECKING:
     JointType = str
-else:  # what is registered is what a scene may say
+else:
     JointType = Annotated[
         Literal[tuple(REGISTRY)],
         Says("Freedoms in order: " + " · ".join(f"{k.name} ({k.freedoms})" for k in REGISTRY.values() if k.nv)),
@@ -162,53 +162,53 @@ Efforts = Annotated[
 class Joint:
     """A joint between two parts.
 
-    ``axis``/``reference`` are used for both sides where a side gives none of its own. Travels and angles are those of
-    the outboard part as seen from the inboard one; at q = 0 the frames of both sides coincide. Lists ``spring``,
-    ``damping``, ``rotor_inertia``, ``end_stops``, ``drive``, ``effort``, ``motor`` have one entry a freedom (rate); a single entry
-    stands for the only freedom of a one-freedom joint.
+    ``axis`` and ``reference`` apply to each side without values of its own. Travels and angles describe the motion of the
+    outboard part relative to the inboard part; at q = 0 the frames of both sides coincide. ``spring``, ``damping``,
+    ``rotor_inertia``, ``end_stops``, ``drive``, ``effort`` and ``motor`` are lists with one entry per freedom; a joint with
+    one freedom may give the entry without a list.
     """
 
     type: JointType
     """Kind of joint."""
     inboard: SideOf
-    """The part the motion is measured from: "body", "body.point", or a group."""
+    """The part relative to which the motion is measured: "body", "body.point", or a group."""
     outboard: SideOf
     """The part whose motion is measured: "body", "body.point", or a group."""
     axis: Direction | None = None
     """e1, in both bodies' frames; between placed bodies, in the world."""
     reference: Direction | None = None
-    """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
+    """The component of this direction normal to e1 gives e2; default: the next axis of the cycle x, y, z."""
     pin: Literal["inboard", "outboard"] = "inboard"
-    """Part that carries the pin (ball, journal, shaft), or is the inner one (sleeve)."""
+    """Part that carries the pin (ball, journal, shaft), or the inner part of a sleeve."""
     ends: Literal["inboard", "outboard", "overlap"] | None = None
-    """Part that contacts sit at the ends of: the short one of a sleeve on a long shaft; overlap: they sit where two parts of finite
-    length end to touch, which changes as they slide. Without it the part that carries the pin."""
+    """Part whose ends carry the contacts, for example the short sleeve on a long shaft; default: the part with the pin. overlap:
+    the contacts are at the ends of the region where two parts of finite length touch, which changes as they slide."""
     pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
-    """Travel of a screw in one turn; of a belt or chain the distance of its teeth."""
+    """For a screw, the travel per turn; for a belt or chain, the distance between teeth."""
     teeth: tuple[Count, ...] | None = None
-    """Numbers of teeth: of the inboard and the outboard wheel of a gear or belt, of the wheel of a rack."""
+    """Numbers of teeth: for a gear or belt, of the inboard and the outboard wheel; for a rack, of its wheel."""
     module: Annotated[float, Per("m", POSITIVE)] | None = None
-    """Pitch diameter of a gear over its number of teeth."""
+    """Pitch diameter of a gear divided by its number of teeth."""
     radii: tuple[Extent, ...] | None = None
-    """Radii of wheels without teeth: of the inboard and the outboard one."""
+    """Radii of wheels without teeth: inboard wheel, then outboard wheel."""
     internal: Annotated[bool, Strict()] = False
     """Whether the larger of two gears has its teeth inside."""
     profile: Profile | None = None
-    """The curve of a cam, which the inboard part carries about the joint's e1."""
+    """The profile of a cam. The inboard part carries the cam; its axis is the joint's e1."""
     roller: Extent | None = None
-    """Radius of the roller that follows a cam, about the outboard point; without it a point follows."""
+    """Radius of the cam follower's roller, whose centre is the outboard point; without ``roller`` the follower is a point."""
     curve: Curve | None = None
-    """The curve that a point of the outboard part stays on (a slot, a groove, a rail), in the plane of the inboard e2 and e3."""
+    """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
     mimic: Mimic | None = None
-    """The joint whose freedom that of this one follows; both have one freedom."""
+    """The leading joint, of which this joint's coordinate is a linear function; both joints have one freedom."""
     crossed: Annotated[bool, Strict()] = False
-    """Whether a belt is crossed, so that its pulleys turn opposite ways."""
+    """Whether a belt is crossed, so that its pulleys turn in opposite directions."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None
-    """Radial stiffness of each contact, default 1e8 N/m: decides how frictional joints share what redundant loops leave open."""
+    """Radial stiffness of each contact, default 1e8 N/m; it decides how frictional joints of redundant loops share the load."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""
     wear: Wear | None = None
-    """How fast its contacts wear (trunnion wear)."""
+    """Wear of its contacts, for ``trunnion wear``."""
     start: Start | None = None
     """Start values."""
     spring: GroupPerFreedom[Spring] | None = None
@@ -216,8 +216,8 @@ class Joint:
     damping: NumberPerFreedom[DampingOfFreedom] | None = None
     """Viscous damping along the freedoms, independent of the normal force: N*s/m or N*m*s/rad."""
     rotor_inertia: NumberPerFreedom[InertiaOfFreedom] | None = None
-    """Inertia that the joint's own motion turns beside the bodies, kg or kg*m^2: of a geared motor, its rotor's times the square of
-    the ratio. All turns of a free or spherical joint have the same; a joint that has one is never cut."""
+    """Additional inertia of the joint's own motion, kg or kg*m^2. For a geared motor: rotor inertia times the gear ratio squared.
+    All rotations of a free or spherical joint have the same value. A joint with rotor inertia is never cut."""
     end_stops: GroupPerFreedom[EndStops] | None = None
     """End stops of the freedoms."""
     latch: GroupPerFreedom[Latch] | None = None
@@ -227,8 +227,8 @@ class Joint:
     effort: Efforts | None = None
     """Force or torque along the freedoms, on the outboard part."""
     motor: GroupPerFreedom[Motor] | None = None
-    """Motors along the freedoms, by their line of torque over speed."""
+    """Motors along the freedoms, with a linear torque-speed characteristic."""
     cut: Annotated[bool, Strict()] | None = None
-    """Whether a closed loop is opened at this joint: true, it is; false, it is not; default: where it is best."""
+    """Whether a closed loop is opened at this joint: true or false; default: the program chooses the joints to open."""
     at: PointOf | None = None
-    """Between placed bodies, where the joint is: a place in the world, or "body.point"; default: the point that a side names."""
+    """Position of a joint between placed bodies: a point in the world, or "body.point"; default: the point that a side names."""

@@ -24,7 +24,7 @@ class Force:
     force: LoadVector
     """Components, N."""
     frame: Literal["world", "body"] = "world"
-    """Axes of the components."""
+    """Frame whose axes the components refer to."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -38,7 +38,7 @@ class Torque:
     torque: LoadVector
     """Components, N*m."""
     frame: Literal["world", "body"] = "world"
-    """Axes of the components."""
+    """Frame whose axes the components refer to."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -50,11 +50,11 @@ class SpringDamper:
     between: tuple[str, str]
     """The two points: "body.point", or "body" for its frame origin."""
     stiffness: Stiffness = 0.0
-    """Force per lengthening."""
+    """Force per elongation."""
     damping: Damping = 0.0
-    """Force per rate of lengthening."""
+    """Force per rate of elongation."""
     length: Annotated[float, Per("m", NOT_NEGATIVE)] = 0.0
-    """Length at which it is relaxed."""
+    """Length at which the spring force is 0."""
 
 
 def _three(unit: str, wanted: str) -> Any:
@@ -75,8 +75,8 @@ else:
 
 @dataclass(frozen=True, config=STRICT)
 class Bushing:
-    """A rubber bush: it holds two parts at a point in all six directions, by stiffness and damping along axes of the first part.
-    Relaxed where the points and the axes of both parts coincide."""
+    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. It is
+    relaxed when the points and axes of both parts coincide."""
 
     type: Literal["bushing"]
     """Kind of load: a bushing."""
@@ -85,13 +85,13 @@ class Bushing:
     axis: Direction | None = None
     """e1, in both bodies' frames; between placed bodies, in the world. Default: x, y, z."""
     reference: Direction | None = None
-    """Direction e2 leans to; without it the next axis of the cycle x, y, z."""
+    """The component of this direction normal to e1 gives e2; default: the next axis of the cycle x, y, z."""
     stiffness: Along = 0.0
     """Force per offset along e1, e2, e3."""
     damping: DampedAlong = 0.0
     """Force per rate of offset."""
     turning_stiffness: TurningAlong = 0.0
-    """Torque per angle about e1, e2, e3: about one axis k sin q."""
+    """Torque per angle about e1, e2, e3; a rotation q about one axis gives k sin q."""
     turning_damping: SlowedAlong = 0.0
     """Torque per angular velocity."""
 
@@ -118,10 +118,10 @@ class Input:
     """A named external input, whose value is given from outside during a run."""
 
     start: Number = 0.0
-    """Value until someone sets it."""
+    """Value until the caller sets another."""
     unit: str = "1"
     """Its unit (SI)."""
     description: str = ""
     """What it is, in words."""
     bandwidth: Annotated[float, Per("rad/s", POSITIVE)] = 100.0
-    """How fast a motion that it prescribes follows it (critically damped, rad/s)."""
+    """Bandwidth of the critically damped filter through which a prescribed motion follows the input, rad/s."""

@@ -11,18 +11,18 @@ from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.units.quantities import Duration, Per
 
 EVENTS, EVALUATIONS, ITERATIONS = Bound(0.0, 1e3), Bound(1.0, 1e6), Bound(1.0, 1e6)
-"""Counts a bounded step may be given."""
+"""Allowed values of the bounds on the work in a step."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class RealTime:
-    """Fixed steps for real time, with bounds of their work. A fallback finishes a step that exceeds a bound; the run reports it."""
+    """Fixed steps for real time, with bounds on their work. A fallback finishes a step that exceeds a bound; the run reports it."""
 
     step: Duration
     """Length of the steps."""
     events: Annotated[float, Per("1", EVENTS)] = 2
-    """Most events that are located in a step."""
+    """Largest number of events that are located in a step."""
     evaluations: Annotated[float, Per("1", EVALUATIONS)] = 42
-    """Most evaluations of the equations of motion in a step; one without events takes eight."""
+    """Largest number of evaluations of the equations of motion in a step; a step without events needs eight."""
     iterations: Annotated[float, Per("1", ITERATIONS)] | None = None
-    """Most iterations of Newton's method in a step; default: 46, and 8 for each frictional freedom."""
+    """Largest number of Newton iterations in a step; default: 46, plus 8 for each frictional freedom."""

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     MethodName = str
 else:
     MethodName = Literal[METHODS]
-    """The registered methods: what the schema lists and the reader takes."""
+    """The registered integration methods."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -68,9 +68,9 @@ class Simulation:
     method: MethodName = "auto"
     """Integration method."""
     jams: Literal["end", "impact"] = "end"
-    """What a jam does: end the run as ``jammed``, or stop the jammed pair by a tangential impact and continue."""
+    """Reaction to a jam: end the run as ``jammed``, or stop the jammed pair by a tangential impact and continue."""
     realtime: RealTime | None = None
-    """Fixed steps whose work is bounded; default: steps follow the tolerance."""
+    """Fixed steps with bounded work; default: step size control by the tolerance."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -82,7 +82,7 @@ class Scene:
     joints: dict[str, Joint]
     """Joints by name."""
     name: str = "scene"
-    """Short name; default: that of the file or its folder."""
+    """Short name; default: the name of the file or its folder."""
     schema: Literal[1] = 1
     """Version of this format."""
     title: str = ""
@@ -92,39 +92,39 @@ class Scene:
     ground: Ground = field(default_factory=Ground)
     """The fixed world."""
     friction: FrictionDefaults = field(default_factory=FrictionDefaults)
-    """Defaults of frictional joints."""
+    """Default values for frictional joints."""
     forces: dict[str, Applied] = field(default_factory=dict)
     """Applied forces, torques and springs by name."""
     inputs: dict[str, Input] = field(default_factory=dict)
     """External inputs by name."""
     outputs: tuple[str, ...] = ("*",)
-    """Patterns of the result columns wanted."""
+    """Patterns of the requested result columns."""
     simulation: Simulation = field(default_factory=Simulation)
     """Settings of a run."""
     tunable: tuple[str, ...] = ()
-    """Numbers (dotted paths, patterns) that stay run-time parameters even when they are zero as written."""
+    """Numbers (dotted paths or patterns) that stay run-time parameters even if their value in the scene is zero."""
     parameters: dict[str, Number] = field(default_factory=dict)
-    """Numbers by name, for use in expressions such as "{a/2 + 5 mm}", which may stand wherever a number may."""
+    """Named numbers for expressions such as "{a/2 + 5 mm}", which are allowed in place of any number."""
     include: Annotated[
         Annotated[str, SCALAR] | Annotated[tuple[str, ...], LIST], either("the name of a file, or a list of them")
     ] = ()
-    """Files beside this one whose keys are taken over where this one does not give them (one name, or a list); read by commands and
-    Python, not by servers. None is left once a scene is read."""
+    """Files in the folder of this file (one name or a list); their keys apply if this file does not give them. Commands and
+    Python read these files, servers do not. Reading replaces the includes by the keys."""
     assemblies: dict[str, Assembly] = field(default_factory=dict)
-    """Parts that are used as a whole, also several times, by name. None is left once a scene is read: only bodies and joints."""
+    """Groups of parts by name, which may be repeated. Reading replaces the assemblies by bodies and joints."""
     author: str = ""
-    """Who made it; FMUs of it say so."""
+    """Author of the scene; exported FMUs contain the name."""
     version: str = ""
-    """Its own version, such as "1.2"."""
+    """Version of the scene, such as "1.2"."""
     date: str = ""
-    """Its own date, such as 2026-11-23."""
+    """Date of the scene, such as 2026-11-23."""
 
     def law_of(self, friction: Friction) -> str:
         """Friction law of a joint: its own, else the scene's."""
         return friction.law or self.friction.law
 
     def normal_force_of(self, friction: Friction) -> str:
-        """How the normal force of a joint is found: its own way, else the scene's."""
+        """Computation of a joint's normal force: the joint's own setting, else the scene's."""
         return friction.normal_force or self.friction.normal_force
 
 

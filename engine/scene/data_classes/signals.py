@@ -1,5 +1,5 @@
-"""Functions of time in a scene: given as data (constant, ramp, harmonic, table, external input), never as code;
-and devices that follow them."""
+"""Functions of time in a scene (constant, ramp, harmonic, table, external input), and the devices that use them. They are
+data, never code."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.scene.units.quantities import Angle, AnyUnit, Duration, NotNegativ
 
 @dataclass(frozen=True, config=STRICT)
 class Constant:
-    """Steady rate of a drive: q = start + rate t."""
+    """Constant rate of a drive: q = start + rate t."""
 
     rate: Number
     """Rate of the coordinate."""
@@ -25,36 +25,36 @@ class Constant:
 
 @dataclass(frozen=True, config=STRICT)
 class Ramp:
-    """A linear change from ``start`` to ``end`` between ``begin`` and ``begin + duration``. The value of a load changes, or the
-    rate of a drive (with q = origin at t = 0)."""
+    """A linear change from ``start`` to ``end`` between ``begin`` and ``begin + duration``. For a load, the value changes; for a
+    drive, the rate (with q = origin at t = 0)."""
 
     start: Number
     """Value (drives: rate) before ``begin``."""
     end: Number
     """Value (drives: rate) from ``begin + duration`` on."""
     duration: Duration
-    """How long the change takes."""
+    """Duration of the change."""
     begin: Time = 0.0
-    """When the change begins."""
+    """Time at which the change begins."""
     origin: Number = 0.0
     """Drives only: coordinate at t = 0."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Move:
-    """A way from rest to rest of a drive: at ``start`` up to ``begin``, at ``end`` from ``begin + duration`` on."""
+    """A motion of a drive from rest to rest: q = ``start`` until ``begin``, and q = ``end`` from ``begin + duration`` on."""
 
     start: Number
-    """Coordinate before."""
+    """Coordinate before the motion."""
     end: Number
-    """Coordinate after."""
-    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a way takes some time"))]
-    """How long it takes."""
+    """Coordinate after the motion."""
+    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a motion takes some time"))]
+    """Duration of the motion."""
     begin: Time = 0.0
-    """When it begins."""
+    """Time at which the motion begins."""
     profile: Literal["polynomial", "trapezoid", "s_curve"] = "polynomial"
-    """polynomial: of degree 5, no acceleration at its ends; trapezoid: speed up, go on, slow down, a third of the time each;
-    s_curve: the same with limited jerk."""
+    """polynomial: degree 5, zero acceleration at the ends; trapezoid: constant acceleration, constant rate, constant
+    deceleration, a third of the time each; s_curve: as trapezoid, with limited jerk."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -62,7 +62,7 @@ class Harmonic:
     """A sine: offset + amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: Number
-    """Half the swing."""
+    """Amplitude, half of the peak-to-peak value."""
     frequency: Annotated[float, Per("Hz", Bound(0.0, advice="turn the phase instead"))]
     """Cycles per second."""
     phase: Angle = 0.0
@@ -76,68 +76,67 @@ Interpolation = Literal["natural", "clamped", "monotone", "linear"]
 
 @dataclass(frozen=True, config=STRICT)
 class Table:
-    """Values at times and a curve through them. Before and after, drives go straight on and loads keep their value."""
+    """A curve through values at given times. Outside the table, drives continue at constant rate and loads keep their value."""
 
     time: tuple[Time, ...]
-    """Increasing times, two at least."""
+    """At least two increasing times."""
     value: tuple[Number, ...]
     """One value for each time."""
     interpolation: Interpolation | None = None
-    """natural: cubic spline without curvature at its ends (so that it may begin with a rate); clamped: cubic spline with given
-    rates at its ends, zero if none are given; monotone: cubic pieces that rise and fall only where the values do and rest where
-    they rest (accelerations jump at the times); linear: straight lines, for loads only. Not given: natural for drives, linear
-    for loads."""
+    """natural: cubic spline with zero second derivative at its ends. clamped: cubic spline with the rates ``end_rates`` at its
+    ends. monotone: cubic pieces, monotone between any two values (the second derivative jumps at the times). linear: straight
+    lines, for loads only. Default: natural for drives, linear for loads."""
     end_rates: tuple[Number, Number] | None = None
-    """With interpolation clamped: rate at the first and at the last time."""
+    """With interpolation clamped: rate at the first and at the last time; default: zero."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class InputCurve:
-    """A smooth function of an input, which rises and falls only where the values do. The end values continue."""
+    """A smooth function of an input, monotone between any two values. Beyond its ends it is constant."""
 
     at: tuple[Number, ...]
-    """Increasing values of the input, in its SI unit, two to twelve."""
+    """Two to twelve increasing values of the input, in its SI unit."""
     value: tuple[Number, ...]
-    """One value for each."""
+    """One value for each entry of ``at``."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class FromInput:
-    """A number that is the scene's named external input, or follows from it."""
+    """A number that equals a named external input of the scene, or is a function of the input."""
 
     input: str
     """Name of the input."""
     curve: InputCurve | None = None
-    """A function of the input, such as a coefficient of friction by temperature."""
+    """A function of the input, for example the coefficient of friction over the temperature."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class BySpeed:
-    """A measured coefficient of friction by the sliding speed: a smooth curve that rises and falls only where the values do. The
-    last value continues."""
+    """A measured coefficient of friction over the sliding speed: a smooth curve, monotone between any two values. Beyond the
+    last speed it is constant."""
 
     speed: tuple[Annotated[float, Per("m/s", Bound(0.0))], ...]
-    """Increasing sliding speeds, of which the first is 0 (there the coefficient is that of rest), two to twelve."""
+    """Two to twelve increasing sliding speeds. The first is 0; its coefficient is that of static friction."""
     value: tuple[Annotated[float, Per("1", Bound(0.0))], ...]
-    """One coefficient for each."""
+    """One coefficient for each speed."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Drive:
-    """Prescribed motion of one joint coordinate, by exactly one of these kinds. The effort it takes is an output."""
+    """Prescribed motion of one joint coordinate, by exactly one of these kinds. The required effort is an output."""
 
     constant: Constant | None = None
-    """Steady rate."""
+    """Constant rate."""
     ramp: Ramp | None = None
     """Rate that changes linearly from one value to another."""
     move: Move | None = None
-    """From one coordinate to another, at rest before and after."""
+    """Motion from one coordinate to another, at rest before and after."""
     harmonic: Harmonic | None = None
     """Sine motion."""
     table: Table | None = None
     """Curve through values at times."""
     input: str | None = None
-    """The scene's named external input; the motion follows it smoothly (see its bandwidth)."""
+    """Name of an external input; the motion follows the input through a filter (see its bandwidth)."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -163,8 +162,8 @@ def _load_form(value: Any) -> str:
 
 
 def load_or(wanted: str) -> Discriminator:
-    """A discriminator that chooses among the forms of a load (number, input, signal) and lists of them; ``wanted`` names them
-    in errors."""
+    """A discriminator for the forms of a load (number, input, signal) and lists of loads; ``wanted`` names the allowed forms in
+    errors."""
     return Discriminator(_load_form, custom_error_type="wrong_form", custom_error_message=wanted)
 
 
@@ -178,34 +177,34 @@ LoadVector = tuple[Load, Load, Load]
 
 @dataclass(frozen=True, config=STRICT)
 class Motor:
-    """A motor by its line of torque over speed: stall (signal − rate/no_load), a force where the freedom slides."""
+    """A motor with a linear torque-speed characteristic: torque (or force) = stall (signal − rate/no_load)."""
 
     stall: Annotated[float, AnyUnit(bound=POSITIVE)]
     """Torque or force at rest, at a signal of 1."""
     no_load: Annotated[float, AnyUnit(bound=POSITIVE)]
-    """Rate at which it gives none, at a signal of 1."""
+    """Rate at which torque or force is zero, at a signal of 1."""
     signal: Load = 1.0
-    """Part of its full voltage, from -1 to 1: a number, an input or a signal; at 0 its terminals are shorted, and it brakes."""
+    """Fraction of its full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted: it brakes."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Latch:
-    """A hook that falls behind a passing part and then holds it like an end stop. Falling takes no force."""
+    """A hook that falls behind a passing part and then holds the part like an end stop. Falling takes no force."""
 
     at: Number
-    """Coordinate at which it falls, and below (or above) which it does not let back."""
+    """Coordinate at which the hook falls; the fallen hook prevents a return beyond this coordinate."""
     stiffness: Positive
     """N/m, or N*m/rad."""
     keeps: Literal["above", "below"] = "above"
-    """On which side it keeps what it has caught."""
+    """Side of ``at`` on which the hook keeps the coordinate."""
     damping: NotNegative = 0.0
     """s/m, or s/rad."""
     release: Load = 0.0
-    """Lifted while this is above 0.5: an input or a signal."""
+    """The hook is lifted while this input or signal is above 0.5."""
     holds: Positive | None = None
-    """Force or torque at which it lets go; default: it holds anything."""
+    """Force or torque at which the hook releases; default: no limit."""
     pitch: Positive | None = None
-    """Distance of the teeth of a ratchet, m or rad: it falls behind each that passes, the first being where it is said to be."""
+    """Distance between the teeth of a ratchet, m or rad. The pawl falls behind each passing tooth; the first tooth is ``at``."""
     down: Annotated[bool, Strict()] = False
-    """Whether it is down from the start, also where what it keeps presses it in there (of a ratchet on its first tooth); else it is
-    where that is behind it."""
+    """true: the hook is down at the start, even if the part presses into it (a ratchet: on its first tooth). false: it is down
+    only if the part is already on the kept side."""

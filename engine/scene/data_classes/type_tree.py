@@ -1,6 +1,6 @@
-"""The scene's classes as a tree of types: which class, unit or choice stands at a path.
+"""The scene's classes as a tree of types: lookup of the class, unit or choice at a path.
 
-Used for hints ("known keys: …"), for units of parameters and for the published schema; validation itself is pydantic's.
+Hints ("known keys: …"), units of parameters and the published schema use this tree; pydantic does the validation.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def hints(cls: type) -> dict[str, Any]:
 
 
 def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any, AnyUnit | None]]:
-    """The alternatives of an annotation, each with the unit marker that applies to it; None is left out."""
+    """The alternatives of an annotation without None, each with the unit marker that applies to it."""
     if get_origin(annotation) is Annotated:
         inner, *extras = get_args(annotation)
         marks = [e for e in extras if isinstance(e, AnyUnit)]
@@ -40,7 +40,7 @@ def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any,
 
 
 def step(annotation: Any, key: str | int) -> Iterator[Any]:
-    """The annotations one key or index further down, from every alternative that has it."""
+    """The annotations below one key or index, from every alternative that has this key or index."""
     for a, _ in members(annotation):
         if isinstance(key, str) and is_dataclass(a) and isinstance(a, type):
             if key in hints(a):
@@ -53,9 +53,9 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@lru_cache(maxsize=4096)  # users choose the names in a path: without a bound a service would remember all it was ever sent
+@lru_cache(maxsize=4096)  # bounded, because users choose names in paths, and a service would otherwise cache them all
 def at(path: Path) -> tuple[Any, ...]:
-    """Annotations that may stand at a path; empty when no scene has such a path."""
+    """Annotations at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]
     for key in path:
         found = [b for a in found for b in step(a, key)]
@@ -63,40 +63,39 @@ def at(path: Path) -> tuple[Any, ...]:
 
 
 def shape(path: Path) -> Path:
-    """The path with names that users choose, and places in lists, replaced by a few fixed ones, so that few different paths are
-    ever looked up."""
+    """The path with user-chosen names replaced by "*" and indices limited to 2, so that ``at`` caches few different paths."""
     named = path[:1] in NAMED and len(path) > 1
     return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
 
 
 def classes_at(path: Path) -> list[type]:
-    """Scene classes that may stand at a path."""
+    """Scene classes that are allowed at a path."""
     return [a for annotation in at(path) for a, _ in members(annotation) if isinstance(a, type) and is_dataclass(a)]
 
 
 def keys_at(path: Path) -> list[str]:
-    """Keys a group at this path may have, in order, without repetition; empty for groups with free names."""
+    """Allowed keys of the group at a path, in order and without repetition; empty for groups whose names the user chooses."""
     return list(dict.fromkeys(getattr(c, "__key_names__", {}).get(f.name, f.name) for c in classes_at(path) for f in fields(c)))
 
 
 def required_at(path: Path) -> list[str]:
-    """Keys a group at this path cannot do without."""
+    """Required keys of the group at a path."""
     return [f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING]
 
 
 def unit_at(path: Path) -> AnyUnit | None:
-    """The unit marker of the number at a path, None when no number stands there."""
+    """The unit marker of the number at a path; None when the path is not that of a number."""
     return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)
 
 
 def bound_at(path: Path) -> Bound:
-    """The values the number at a path may have."""
+    """The allowed values of the number at a path."""
     mark = unit_at(path)
     return mark.bound if mark is not None else ANY
 
 
 def length_at(path: Path) -> int | None:
-    """Number of entries of a fixed list at a path; None when its length is free or no list stands there."""
+    """Number of entries of the list at a path; None when the number is free or there is no list."""
     for annotation in at(path):
         for a, _ in members(annotation):
             if get_origin(a) is tuple and get_args(a)[-1] is not Ellipsis:

@@ -1,4 +1,4 @@
-"""Sums and products of numbers as they are written: plain numbers stay numbers, anything else becomes an expression."""
+"""Sums and products of scene values: two plain numbers give a number; any other operands give an expression in braces."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from trunnion.scene.units.quantities import NoValue, number
 from trunnion.scene.units.unit_parser import UnitError
 
 Term = Any
-"""A number, a number with a unit, or an expression in braces; 0 and 1 as numbers are left out of sums and products."""
+"""A number, a text with a number and a unit, or an expression in braces."""
 LARGEST = 1e300
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a plain number, of a size that can be reckoned with."""
+    """Whether a value is a plain number of magnitude below ``LARGEST``, so that a product cannot overflow easily."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
 
 
 def source(value: Term) -> str:
-    """A value as part of an expression. A plain number is in SI, whatever unit is wanted there."""
+    """The value as text for use in an expression. A plain number is marked as SI, in the unit that its place requires."""
     if is_expression(value):
         return f"({expression_text(value)})"
     if is_number(value):
@@ -30,7 +30,7 @@ def source(value: Term) -> str:
 
 
 def known(value: Term) -> float:
-    """The value, SI, of a term that depends on no parameter. UnitError when it does, or is no number."""
+    """The SI value of a term. UnitError when the term depends on a parameter or is not a number."""
     found = Parameters().computed(value) if is_expression(value) else number(value)
     if isinstance(found, NoValue):
         raise UnitError(found.what, found.hint)
@@ -49,7 +49,7 @@ def plus(a: Term, b: Term) -> Term:
 
 
 def times(factor: Term, a: Term) -> Term:
-    """A value times a plain number or an expression of one."""
+    """The product of a value and a dimensionless factor (a plain number or an expression)."""
     if is_number(factor) and is_number(a):
         return factor * a + 0.0  # never −0
     if is_number(factor) and factor in (0.0, 1.0):
@@ -62,7 +62,7 @@ def times(factor: Term, a: Term) -> Term:
 
 
 def three(value: Any) -> list[Term]:
-    """The three entries of a list. UnitError when it is none."""
+    """The three entries of a list. UnitError when the value is not a list of three."""
     if not isinstance(value, list) or len(value) != 3:
         raise UnitError("a place or direction has three numbers", "write [x, y, z]")
     return list(value)

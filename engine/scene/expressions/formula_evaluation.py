@@ -1,4 +1,4 @@
-"""Values of expressions: dimensions, numbers, and exact derivatives by the parameters, all from the same tree."""
+"""Evaluation of an expression tree: its dimension, its value, and its exact derivatives with respect to the parameters."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 ANGLE: Dimension = (0, 0, 0, 1, 0)
 LARGEST_POWER = 20
-"""Magnitude of an exponent of something with a unit, at most."""
+"""Largest magnitude of an exponent whose base has a unit."""
 Gradient = dict[str, float]
-"""Derivatives by parameters; those that are not in it are zero."""
+"""Derivatives by parameter name; the derivative by a parameter that is not listed is zero."""
 
 
 def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
-    """Dimension of an expression, from those of its parameters. UnitError where sums, functions or powers do not fit."""
+    """Dimension of an expression; ``known`` holds the dimensions of its parameters. UnitError when operands do not fit."""
     if isinstance(node, Number):
         return node.dimension
     if isinstance(node, Name):
@@ -32,7 +32,7 @@ def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
 
 
 def _same(node: Call, given: list[Dimension]) -> Dimension:
-    """Those of sums, differences, least and largest: all alike; a radian need not be written where there are other units."""
+    """Dimension of +, -, min and max: all operands have the same one. A radian may be missing if there are other units."""
     out = given[0]
     for d in given[1:]:
         if d == out:
@@ -62,7 +62,7 @@ def _power(node: Call, given: list[Dimension]) -> Dimension:
         raise UnitError("the exponent of something with a unit cannot depend on a parameter", "write the exponent as a number")
     power = Fraction(value(node.arguments[1], {})).limit_denominator(12)
     if abs(power) > LARGEST_POWER or not math.isclose(power, value(node.arguments[1], {}), rel_tol=1e-12):
-        raise UnitError("nothing has such a unit", "exponents of something with a unit are small whole numbers or ratios")
+        raise UnitError("this exponent is not supported for a base with a unit", "use a small whole number or a simple ratio")
     return _scaled(base, power)
 
 
@@ -77,13 +77,13 @@ def _named(node: Node) -> bool:
 
 def _of_angle(node: Call, given: list[Dimension]) -> Dimension:
     if given[0] not in (ANGLE, NONE):
-        raise UnitError(f"{node.function} is of an angle, not of {described(given[0])}", f"such as {node.function}(30 deg)")
+        raise UnitError(f"{node.function} needs an angle, not {described(given[0])}", f"such as {node.function}(30 deg)")
     return NONE
 
 
 def _of_ratio(node: Call, given: list[Dimension]) -> Dimension:
     if given[0] != NONE:
-        raise UnitError(f"{node.function} is of a plain number, not of {described(given[0])}", f"such as {node.function}(a/b)")
+        raise UnitError(f"{node.function} needs a plain number, not {described(given[0])}", f"such as {node.function}(a/b)")
     return ANGLE
 
 
@@ -103,11 +103,11 @@ _RULES: dict[str, Callable[[Call, list[Dimension]], Dimension]] = {
 }  # fmt: skip
 
 _OF_WHATEVER = dict.fromkeys(("sin", "cos", "tan"), NONE) | dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE)
-"""What functions of numbers in whatever SI unit are; everything else is in whatever unit again."""
+"""Dimension of a function whose argument is marked "SI"; a function that is not listed here gives ``WHATEVER`` again."""
 
 
 def value(node: Node, known: Mapping[str, float]) -> float:
-    """Value of an expression, SI. UnitError where it has none: a division by zero, a root of a negative number."""
+    """SI value of an expression. UnitError when it is undefined: a division by zero, the square root of a negative number."""
     if isinstance(node, Number):
         return node.value
     if isinstance(node, Name):
@@ -135,7 +135,7 @@ _VALUES: dict[str, Callable[..., float]] = {
 
 
 def slope(node: Node, known: Mapping[str, float], along: Mapping[str, Gradient]) -> tuple[float, Gradient]:
-    """(value, derivatives) of an expression; ``along``: the derivatives of its parameters by whatever they depend on."""
+    """(value, derivatives) of an expression; ``along`` holds the gradient of each of its parameters (chain rule)."""
     if isinstance(node, Number):
         return node.value, {}
     if isinstance(node, Name):
@@ -153,7 +153,8 @@ def slope(node: Node, known: Mapping[str, float], along: Mapping[str, Gradient])
 
 
 def _partials(function: str, x: list[float], out: float, wanted: list[bool]) -> list[float]:
-    """Derivatives of a function by each argument; UnitError where there is none."""
+    """Derivatives of a function by each argument x, of which only those ``wanted`` need be right; ``out`` is its value.
+    UnitError when the function is not differentiable there."""
     try:
         if function in ("min", "max"):
             return [1.0 if k == x.index(out) else 0.0 for k in range(len(x))]

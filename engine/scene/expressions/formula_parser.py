@@ -1,4 +1,4 @@
-"""Expressions as trees: their text read by a small grammar, in which there are only numbers, names, + - * / ^ and a few functions.
+"""Parser of expressions. The grammar has only numbers, names, + - * / ^ and a few functions; the result is a tree.
 
     sum     = product (("+" | "-") product)*
     product = sign (("*" | "/") sign)*
@@ -6,8 +6,8 @@
     power   = atom (("^" | "**") sign)?
     atom    = number (unit | "SI")? | name | function "(" sum ("," sum)* ")" | "(" sum ")"
 
-A unit follows its number ("2.5 kN/m") and is read with it, exactly as in a number without an expression. "0.3 SI" is
-0.3 in the SI unit that is wanted there: copies of plain numbers are written so.
+A unit follows its number ("2.5 kN/m") and is parsed as it is outside expressions. "0.3 SI" is 0.3 in the SI unit that
+its place requires; the program writes plain numbers in this form when it makes expressions of them.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from trunnion.scene.findings.name_suggestions import did_you_mean, shown
 from trunnion.scene.units.unit_parser import ALIASES, NONE, UNITS, Dimension, UnitError, parse
 
 LONGEST = 2000
-"""Characters in an expression, at most."""
+"""Largest number of characters in an expression."""
 DEEPEST = 40
-"""Levels of parentheses, signs and powers, at most."""
+"""Largest nesting depth of parentheses, signs and powers."""
 FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")
 CONSTANTS = {"pi": math.pi}
 WHATEVER: Dimension = (99, 99, 99, 99, 99)
-"""Stands for the dimension of a number that is in SI, whatever is wanted."""
+"""Marks a number written with "SI": it has the dimension that its place requires."""
 RESERVED = {*UNITS, *ALIASES, *FUNCTIONS, *CONSTANTS, "SI"}
 """Words that cannot name a parameter: an expression must have one meaning."""
 _COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
@@ -41,7 +41,7 @@ _SIGN = re.compile(r"\*\*|[-+*/^(),]")
 
 @dataclass(frozen=True)
 class Number:
-    """A number as written; dimension: that of its unit."""
+    """A number in SI units, with the dimension of the unit it was written with."""
 
     value: float
     dimension: Dimension = NONE
@@ -56,7 +56,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Call:
-    """An operation ("+", "-", "*", "/", "^", "neg") or function, and what it acts on."""
+    """An operator ("+", "-", "*", "/", "^", "neg") or function, with its operands."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -67,8 +67,8 @@ Node = Number | Name | Call
 
 @dataclass(frozen=True)
 class Formula:
-    """An expression that was read. names: the parameters in it; plain: whether it has neither names nor units, so that it is a
-    number like one without unit."""
+    """A parsed expression. ``names`` are its parameters. ``plain`` means that it has neither parameters nor units; such an
+    expression counts as a number without a unit."""
 
     text: str
     root: Node
@@ -77,7 +77,7 @@ class Formula:
 
 
 def parse_formula(text: str) -> Formula:
-    """The expression in a text. UnitError says why it is none."""
+    """Parse the text of an expression (without braces). UnitError describes a syntax error."""
     if len(text) > LONGEST:
         raise UnitError(f"an expression of more than {LONGEST} characters", "give parts of it names, as parameters")
     reader = _Reader(text)
@@ -101,20 +101,20 @@ class _Reader:
         return root
 
     def refuse(self) -> None:
-        """UnitError about what stands here."""
+        """Raise UnitError about the text at the current position."""
         rest = self.text[self.at :].strip()
         what = f"cannot read {shown(self.text.strip())}" + (f" from {shown(rest, 20)} on" if rest else ": it ends too early")
         raise UnitError(what, "expressions look like {a/2 + 5 mm}, {2*r*sin(angle)}")
 
     def sign(self) -> str:
-        """The sign that comes next, '' when there is none."""
+        """The operator, parenthesis or comma that comes next; '' when the next token is another one."""
         while self.at < len(self.text) and self.text[self.at].isspace():
             self.at += 1
         m = _SIGN.match(self.text, self.at)
         return m[0] if m else ""
 
     def take(self, sign: str) -> None:
-        """Go past a sign that must come next."""
+        """Advance past ``sign``; a syntax error when another token comes next."""
         if self.sign() != sign:
             self.refuse()
         self.at += len(sign)
@@ -160,7 +160,7 @@ class _Reader:
         return node
 
     def atom(self) -> Node:
-        """A number with its unit, a name, a function of something, or something in parentheses."""
+        """A number with its unit, a name, a function call, or a sum in parentheses."""
         if self.sign() == "(":
             self.take("(")
             node = self.sum()
@@ -176,7 +176,7 @@ class _Reader:
         return self.call(m[0]) if self.sign() == "(" else self.named(m[0])
 
     def number(self, m: re.Match[str]) -> Node:
-        """A number and the unit behind it."""
+        """A number and the unit that follows it."""
         if whatever := _SI.match(self.text, m.end()):
             self.at = whatever.end()
             return Number(float(m[0]), WHATEVER)
@@ -199,7 +199,7 @@ class _Reader:
         return Name(word)
 
     def call(self, word: str) -> Node:
-        """A function of what stands in parentheses."""
+        """A function call: the name is already read, the parentheses come next."""
         if word not in FUNCTIONS:
             raise UnitError(f'there is no function "{word}"', did_you_mean(word, FUNCTIONS, "functions"))
         self.take("(")
@@ -210,10 +210,10 @@ class _Reader:
         self.take(")")
         least, most = _COUNTS.get(word, (1, 1))
         if not least <= len(arguments) <= most:
-            raise UnitError(f"{word} takes {least}, not {len(arguments)}" if least == most else f"{word} takes at most {most}")
+            raise UnitError(f"{word}: {least} argument(s), not {len(arguments)}" if least == most else f"{word}: at most {most}")
         return Call(word, tuple(arguments))
 
 
 def rename_names(text: str, names: dict[str, str]) -> str:
-    """An expression's text with other names for its parameters. Units, functions and constants are no names."""
+    """Rename parameters in the text of an expression: ``names`` maps each old name to its new name."""
     return re.sub(r"(?<![A-Za-z0-9_.])[A-Za-z_][A-Za-z0-9_]*", lambda m: names.get(m[0], m[0]), text)

@@ -1,4 +1,4 @@
-"""Numbers of a scene that follow its parameters: their values at other values of the parameters, and their exact derivatives."""
+"""Numbers of a scene that depend on its parameters: their values for changed parameters, and their exact derivatives."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from trunnion.scene.units.unit_parser import UnitError
 
 
 def parameter(path: str) -> str:
-    """The parameter that a path names, '' when it names something else."""
+    """The name of the parameter that a path refers to; '' when the path refers to anything else."""
     steps = parse_path(path) or ()
     return str(steps[1]) if len(steps) == 2 and steps[0] == NAMED else ""
 
 
 class DependentNumbers:
-    """The expressions of a scene. numbers: by path, those of the scene's own numbers; named: those of parameters, by name."""
+    """The expressions of a scene. ``numbers`` holds the expressions of its numbers by path; ``named`` holds the expressions of
+    its parameters by name."""
 
     def __init__(self, scene: Scene):
         self.base = {n: float(v) for n, v in scene.parameters.items()}
@@ -38,7 +39,7 @@ class DependentNumbers:
         self.order = in_order(self.named, lambda n: self.named[n].names)
 
     def of(self, changed: Collection[str]) -> list[str]:
-        """Paths of the numbers that follow any of these parameters, themselves or through other parameters."""
+        """Paths of the numbers that depend on any of these parameters, directly or through other parameters."""
         moved = set(changed)
         for n in self.order:
             if n not in changed and not moved.isdisjoint(self.named[n].names):
@@ -46,7 +47,8 @@ class DependentNumbers:
         return [path for path, f in self.numbers.items() if not moved.isdisjoint(f.names)]
 
     def values(self, changes: Mapping[str, float], paths: Collection[str]) -> list[float]:
-        """Values, SI, of the numbers at these paths when parameters have other values. SceneError names those that have none."""
+        """SI values of the numbers at ``paths`` when parameters take the values in ``changes``. SceneError lists the numbers
+        that are undefined."""
         known = self.base | dict(changes)
         problems: list[Problem] = []
         for n in self.order:
@@ -58,7 +60,8 @@ class DependentNumbers:
         return out
 
     def slopes(self, name: str) -> dict[str, float]:
-        """Derivatives of the numbers that follow a parameter by it, by their paths. SceneError where there is none."""
+        """Derivative of each number that depends on the parameter ``name``, with respect to that parameter; the keys are paths.
+        SceneError lists the numbers that have no derivative."""
         known = dict(self.base)
         along: dict[str, Gradient] = {n: {} for n in known} | {name: {name: 1.0}}
         problems: list[Problem] = []
@@ -75,7 +78,7 @@ class DependentNumbers:
 
 
 def unused_notes(scene: Scene) -> list[str]:
-    """A line for every parameter that nothing follows: perhaps a number was meant to."""
+    """A note for every parameter that no number depends on; perhaps an expression was forgotten."""
     following = DependentNumbers(scene)
     return [f"{NAMED}.{n}: no number of the scene depends on it" for n in scene.parameters if not following.of([n])]
 
@@ -89,7 +92,7 @@ def _value_or(work: Any, where: str, problems: list[Problem], otherwise: Any) ->
 
 
 def _computed(part: Any, path: Path) -> Iterator[tuple[Path, Computed]]:
-    """(path, number) of every expression that has parameters in it."""
+    """(path, number) of every expression that contains parameters."""
     if isinstance(part, Computed):
         if part.names:
             yield path, part

@@ -1,5 +1,5 @@
-"""Parameters and expressions of a scene: from plain data with texts such as "{a/2 + 5 mm}" to the same data with numbers that
-remember their expression."""
+"""Evaluation of a scene's parameters and expressions: each text such as "{a/2 + 5 mm}" in the plain data is replaced by a
+number that stores its expression."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 NAMED = "parameters"
-MEND_FIRST = "mend it first"
-"""The hint of what is wrong only because a parameter is."""
+MEND_FIRST = "correct the parameter first"
+"""The hint for an expression that has no value because one of its parameters has none."""
 NOT_FORMED = "a letter, then letters, digits and _"
 
 
 def is_expression(given: Any) -> bool:
-    """Whether a value is written as an expression: text in braces."""
+    """Whether a value is an expression, which is a text in braces."""
     return isinstance(given, str) and given[:1] == "{" and given.strip()[-1:] == "}"
 
 
@@ -34,14 +34,15 @@ def expression_text(text: str) -> str:
 
 @dataclass
 class Parameters:
-    """The parameters of a scene. value, dimension: by name; wrong: those that have no value, and why."""
+    """The parameters of a scene by name. ``value`` and ``dimension`` hold the valid parameters; ``wrong`` holds the invalid
+    parameters with the reason."""
 
     value: dict[str, float] = field(default_factory=dict)
     dimension: dict[str, Dimension] = field(default_factory=dict)
     wrong: dict[str, NoValue] = field(default_factory=dict)
 
     def computed(self, text: str) -> Computed | NoValue:
-        """The value of an expression, with its braces."""
+        """The value of an expression; ``text`` includes the braces."""
         try:
             return self._computed(text, parse_formula(expression_text(text)))
         except UnitError as e:
@@ -59,7 +60,7 @@ class Parameters:
         return Computed(value(f.root, self.value), NONE if plain else measured, text, f.names, plain)
 
     def keep(self, name: str, given: float | NoValue) -> None:
-        """Take the value of a parameter."""
+        """Store the value of a parameter, or the reason why it has none."""
         if isinstance(given, NoValue):
             self.wrong[name] = given
         else:
@@ -68,8 +69,8 @@ class Parameters:
 
 
 def evaluate(data: Any) -> tuple[Any, list[Finding]]:
-    """The data with the value in place of every expression, and mistakes in the names of parameters. An expression that has no
-    value stays as a mark, which the reader of numbers turns into a mistake at its place."""
+    """The data with each expression replaced by its value, and the mistakes in the names of parameters. An invalid expression
+    becomes a ``NoValue``, which ``quantities.number`` reports as a mistake at its path."""
     if not isinstance(data, dict):
         return data, []
     given = data.get(NAMED)
@@ -98,7 +99,7 @@ def _names(parameters: Mapping[str, Any]) -> Iterable[Finding]:
 
 
 def parameters_of(given: Mapping[str, Any]) -> Parameters:
-    """The parameters' values. Those that are expressions of others come after them; circles are mistakes."""
+    """The values of the parameters, each computed after the parameters that its expression uses. A cycle is a mistake."""
     known, texts = Parameters(), {n: v for n, v in given.items() if is_expression(v)}
     for name, v in given.items():
         if name not in texts:
@@ -111,7 +112,7 @@ def parameters_of(given: Mapping[str, Any]) -> Parameters:
     left = {n for n in texts if n not in known.value and n not in known.wrong}
     for name in left:
         circle = _circle(name, {n: sorted(_names_in(texts[n]) & left)[0] for n in left})
-        known.wrong[name] = NoValue(texts[name], f"it depends on itself: {circle}", "give one of them a number")
+        known.wrong[name] = NoValue(texts[name], f"it depends on itself: {circle}", "give one of these parameters a number")
     return known
 
 
@@ -123,7 +124,7 @@ def _names_in(text: str) -> frozenset[str]:
 
 
 def in_order(names: Iterable[str], needs: Callable[[str], Iterable[str]]) -> list[str]:
-    """The names, each after those it needs; those in or behind a circle are left out."""
+    """The names in topological order: each comes after the names it needs. Names in a cycle, or that need one, are omitted."""
     open_ = {n: set(needs(n)) for n in names}
     for n in open_:
         open_[n] &= open_.keys()
@@ -143,7 +144,7 @@ def in_order(names: Iterable[str], needs: Callable[[str], Iterable[str]]) -> lis
 
 
 def _circle(name: str, needs: Mapping[str, str]) -> str:
-    """The circle that a name is in or leads to, in words."""
+    """The cycle of names that ``needs`` reaches from ``name``, as text with arrows."""
     seen: dict[str, int] = {}
     while name not in seen:
         seen[name] = len(seen)
@@ -152,7 +153,7 @@ def _circle(name: str, needs: Mapping[str, str]) -> str:
 
 
 def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
-    """Whether a group is an expression without quotes: YAML reads {a/2} as a group with the key a/2 and no value."""
+    """Whether a group is an expression whose quotes are missing: YAML reads {a/2} as a mapping with the key a/2 and no value."""
     if not node or any(v is not None for v in node.values()) or unit_at(shape(path)) is None:
         return False
     return not set(node) & set(keys_at(shape(path)))
@@ -163,7 +164,7 @@ def _evaluate_below(node: Any, path: Path, known: Parameters) -> Any:
         return node
     if isinstance(node, dict):
         if _is_unquoted(node, path):
-            return NoValue(str(path[-1]), "an expression is text", f'put it in quotes: "{{{", ".join(node)}}}"')
+            return NoValue(str(path[-1]), "an expression must be text", f'put it in quotes: "{{{", ".join(node)}}}"')
         return {k: _evaluate_below(v, (*path, k), known) for k, v in node.items()}
     if isinstance(node, list | tuple):
         return [_evaluate_below(v, (*path, i), known) for i, v in enumerate(node)]

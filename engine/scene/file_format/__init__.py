@@ -1,1 +1,1 @@
-"""Scenes as YAML, their schema and the page of their keys."""
+"""Reading and writing of scenes as YAML, and their JSON Schema."""

@@ -1,4 +1,4 @@
-"""The scene format as JSON Schema (draft 2020-12), made from the data classes: types, units, descriptions."""
+"""The scene format as JSON Schema (draft 2020-12), generated from the data classes: types, units, descriptions."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def schema_text() -> str:
 
 
 def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
-    """A reference to the schema of a class, whose definition is put into ``defs``."""
+    """A reference to the schema of a class; the definition is added to ``defs``."""
     if cls.__name__ not in defs:
         defs[cls.__name__] = {}
         docs = _field_docs(cls)
@@ -69,7 +69,7 @@ def _property(f: Field[Any], annotation: Any, doc: str, defs: dict[str, Any]) ->
 
 
 def _type(annotation: Any, defs: dict[str, Any]) -> dict[str, Any]:
-    """The schema of an annotation; several alternatives become anyOf."""
+    """The schema of an annotation; alternatives become anyOf."""
     options = [_member(a, unit, defs) for a, unit in members(annotation)]
     if len(options) == 1:
         return options[0]
@@ -124,7 +124,7 @@ def _range(bound: Bound) -> dict[str, Any]:
 
 @cache
 def _module_docs(module: str) -> dict[str, dict[str, str]]:
-    """For every class and field of a module, the string that stands under the field in the source."""
+    """For every class and field of a module, the string literal after the field in the source."""
     out: dict[str, dict[str, str]] = {}
     for node in ast.parse(inspect.getsource(sys.modules[module])).body:
         if not isinstance(node, ast.ClassDef):
@@ -138,7 +138,7 @@ def _module_docs(module: str) -> dict[str, dict[str, str]]:
 
 
 def _field_docs(cls: type) -> dict[str, str]:
-    """Descriptions of a class's fields: the strings in its source, or what was declared with the field."""
+    """Descriptions of a class's fields: the strings in its source, and ``__field_docs__`` of generated fields."""
     return _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
 
 

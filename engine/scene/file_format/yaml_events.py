@@ -1,4 +1,4 @@
-"""The YAML parser's event stream, with its failures in plain words."""
+"""The YAML parser's event stream, with the parser's errors translated to plain messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 
 class Unreadable(Exception):
-    """Raised when something is so wrong that the rest of the text is not worth reading."""
+    """Raised when reading stops at a mistake; ``finding`` describes it."""
 
     def __init__(self, line: int, what: str, hint: str = "", path: Path = ()):
         super().__init__(what)
@@ -17,7 +17,7 @@ class Unreadable(Exception):
 
 
 def events(text: str) -> Iterator[Any]:
-    """The parser's events, one after the other; every failure of the parser is raised as Unreadable."""
+    """The parser's events in order. Every error of the parser is raised as Unreadable."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
@@ -29,7 +29,7 @@ def events(text: str) -> Iterator[Any]:
     except YAMLError as e:
         raise Unreadable(_line_of_character(e, text), "a character that is not allowed in YAML", "remove it") from e
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, NotImplementedError, AssertionError) as e:
-        # the parser is third-party code; on malformed directives and escapes it leaks its own slips
+        # the third-party parser raises such errors on malformed directives and escapes
         raise Unreadable(0, "not valid YAML") from e
 
 

@@ -1,8 +1,8 @@
-"""From the text of a scene to plain data and the line of every key and entry. Syntax mistakes, duplicate keys and absurd sizes
-become findings.
+"""Reader of YAML and JSON text: plain data, and the line of every key and entry. Syntax errors, duplicate keys and excessive
+sizes become findings.
 
-The YAML parser's event stream is used rather than its loader: the scalars follow YAML 1.2, lines are kept, nesting
-and aliases are limited before anything is built.
+The reader uses the YAML parser's event stream instead of its loader. So scalars follow YAML 1.2, lines are available, and
+nesting and aliases are limited before data is built.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import shown
 
 LARGEST = 5_000_000
-"""Bytes in a file, at most."""
+"""Largest size of a file in bytes."""
 DEEPEST = 50
-"""Levels of nesting, at most."""
+"""Largest number of nesting levels."""
 MOST = 200_000
-"""Values in a file, at most, with every alias counted as what it stands for."""
+"""Largest number of values in a file, where an alias counts as many as the value it refers to."""
 
 
 @dataclass
 class Document:
-    """What was read. data: nested dicts, lists and scalars (None when there is no usable content); lines: for each path its
-    line, counted from 1; findings: the mistakes."""
+    """The result of reading. ``data`` holds nested dicts, lists and scalars, or None when there is no usable content. ``lines``
+    maps each path to its line, counted from 1. ``findings`` are the mistakes."""
 
     data: Any = None
     lines: dict[Path, int] = field(default_factory=dict)
@@ -36,7 +36,7 @@ class Document:
 
 
 def read(content: bytes | str, is_json: bool = False) -> Document:
-    """Read YAML (or JSON) text. Never raises for bad content: see ``findings``."""
+    """Read YAML (or JSON) text. Mistakes in the content raise nothing; they are in ``findings``."""
     doc = Document()
     try:
         text = _decoded(content)
@@ -64,7 +64,7 @@ def _decoded(content: bytes | str) -> str:
 
 def _check_json(text: str) -> None:
     depth = 0
-    for c in text:  # a cheap bound that counts strings too, needed because the decoder below is recursive
+    for c in text:  # a cheap bound (brackets in strings count too), because the JSON decoder is recursive
         depth += (c in "[{") - (c in "]}")
         if depth > 10 * DEEPEST:
             raise Unreadable(0, f"more than {DEEPEST} levels of nesting")
@@ -76,8 +76,8 @@ def _check_json(text: str) -> None:
 
 @dataclass
 class _Open:
-    """A group or list that is being read. key: the key whose value comes next; entries: how many values it has so far, counting
-    nested ones and itself; skipped: whether that key is a duplicate, whose value is dropped."""
+    """A group or list during reading. ``key`` is the key whose value comes next; ``skipped`` means that this key is a duplicate
+    and its value is dropped. ``entries`` counts the group itself and all values in it so far."""
 
     value: dict[str, Any] | list[Any]
     path: Path
@@ -116,7 +116,7 @@ class _Builder:
                     raise Unreadable(line, "a second document starts here", "one file holds one scene: remove the ---")
 
     def scalar(self, event: Any, line: int) -> None:
-        """Take a scalar: a key where a group waits for one, else a value."""
+        """Add a scalar: as a key if the innermost group needs a key next, else as a value."""
         self.refuse_tag(event, line)
         text = whole_text(event.value)
         top = self.stack[-1] if self.stack else None
@@ -126,7 +126,7 @@ class _Builder:
         self.put(text if event.style else plain(text), 1, line, event.anchor)
 
     def key(self, top: _Open, text: str, line: int) -> None:
-        """Take a key of the innermost group. A second key of the same name is a finding and is not used."""
+        """Add a key to the innermost group. A duplicate key is a finding, and its value is dropped."""
         top.key, top.skipped = text, text in top.value
         path = (*top.path, text)
         if top.skipped:
@@ -152,7 +152,7 @@ class _Builder:
         self.put(done.value, done.entries, 0, done.anchor)
 
     def alias(self, name: str, line: int) -> None:
-        """Put the value that an alias stands for."""
+        """Add the value that an alias refers to."""
         top = self.stack[-1] if self.stack else None
         if name not in self.anchors:
             raise Unreadable(line, f"*{name} stands for nothing", f"define &{name} before it")
@@ -162,7 +162,7 @@ class _Builder:
         self.put(value, size, line, None)
 
     def place(self, line: int) -> Path:
-        """The path of the value that comes next, whose line is remembered."""
+        """The path of the next value; its line is stored."""
         if not self.stack:
             self.doc.lines[()] = line
             return ()
@@ -174,8 +174,8 @@ class _Builder:
         return path
 
     def put(self, value: Any, size: int, line: int, anchor: str | None) -> None:
-        """Put a finished value into the group or list it belongs to. size: how many values it holds; line: 0 when its place is
-        known already."""
+        """Add a complete value to its group or list. ``size`` is the number of values in it; ``line`` is 0 if its line is already
+        stored."""
         self.count += size if line else 0
         if line:
             self.place(line)
@@ -196,6 +196,6 @@ class _Builder:
         top.key = None
 
     def refuse_tag(self, event: Any, line: int) -> None:
-        """Refuse explicit tags (!!str, !python/…), which have no use in a scene."""
+        """Refuse explicit tags (!!str, !python/…), which scenes do not use."""
         if event.tag is not None:
             raise Unreadable(line, f"the tag {shown(str(event.tag))} is not used in scenes", "remove it; quotes make text")

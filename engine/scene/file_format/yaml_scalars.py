@@ -1,4 +1,4 @@
-"""Plain YAML scalars as the YAML 1.2 core schema reads them: null, true and false, integers, floats; everything else is text."""
+"""Plain YAML scalars by the YAML 1.2 core schema: null, true, false, integers and floats; everything else is text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NAMED = {
 }
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
 LONGEST_INTEGER = 300
-"""Digits beyond which an integer is read as a float (and then is too large for one)."""
+"""An integer with this many digits or more is read as a float; one beyond the range of floats becomes infinite."""
 
 
 def plain(text: str) -> object:
@@ -33,7 +33,8 @@ def plain(text: str) -> object:
 
 
 def whole_text(text: str) -> str:
-    """The text with a replacement character for every half of a surrogate pair, which no file can hold (whole pairs are joined)."""
+    """The text with each unpaired surrogate replaced by a replacement character, because files cannot hold it. Surrogate pairs
+    become one character."""
     if not any("\ud800" <= c <= "\udfff" for c in text):
         return text
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")

@@ -1,4 +1,4 @@
-"""From scenes to plain data and YAML text, which load back to the same scene."""
+"""Conversion of scenes to plain data and YAML text. Loading the result gives the same scene."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.quantities import Computed, Quantity
 
 WIDTH = 110
-"""A group is written in one line when the line has at most so many characters."""
+"""A group is written in one line if the line has at most this many characters."""
 FIRST = (
     "schema", "name", "title", "author", "version", "date", "parameters", "gravity", "ground", "friction", "inputs",
 )  # fmt: skip
-"""Keys written before the bodies."""
+"""Keys that are written before the bodies."""
 _BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_./^ -]*", re.ASCII)
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
-    """Nested dicts, lists and scalars (SI) of everything that differs from its default, together with schema and name."""
+    """The scene as nested dicts, lists and scalars (SI): schema, name, and all fields that differ from their defaults."""
     given = {"schema": scene.schema, "name": scene.name, **_group(scene)}
     if scene.parameters:
         given["parameters"] = {n: _with_unit(v) for n, v in scene.parameters.items()}
@@ -53,7 +53,7 @@ def _plain(value: Any) -> Any:
 
 
 def _with_unit(value: float) -> Any:
-    """A parameter, whose unit is its own: nothing else says it."""
+    """A parameter with its unit, because its path does not determine the unit."""
     if isinstance(value, Computed) and value.names:
         return value.text
     unit = unit_of(value.dimension) if isinstance(value, Quantity) else ""
@@ -66,7 +66,7 @@ def scene_to_yaml(scene: Scene) -> str:
 
 
 def yaml_text(data: dict[str, Any]) -> str:
-    """YAML (1.2) text of nested dicts, lists and scalars: blocks outside, one line for what is short."""
+    """YAML (1.2) text of nested dicts, lists and scalars. The outer levels are blocks; a short group is one line."""
     return "\n".join(_block(data, 0)) + "\n"
 
 
@@ -97,7 +97,7 @@ def flow(value: Any) -> str:
 
 
 def _text(value: str) -> str:
-    """A text as YAML, in quotes where YAML would take it for something else."""
+    """A text as YAML, with quotes if YAML would read the bare text differently."""
     bare = _BARE.fullmatch(value) and is_text(value) and value == value.strip()
     if not bare and '"' in value and "'" not in value and value.isprintable():
         return f"'{value}'"

@@ -1,4 +1,4 @@
-"""A mistake at a path inside a scene, before file and line are known; and paths as text."""
+"""Findings: mistakes at a path inside a scene, before file and line are known. Also the conversion of paths to and from text."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ Path = tuple[str | int, ...]
 
 
 CONNECTIONS: Path = ("connections",)
-"""Stands, as a path, for everything that depends on all joints being known."""
+"""A path that stands for all checks that need every joint to be valid."""
 
 
 class Line(int):
-    """A line of another file than the scene's own. file: its name; copy: whether several parts were made of what stands there."""
+    """A line of a file other than the scene's own. ``file`` is that file's name. ``copy`` means that an assembly repeats the
+    line in several copies."""
 
     file: str
     copy: bool
@@ -31,11 +32,11 @@ class Line(int):
 
 @dataclass(frozen=True)
 class Finding:
-    """A mistake. path: where it is in the scene; what: the cause; hint: the remedy.
+    """A mistake: ``path`` is its place in the scene, ``what`` the cause, ``hint`` the remedy.
 
-    line   the line of the file, where the path does not tell it (0: look the path up).
-    about  other parts the finding depends on; it means nothing when one of them could not be read.
-    meant  only for an unknown key: the key it may stand for ('' when none is close); None for other findings.
+    line   the line of the file; 0 means that the line is looked up from the path.
+    about  paths of other parts the finding depends on; it is dropped when one of these parts could not be read.
+    meant  for an unknown key: the known key closest to it ('' when no key is close); None for other findings.
     """
 
     path: Path
@@ -55,7 +56,7 @@ def dotted(path: Path) -> str:
 
 
 def last_key(path: Path) -> str:
-    """The last key of a path with the indices behind it, such as mu or radius[2]."""
+    """The last key of a path and the indices after it, such as mu or radius[2]."""
     at = max((i for i, step in enumerate(path) if isinstance(step, str)), default=0)
     return dotted(path[at:])
 
@@ -65,7 +66,7 @@ _WHOLE = re.compile(r"[^.\[\]]+(?:\[\d{1,6}\])*(?:\.[^.\[\]]+(?:\[\d{1,6}\])*)*"
 
 
 def parse_path(text: str) -> Path | None:
-    """The path that a text such as joints.ball.start.q[2] stands for (indices count from 1); None when it is no path."""
+    """Parse a path such as joints.ball.start.q[2] (indices in the text count from 1); None when the syntax is invalid."""
     if not _WHOLE.fullmatch(text):
         return None
     steps: Path = tuple(m[1] if m[1] else int(m[2]) - 1 for m in _STEP.finditer(text))
@@ -73,20 +74,20 @@ def parse_path(text: str) -> Path | None:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int:
-    """Line of a path, or of the nearest enclosing part that is in the file; 0 when there is no file."""
+    """Line of a path, or of its nearest enclosing part that has a line; 0 when ``lines`` has neither."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 0)
 
 
 def problem(f: Finding, lines: Mapping[Path, int], file: str = "") -> Problem:
-    """The finding as the user sees it."""
+    """The finding with its path as text, its file and its line."""
     line = f.line or line_of(f.path, lines)
     return Problem(dotted(f.path), f.what, str(f.hint), getattr(line, "file", "") or file, int(line))
 
 
 def _once(found: list[Finding], lines: Mapping[Path, int]) -> Iterator[Finding]:
-    """The findings, those of lines of which several copies were made once only."""
+    """The findings without repetition: a line that an assembly repeats in several copies is reported only once."""
     seen = set()
     for f in found:
         line = f.line or line_of(f.path, lines)
@@ -99,8 +100,8 @@ def _once(found: list[Finding], lines: Mapping[Path, int]) -> Iterator[Finding]:
 
 
 def error_of(found: Iterable[Finding], lines: Mapping[Path, int], file: str = "") -> SceneError:
-    """All findings as one error, in the order of the file. Only those that are listed are put into words, since a hint may take
-    a search among all names of the scene."""
+    """All findings as one error, in the order of the file. Only the first ``MOST`` findings become text, because a hint may
+    need a search among all names of the scene."""
 
     def place(f: Finding) -> tuple[str, int]:
         line = f.line or line_of(f.path, lines)

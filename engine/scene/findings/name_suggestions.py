@@ -1,4 +1,4 @@
-"""Hints of the kind "did you mean …?": the known name closest to what was written."""
+"""Hints such as "did you mean …?", with the known name closest to a misspelled word."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 LISTED = 12
-"""Names a hint lists, at most."""
+"""Largest number of names in a hint."""
 
 
 @dataclass(frozen=True)
 class Nearest:
-    """A hint that is looked for only when it is put into words: the closest of names, of which a scene may have thousands.
+    """A hint with the known name closest to a word. The search runs only in ``str``, because a scene may have thousands of names.
 
-    word: what was written; known: the names there are; what: what they are called; otherwise: the hint when there are none.
+    word       the text that the user wrote
+    known      the existing names
+    what       the word for such names in the hint
+    otherwise  the hint when there are no names
     """
 
     word: str
@@ -26,8 +29,8 @@ class Nearest:
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """The known name most like ``word``, '' when none is close. A name that differs only in upper and lower case always counts
-    as close."""
+    """The known name most similar to ``word``; '' when no name is close. A name that differs only in upper and lower case is
+    always close."""
     from difflib import get_close_matches
 
     names = [str(k) for k in known]
@@ -39,7 +42,7 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
-    """A hint: the closest name; when none is close, the first of the known names; '' when there are none."""
+    """A hint with the closest known name. If no name is close, the hint lists the first known names; without names it is ''."""
     names = [str(k) for k in known]
     best = closest(word, names)
     if best:
@@ -50,13 +53,13 @@ def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names separated by commas; of many, only the first ones."""
+    """The first ``LISTED`` names, separated by commas."""
     every = list(names)
     return ", ".join(every[:LISTED]) + (", …" if len(every) > LISTED else "")
 
 
 def shown(value: object, limit: int = 40) -> str:
-    """A value as the user would recognise it, cut to ``limit`` characters."""
+    """A value as text that the user recognises, cut to ``limit`` characters."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Bundled models: every folder of ``models`` that holds a scene.yaml; and designs, those of ``models/designer``."""
+"""Bundled models (the folders of ``models`` that hold a scene.yaml) and bundled designs (those of ``models/designer``)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from trunnion.scene.findings.name_suggestions import did_you_mean, shown
 
 SCENE_FILE = "scene.yaml"
 DESIGNS = "designer"
-"""The folder of mechanisms as a designer writes them, by parameters, placed bodies and copies."""
+"""The folder of example mechanisms that use parameters, placed bodies and copies."""
 
 
 def models_dir() -> Path:
@@ -36,13 +36,13 @@ def bundled_names() -> list[str]:
 
 
 def model_folder(name: str) -> Path:
-    """The folder of a bundled model or design of that name, whether or not there is one."""
+    """The folder that a bundled model or design of this name has or would have; the folder need not exist."""
     folder = models_dir() / DESIGNS / name
     return folder if (folder / SCENE_FILE).is_file() else models_dir() / name
 
 
 def model_file(name: str) -> Path:
-    """The scene file of a bundled model or design; SceneError with close names when there is none."""
+    """The scene file of a bundled model or design. SceneError suggests a close name when the name is unknown."""
     names = bundled_names()
     if name not in names:
         hint = did_you_mean(name, names, "bundled models")

@@ -1,4 +1,4 @@
-"""A first scene to edit: a pendulum on a frictional hinge, with everything else the format offers in comments."""
+"""The starter scene: a pendulum on a frictional hinge; comments in the file show the other features of the format."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCENE = """\
 schema: 1
 name: {name}
 title: A pendulum on a hinge with friction
-# author: Ada L.                  # also version: "1.0" and date: 2026-11-23; FMUs say them
+# author: Ada L.                  # also version: "1.0" and date: 2026-11-23; FMUs contain all three
 
 # parameters: {{reach: 1 m}}          # then box: ["{{reach}}", 0.1, 0.1], center: ["{{reach/2}}", 0, 0]; --set parameters.reach=2
 
@@ -36,22 +36,23 @@ joints:
   hinge:
     type: revolute                  # {types}
     inboard: ground                 # the part the motion is measured from: "body" or "body.point"
-    outboard: pendulum              # the part that moves: here its frame's origin is the hinge point
+    outboard: pendulum              # the part that moves; the hinge point is here the origin of its frame
     axis: y                         # x, y, z, -x, -y, -z or three numbers
     friction: {{mu: 0.3, radius: 20 mm, half_length: 50 mm}}   # leave it out and the joint is ideal
-    #   (a brake: torque: {{input: motor}} alone, a freewheel: torque: 0.1, back_torque: 500; mu may be a table of time,
-    #   {{speed: [0, 10 mm/s], value: [0.3, 0.2]}} as measured, or {{input: oil, curve: {{at: [20, 80], value: [0.3, 0.2]}}}})
+    #   for a brake write only torque: {{input: motor}}; for a freewheel write torque: 0.1, back_torque: 500.
+    #   mu may depend on time (a table), on speed: {{speed: [0, 10 mm/s], value: [0.3, 0.2]}},
+    #   or on an input: {{input: oil, curve: {{at: [20, 80], value: [0.3, 0.2]}}}}
     # wear: {{k: 1e-6 mm^3/(N*m)}}    # for trunnion wear
-    # pin: outboard                 # which part is inside; of a sleeve on a shaft also ends: outboard, which part is short
+    # pin: outboard                 # the inner part; for a sleeve on a shaft also ends: outboard (the shorter part)
     start: {{q: 0 deg, qd: 0}}        # angle and rate at t = 0: horizontal, at rest
     # damping: 0.1                  # N*m*s/rad, independent of the contact force
-    # rotor_inertia: 0.01           # kg*m^2 of a motor's rotor, as the joint feels it (times the ratio squared)
+    # rotor_inertia: 0.01           # kg*m^2 of a motor's rotor, times the square of its gear ratio
     # spring: {{stiffness: 5 N*m/rad, rest: 90 deg}}
     # end_stops: {{stiffness: 1e4, upper: 120 deg}}
-    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # also holds: 300 N*m, pitch: 15 deg (teeth), down: true
+    # latch: {{at: 90 deg, stiffness: 1e4, release: {{input: motor}}}}   # also: holds: 300 N*m, pitch: 15 deg (teeth), down: true
     # effort: {{input: motor}}        # or a number, or {{harmonic: {{amplitude: 5, frequency: 1 Hz}}}}
     # motor: {{stall: 5 N*m, no_load: 300 rpm, signal: 1}}   # torque falls with speed; the signal may be an input
-    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then not used); also move: from rest to rest
+    # drive: {{constant: {{rate: 30 rpm}}}}   # prescribes the motion (start is then unused); or move: from rest to rest
 
 # A second link, hung on the first; its joint names points of both bodies:
 #   bodies:
@@ -59,7 +60,7 @@ joints:
 #   joints:
 #     elbow: {{type: spherical, inboard: pendulum.tip, outboard: link, friction: {{mu: 0.2, radius: 15 mm}}}}
 
-# Files to take over, parts that come more than once (copies: mirror, rotate, line), bodies placed by position and orientation:
+# Keys from other files, and parts that are repeated (copies: mirror, rotate, line). Bodies may have position and orientation.
 # include: common.yaml
 # assemblies:
 #   arm: {{use: arm.yaml, with: {{reach: 0.5 m}}, copies: {{mirror: y}}}}
@@ -67,14 +68,15 @@ joints:
 # Wheels that roll on each other; each turns on a joint of its own:
 #   mesh: {{type: gear, inboard: pinion, outboard: wheel, axis: y, teeth: [20, 60], module: 2 mm}}   # internal: true: teeth inside
 #   belt: {{type: belt, inboard: motor, outboard: drum, axis: y, radii: [40 mm, 100 mm]}}            # or crossed: true
-# A cam by table, and what follows it; both move on joints of their own. roller: without it a point follows:
-#   lift: {{type: cam, inboard: shaft, outboard: rocker.roller, axis: y, roller: 8 mm,            # flat_cam: a face follows
+# A cam given by a table, and its follower; each moves on a joint of its own. Without roller: a point follows the cam:
+#   lift: {{type: cam, inboard: shaft, outboard: rocker.roller, axis: y, roller: 8 mm,            # type: flat_cam for a flat face
 #          profile: {{angle: [0 deg, 120 deg, 240 deg, 360 deg], radius: [30 mm, 34 mm, 34 mm, 30 mm]}}}}
-# A pin in a slot (two points: a straight one), or on any curve, along e2 and e3 of the inboard frame; closed: true goes around:
+# A pin in a slot. The curve lies in the plane of e2 and e3 of the inboard frame; two points give a straight slot.
+# closed: true connects the last point to the first:
 #   slot: {{type: point_on_curve, inboard: link, outboard: crank.pin, axis: y, friction: {{mu: 0.1}},
-#          curve: {{points: [[0, 0], [40 mm, 5 mm], [80 mm, 0]]}}, end_stops: {{stiffness: 1 MN/m}}}}   # at its ends
+#          curve: {{points: [[0, 0], [40 mm, 5 mm], [80 mm, 0]]}}, end_stops: {{stiffness: 1 MN/m}}}}   # at the ends of the slot
 
-# A joint whose freedom follows that of another:
+# A joint whose coordinate is a linear function of that of another joint:
 #   finger: {{type: revolute, inboard: palm, outboard: tip, axis: y, mimic: {{joint: thumb, ratio: -1, offset: 0 deg}}}}
 
 # forces:
@@ -85,20 +87,20 @@ joints:
 # inputs:
 #   motor: {{start: 0, unit: N*m, description: Torque of the motor}}
 
-# friction: {{law: {smooth}, v_eps: 0.1 mm/s}}    # else {law}; also {others}. A joint can have its own
+# friction: {{law: {smooth}, v_eps: 0.1 mm/s}}    # default: {law}; also {others}. A joint may have its own law
 
-# outputs: ["pendulum.*", "hinge.*"]                # patterns of the columns wanted; default: all of them
+# outputs: ["pendulum.*", "hinge.*"]                # patterns of the requested columns; default: all
 
 simulation:
   until: 5 s
   every: 10 ms
-  # realtime: {{step: 1 ms}}      # fixed steps of bounded work; also events, evaluations, iterations
+  # realtime: {{step: 1 ms}}      # fixed steps with bounded work; further keys: events, evaluations, iterations
 """
 
 README = """\
 # {name}
 
-A pendulum on a hinge with friction: the place to start from. Edit `scene.yaml`; every key is explained there.
+A pendulum on a hinge with friction, as a starting point. Edit `scene.yaml`; its comments explain every key.
 
     trunnion check {name}
     trunnion simulate {name} --plot {name}.png
@@ -119,8 +121,8 @@ def starter_text(name: str) -> str:
 
 
 def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:
-    """Write NAME/scene.yaml and NAME/README.md into a directory, and give the folder. Never overwrites: SceneError when it
-    exists."""
+    """Write NAME/scene.yaml and NAME/README.md into a directory; the result is the new folder. SceneError when the folder
+    exists or cannot be written."""
     folder = Path(directory) / name
     if not _NAME.fullmatch(name):
         raise SceneError([Problem(name[:60], "cannot be the name of a scene", "a letter, then letters, digits and _")])

@@ -1,1 +1,1 @@
-"""Facts that follow from a scene alone."""
+"""Queries: information that follows from a scene without building the system."""

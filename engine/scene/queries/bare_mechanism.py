@@ -1,4 +1,4 @@
-"""The mechanism without anything that acts on it: its joints, bodies and drives."""
+"""The mechanism without forces: bodies, joints and drives only."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from trunnion.scene.data_classes import scene as sm
 
 
 def without_forces(scene: sm.Scene) -> sm.Scene:
-    """The scene without gravity, loads, friction, devices and stiffnesses. Springs and bushings stay as lines that are measured."""
+    """The scene without gravity, loads, friction and devices. Springs and bushings remain with zero stiffness and damping, so
+    that their outputs remain available."""
     joints = {
         n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, end_stops=None, effort=None,
                    motor=None, latch=None, wear=None)

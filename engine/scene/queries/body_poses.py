@@ -1,4 +1,4 @@
-"""Bodies that are placed in the world, and the joints that are found from there: points and frames of both sides."""
+"""Poses of placed bodies, and the joint points and frames that follow from these poses."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from trunnion.scene.queries.body_references import GROUND, axes_of, body_of, nam
 
 Triple = tuple[float, float, float]
 Rotation = tuple[Triple, Triple, Triple]
-"""Rows of a rotation matrix, from the body's axes to the world's."""
+"""Rows of a rotation matrix that maps components in body axes to components in world axes."""
 UPRIGHT: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NAMES = {"x": UPRIGHT[0], "y": UPRIGHT[1], "z": UPRIGHT[2]}
 ROUNDING = 1e-15
-"""Part of the terms of a sum below which the sum is rounding, and counts as zero."""
+"""A sum whose magnitude is below this fraction of its largest term is rounding error; it is set to zero."""
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a body's frame stands. origin, m; rotation: from the body's axes to the world's."""
+    """Pose of a body's frame: origin in the world, m, and rotation matrix from body axes to world axes."""
 
     origin: Triple
     rotation: Rotation
 
     def world(self, p: Sequence[float]) -> Triple:
-        """A point of the body in the world, m."""
+        """World coordinates, m, of a point given in the body's frame."""
         rows = zip(self.origin, self.rotation, strict=True)
         x, y, z = (_sum(o, *(r * c for r, c in zip(row, p, strict=True))) for o, row in rows)
         return x, y, z
 
     def local(self, p: Sequence[float]) -> Triple:
-        """A point of the world in the body's frame, m."""
+        """Coordinates in the body's frame, m, of a point given in the world."""
         return self.turned_back([_sum(c, -o) for c, o in zip(p, self.origin, strict=True)])
 
     def turned_back(self, d: Sequence[float]) -> Triple:
-        """A direction of the world in the body's axes."""
+        """Components in body axes of a direction given in world axes."""
         x, y, z = (_sum(*(self.rotation[i][k] * d[i] for i in range(3))) for k in range(3))
         return x, y, z
 
@@ -52,7 +52,7 @@ def _sum(*terms: float) -> float:
 
 
 def vector(d: Direction) -> Triple:
-    """The three components of a direction as written, not normalised."""
+    """The three components of a direction, not normalised."""
     if isinstance(d, str):
         x, y, z = NAMES[d[-1]]
         return (0.0 - x, 0.0 - y, 0.0 - z) if d[0] == "-" else (x, y, z)
@@ -60,12 +60,12 @@ def vector(d: Direction) -> Triple:
 
 
 def turns(b: Body) -> tuple[Turn, ...]:
-    """The turns of a body, in their order."""
+    """The turns of a body, in the order in which they are applied."""
     return b.orientation if isinstance(b.orientation, tuple) else () if b.orientation is None else (b.orientation,)
 
 
 def pose_of(scene: Scene, body: str) -> Pose | None:
-    """Where a placed body stands; None for one that is not placed."""
+    """Pose of a placed body or of the ground; None for a body without position."""
     if body == GROUND:
         return STILL
     b = scene.bodies.get(body)
@@ -78,7 +78,7 @@ def pose_of(scene: Scene, body: str) -> Pose | None:
 
 
 def _rotation(t: Turn, before: Rotation) -> Rotation:
-    """The matrix of a turn; ``before``: how the body is turned already."""
+    """The rotation matrix of a turn; ``before`` is the orientation of the body before the turn."""
     axis = _unit(vector(t.axis))
     if t.towards is None:
         angle = float(t.angle or 0.0)
@@ -87,14 +87,14 @@ def _rotation(t: Turn, before: Rotation) -> Rotation:
     goal = _unit(vector(t.towards))
     cosine, across = _sum(*(a * b for a, b in zip(now, goal, strict=True))), _cross(now, goal)
     sine = math.hypot(*across)
-    if sine == 0.0:  # half a turn, about any axis across, or none
+    if sine == 0.0:  # the axis is parallel: no rotation, or half a turn about any normal axis
         across = _cross(now, min(NAMES.values(), key=lambda e: abs(sum(a * b for a, b in zip(now, e, strict=True)))))
         return UPRIGHT if cosine > 0.0 else _about(_unit(across), -1.0, 0.0)
     return _about(_unit(across), cosine, sine)
 
 
 def _about(n: Triple, cosine: float, sine: float) -> Rotation:
-    """Rodrigues' formula."""
+    """Rotation matrix about the unit vector n, by Rodrigues' formula."""
     (x, y, z), d = n, 1.0 - cosine
     return (
         (_sum(cosine, d * x * x), _sum(d * x * y, -sine * z), _sum(d * x * z, sine * y)),
@@ -104,7 +104,7 @@ def _about(n: Triple, cosine: float, sine: float) -> Rotation:
 
 
 def _clean(x: float) -> float:
-    """A cosine or sine without the rounding that the angle has: cos(90 deg) is 0."""
+    """A cosine or sine without the rounding error of the angle: cos(90 deg) is 0."""
     return 0.0 if abs(x) < ROUNDING else x
 
 
@@ -129,7 +129,8 @@ def _unit(v: Sequence[float]) -> Triple:
 
 @dataclass(frozen=True)
 class JointSide:
-    """One side of a joint in its body's frame. point, m; named: the path of the named point it is at, '' where there is none."""
+    """One side of a joint in its body's frame, with the point in m. ``named`` is the path of the body's named point there, or
+    ''."""
 
     body: str
     point: Triple
@@ -139,14 +140,14 @@ class JointSide:
 
 
 def poses_of(scene: Scene, j: Joint) -> tuple[Pose, Pose] | None:
-    """Where the two parts of a joint stand; None when one of them is not placed, or nothing is."""
+    """Poses of the two parts of a joint; None when a part is not placed."""
     sides = body_of(j.inboard), body_of(j.outboard)
     a, b = (pose_of(scene, s) for s in sides)
     return (a, b) if a is not None and b is not None else None
 
 
 def sides_of(scene: Scene, j: Joint) -> tuple[JointSide, JointSide]:
-    """Both sides of a joint: as written, or, between placed bodies, found from where these stand."""
+    """Both sides of a joint: as written in the scene or, between placed bodies, computed from their poses."""
     poses = poses_of(scene, j)
     sides = (j.inboard, j.outboard)
     if poses is None:
@@ -163,13 +164,13 @@ def _path(side: str | Side) -> str:
 
 
 def has_own_point(side: str | Side) -> bool:
-    """Whether a side of a joint between placed bodies says itself where it is."""
+    """Whether a side of a joint gives its point itself."""
     return isinstance(side, Side) or bool(named_point(side))
 
 
 def place_of(scene: Scene, j: Joint, poses: tuple[Pose, Pose]) -> Triple:
-    """Where a joint between placed parts is in the world, m: ``at``, else the point of a side that names one, else the origin of
-    the outboard part's frame (of the inboard one's, where the outboard part is the ground)."""
+    """Position in the world, m, of a joint between placed parts. This is ``at`` if given, else the point of the first side that
+    gives one. The default is the frame origin of the outboard part, or of the inboard part if the outboard part is the ground."""
     if isinstance(j.at, str):
         body, point = split(j.at)
         pose = pose_of(scene, body) or STILL
@@ -194,7 +195,7 @@ def _found(scene: Scene, j: Joint, side: str | Side, pose: Pose, spot: Triple | 
 
 
 def _common(j: Joint) -> tuple[Direction, Direction]:
-    """Axis and reference of a joint in the world; those left out are made, so that both sides have the same."""
+    """Axis and reference of a joint in the world, with defaults that both sides share."""
     if j.axis is None:
         return "x", "y"
     if j.reference is not None:

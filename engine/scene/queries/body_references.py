@@ -1,4 +1,4 @@
-"""Names that point from one part of a scene to another: "body", "body.point", joint sides."""
+"""References from one part of a scene to another by name: "body", "body.point", joint sides."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ GROUND = "ground"
 
 @dataclass(frozen=True)
 class Reference:
-    """One such name. path: where it is written; body and point ('' when there is none): what it names; use: side, load or end."""
+    """A reference written at ``path`` to a body and a point ('' for none); ``use`` is side, load or end."""
 
     path: Path
     body: str
@@ -28,18 +28,18 @@ def split(text: str) -> tuple[str, str]:
 
 
 def body_of(side: str | Side) -> str:
-    """Name of the body a joint side is on."""
+    """Name of the body of a joint side."""
     return side.body if isinstance(side, Side) else split(side)[0]
 
 
 def named_point(side: str | Side) -> str:
-    """Name of the point a joint side or a load is at; '' where it has none."""
+    """Name of the point of a joint side or a load; '' if no point is named."""
     point = side.point if isinstance(side, Side) else split(side)[1]
     return point if isinstance(point, str) else ""
 
 
 def point_of(scene: Scene, side: str | Side) -> tuple[str, tuple[float, float, float]]:
-    """(body, point in the body's frame, m) of a joint side or of "body.point"; without a point it is the origin of the frame."""
+    """(body, point in the body's frame, m) of a joint side or of "body.point"; the default point is the frame's origin."""
     name = named_point(side)
     body, x = body_of(side), (0.0, 0.0, 0.0)
     if name:
@@ -56,7 +56,7 @@ def axes_of(j: Joint, side: str | Side) -> tuple[Direction | None, Direction | N
 
 
 def references(scene: Scene) -> Iterator[Reference]:
-    """All references of a scene, in its order."""
+    """All references of a scene: joints, then forces, in the order of the scene."""
     for name, j in scene.joints.items():
         yield from _sides(name, j)
     for name, f in scene.forces.items():

@@ -1,4 +1,4 @@
-"""Which joints a loop may be opened at."""
+"""The joints at which a loop may be opened."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from trunnion.scene.data_classes.scene import Joint, Scene
 
 
 def is_driven(j: Joint) -> bool:
-    """Whether any freedom of a joint is prescribed."""
+    """Whether a drive prescribes any freedom of a joint."""
     return any(d is not None for d in (j.drive if isinstance(j.drive, tuple) else (j.drive,)))
 
 
 def has_rotor(j: Joint) -> bool:
-    """Whether the motion of a joint turns an inertia of its own."""
+    """Whether a joint has rotor inertia."""
     return j.rotor_inertia is not None
 
 
 def tied(scene: Scene) -> set[str]:
-    """Joints whose freedom follows another's, and those that lead."""
+    """Names of the joints with a mimic and of their leading joints."""
     pairs = [(name, j.mimic.joint) for name, j in scene.joints.items() if j.mimic is not None]
     return {name for pair in pairs for name in pair}
 
 
 def may_be_cut(j: Joint) -> bool:
-    """Whether the rows of a cut joint, (46) and (49), express all that this one does: no row says what a drive prescribes, nor that
-    accelerations along a freedom take a force. Of joints that others follow see ``tied``."""
+    """Whether the constraint rows of a cut joint, (46) and (49), can represent this joint. They represent neither a drive nor
+    rotor inertia. For joints with a mimic and their leading joints see ``tied``."""
     return REGISTRY[j.type].cuttable and not is_driven(j) and not has_rotor(j)

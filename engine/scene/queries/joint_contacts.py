@@ -1,4 +1,4 @@
-"""How a joint of a scene rubs: the contact element of its type, or friction that does not follow the load."""
+"""Friction of a scene's joints: the contact element of the joint type, or constant friction independent of the load."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from trunnion.scene.data_classes.joints import Friction, Joint
 
 
 def named(f: Friction) -> set[str]:
-    """The numbers that a joint's friction gives."""
+    """The names of the keys that a joint's friction gives."""
     return {x.name for x in fields(f) if getattr(f, x.name) is not None}
 
 
 def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:
-    """Sizes of an element that a joint's friction gives, by label, m (one number may stand for several); without those that follow
-    time or an input."""
+    """Sizes of a contact element that a joint's friction gives, m, by label; a single number applies to all labels of its size.
+    Sizes that depend on time or an input are omitted."""
     out: dict[str, float] = {}
     for s in element.sizes:
         value = getattr(f, s.name)
@@ -30,12 +30,13 @@ def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:
 
 
 def touching(j: Joint) -> ContactElement | None:
-    """The contact element of a joint with friction; None where its type has none of the kind."""
+    """The contact element of a joint with friction; None if the joint type does not support this friction."""
     assert j.friction is not None
     kind = REGISTRY[j.type]
     return CONTACTS.get(element_of(kind.friction, kind.freely_rubbed, named(j.friction)))
 
 
 def given(element: ContactElement | None, n: Number, law: str) -> bool:
-    """Whether a number of a law is 1 where a joint says none: the ratio of friction that is itself given."""
+    """Whether number n of a law defaults to 1. This holds for the coefficient of constant friction, which scales a given force
+    or torque."""
     return element is not None and not element.count and n.name == LAWS[law].scale and n.unit == "1"

@@ -1,4 +1,4 @@
-"""Walks over those parts of a scene that several checks look at: loads, signals, and devices by freedom."""
+"""Iteration over the loads and signals of a scene, and over the entries of joint devices by freedom."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from trunnion.scene.data_classes.scene import Drive, Force, Scene, Signal, Torqu
 from trunnion.scene.findings.findings_and_paths import Path
 
 VARYING = tuple(n.name for group in (law_numbers(), sizes()) for n, _ in group.values() if n.varies)
-"""Numbers of friction that may follow time or an input."""
+"""Names of the friction numbers that may depend on time or an input."""
 
 
 def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
-    """(path, entry) for each entry of a field that is a list with one entry for each freedom, or a single entry; empty entries
-    are left out."""
+    """(path, entry) for each entry that is not None; ``value`` is a list with one entry per freedom, or a single entry."""
     if isinstance(value, tuple):
         yield from ((((*path, i)), v) for i, v in enumerate(value) if v is not None)
     elif value is not None:
@@ -24,13 +23,13 @@ def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
 
 
 def each(value: Any, count: int) -> list[Any]:
-    """An entry for each of so many freedoms of a field that is such a list, or a single entry for the first; None where none is."""
+    """``count`` entries, one per freedom; a single entry belongs to the first freedom, and the others are None."""
     return list(value) if isinstance(value, tuple) else [value, *[None] * (count - 1)][:count]
 
 
 def loads(scene: Scene) -> Iterator[tuple[Path, Any]]:
-    """(path, load) of all joint efforts, signals of motors and latches, numbers of friction that may vary and all components of
-    applied forces and torques."""
+    """(path, load) of all joint efforts, signals of motors and latches, friction numbers that may vary, and components of applied
+    forces and torques."""
     for name, j in scene.joints.items():
         yield from entries(j.effort, ("joints", name, "effort"))
         for path, motor in entries(j.motor, ("joints", name, "motor")):

@@ -1,4 +1,4 @@
-"""Mass properties of a body: from a solid shape and its density or mass, or as given."""
+"""Mass properties of a body: explicit, or computed from a solid shape and its density or mass."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def matrix(inertia: tuple[float, ...]) -> Matrix:
 
 
 def solid(body: Body) -> tuple[float, Triple]:
-    """(volume, m³; inertia per mass about the centre: xx, yy, zz, m²) of the body's shape."""
+    """(volume, m³; moments of inertia xx, yy, zz about the centre divided by the mass, m²) of the body's shape."""
     if body.box is not None:
         a, b, c = (float(v) for v in body.box)
         return a * b * c, ((b * b + c * c) / 12, (a * a + c * c) / 12, (a * a + b * b) / 12)
@@ -53,12 +53,12 @@ def _cylinder(c: Cylinder) -> tuple[float, Triple]:
 
 
 def principal_moments(m: Matrix) -> Triple:
-    """Eigenvalues of a symmetric 3×3 matrix in rising order (Jacobi rotations; exact for diagonal ones)."""
+    """Eigenvalues of a symmetric 3×3 matrix in increasing order, by Jacobi rotations; exact for a diagonal matrix."""
     a = [list(row) for row in m]
     scale = max(abs(v) for row in a for v in row)
     for _ in range(60):
         p, q = max(((0, 1), (0, 2), (1, 2)), key=lambda pq: abs(a[pq[0]][pq[1]]))
-        if abs(a[p][q]) <= 1e-17 * scale:  # far below the 1e-9 the caller asks for
+        if abs(a[p][q]) <= 1e-17 * scale:  # far below the tolerance 1e-9 of the checks
             break
         theta = 0.5 * math.atan2(2 * a[p][q], a[q][q] - a[p][p])
         c, s = math.cos(theta), math.sin(theta)

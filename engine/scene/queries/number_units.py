@@ -1,4 +1,4 @@
-"""Units of numbers, which may depend on the joint they belong to; and all numbers of a scene with path and unit."""
+"""Units of the numbers in a scene, which may depend on the joint type; iteration over all numbers with path and unit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in gro
 
 
 def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
-    """(path, value, SI unit) of every number the scene has."""
+    """(path, value, SI unit) of every number of a scene, defaults included."""
     yield from _numbers(scene, (), scene)
 
 
@@ -52,7 +52,7 @@ def unit_of(scene: Scene, path: Path) -> str:
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
         if "at" in path:
-            return PLAIN  # a value of an input
+            return PLAIN  # the values ``at`` are in the unit of the input
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
     if path[0] == "parameters":
         given = scene.parameters[str(path[1])]
@@ -61,12 +61,12 @@ def unit_of(scene: Scene, path: Path) -> str:
 
 
 def bound_of(path: Path) -> Bound:
-    """The values the number at a path may have, whatever the scene."""
+    """The allowed values of the number at a path; they do not depend on the scene."""
     return bound_at(shape(path))
 
 
 def order_of(path: Path) -> Order | None:
-    """The comparison in which the number at a path must be the higher one; None when there is none."""
+    """The order relation whose upper number is at a path; None if there is no such relation."""
     owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
     return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
 
@@ -98,7 +98,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
 
 
 def _mimic_unit(scene: Scene, name: str, key: str) -> str:
-    """Unit of a number of what follows a joint."""
+    """Unit of a number of a mimic: the offset has the follower's unit, the ratio is follower per leader."""
     j = scene.joints[name]
     leader = scene.joints.get(j.mimic.joint) if j.mimic else None
     own, led = ("m" if slides(REGISTRY[x.type], 0) else "rad" for x in (j, leader or j))
@@ -106,7 +106,7 @@ def _mimic_unit(scene: Scene, name: str, key: str) -> str:
 
 
 def slides(kind: JointKind, freedom: int) -> bool:
-    """Whether a freedom is a travel and not a rotation (a screw's freedom is its angle)."""
+    """Whether a freedom is a travel and not a rotation; the freedom of a screw is a rotation."""
     return 0 <= freedom < kind.nv and not kind.turns(freedom)
 
 
@@ -121,12 +121,12 @@ def _start_unit(kind: JointKind, path: Path) -> str:
 
 
 def _load_unit(keys: tuple[str | int, ...], effort: str) -> str:
-    """Unit of a number of a load: that of the load itself, or, for a table's rates at its ends, of the load per second."""
+    """Unit of a number of a load: the unit of the load or, for the end rates of a table, this unit per second."""
     return f"{effort}/s" if "end_rates" in keys else effort
 
 
 def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
-    """Unit of a number of a drive. Rates of a constant or ramp, and a table's rates at its ends, are coordinates per second;
-    all other numbers are measured as the coordinate."""
+    """Unit of a number of a drive. Rates of a constant or ramp, and the end rates of a table, have the coordinate's unit per
+    second; all other numbers have the coordinate's unit."""
     rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"), ("table", "end_rates"))
     return f"{coordinate}/s" if rate else coordinate

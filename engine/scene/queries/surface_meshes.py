@@ -1,4 +1,4 @@
-"""Surfaces of bodies as text, as ``trunnion import`` writes them: triangles between points on a fine grid, packed."""
+"""Packed surfaces of bodies as ``trunnion import`` writes them: triangle meshes with points on a fine grid, compressed to text."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import zlib
 from collections.abc import Sequence
 
 HEAD = struct.Struct("<HH6f")
-"""Points, triangles; least and largest place of the points along x, y, z, m."""
+"""Header: numbers of points and of triangles; lower and upper bounds of the points along x, y, z, m."""
 GRID = 65535
-"""Steps of the grid that points lie on, along each axis; points and triangles at most."""
+"""Number of grid steps along each axis; also the largest number of points and of triangles."""
 LONGEST = 1_000_000
-"""Characters of a packed surface, at most."""
+"""Largest number of characters of a packed surface."""
 Triple = tuple[float, float, float]
 
 
 def packed(points: Sequence[Sequence[float]], faces: Sequence[Sequence[int]]) -> str:
-    """The text of a surface: points (n × 3), m, in the body's frame; faces (m × 3), counter-clockwise from outside."""
+    """The text of a surface from points (n × 3), m, in the body's frame, and triangles ``faces`` (m × 3). The corners of a
+    triangle are counter-clockwise seen from outside."""
     low = [min(p[k] for p in points) for k in range(3)]
     high = [max(p[k] for p in points) for k in range(3)]
     steps = [GRID / (b - a) if b > a else 0.0 for a, b in zip(low, high, strict=True)]
@@ -44,12 +45,12 @@ def _read(text: str) -> tuple[list[float], list[float], list[int], list[int]]:
         raise ValueError(str(e)) from e
     spots, corners = list(values[: 3 * points]), list(values[3 * points :])
     if not faces or max(corners) >= points or not all(abs(b) < 1e9 for b in bounds):
-        raise ValueError("its triangles have corners that are not there")
+        raise ValueError("its triangles refer to missing points")
     return bounds[:3], bounds[3:], spots, corners
 
 
 def unpacked(text: str) -> tuple[list[Triple], list[tuple[int, int, int]]]:
-    """(points, m; triangles). ValueError for text that is no packed surface."""
+    """(points, m; triangles) of a packed surface. ValueError for invalid text."""
     low, high, spots, corners = _read(text)
     at = [[low[k] + s * (high[k] - low[k]) / GRID for s in spots[k::3]] for k in range(3)]
     points = list(zip(*at, strict=True))
@@ -57,7 +58,7 @@ def unpacked(text: str) -> tuple[list[Triple], list[tuple[int, int, int]]]:
 
 
 def mirrored(text: str, axis: int) -> str:
-    """The surface in a mirror that is square to an axis of its frame."""
+    """The surface reflected along an axis of its frame."""
     low, high, spots, corners = _read(text)
     low[axis], high[axis] = -high[axis], -low[axis]
     spots[axis::3] = [GRID - s for s in spots[axis::3]]

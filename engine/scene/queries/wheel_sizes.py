@@ -1,4 +1,4 @@
-"""Sizes of wheels that roll on each other, from what a scene says: teeth and module (or pitch), or radii."""
+"""Sizes of wheels that roll on each other, from teeth and module (or pitch), or from radii."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from trunnion.elements.joints.wheel_pairs import Sizes
 from trunnion.scene.data_classes.scene import Joint
 
 FINEST = 1000
-"""Most teeth that radii are counted in: how far wheels have rolled on each other is known but for whole ones."""
+"""Largest number of virtual teeth for wheels given by radii. The rolling constraint needs whole numbers, because it is
+periodic in teeth."""
 CLOSE = 1e-12
-"""How nearly, as a part, radii must be to each other as whole numbers are."""
+"""Relative tolerance of a ratio of whole numbers for the ratio of the radii."""
 
 
 def counted(radii: tuple[float, ...]) -> tuple[int, ...] | None:
-    """Whole numbers (of at most ``FINEST``) that are to each other as two radii are; None where there are none."""
+    """Whole numbers, at most ``FINEST``, whose ratio is that of the two radii; None if there are no such numbers. One radius
+    gives (1,)."""
     if len(radii) == 1:
         return (1,)
     ratio = Fraction(radii[0] / radii[1]).limit_denominator(FINEST)
@@ -27,14 +29,15 @@ def counted(radii: tuple[float, ...]) -> tuple[int, ...] | None:
 
 
 def rolls_of(j: Joint) -> Rolls:
-    """How the wheels of a pair roll on each other."""
+    """The rolling declaration of the joint type of a wheel pair."""
     rolls = REGISTRY[j.type].rolls
     assert rolls is not None
     return rolls
 
 
 def outer(j: Joint) -> tuple[int, int]:
-    """Sense of each wheel, −1 for the larger of two that turn the same way: its teeth are inside, or a belt runs around both."""
+    """Sign of each wheel. It is −1 for the larger wheel of a pair that turns in the same sense (internal teeth, or an open
+    belt)."""
     rolls, given = rolls_of(j), j.teeth or j.radii or ()
     chosen = bool(rolls.choice) and bool(getattr(j, rolls.choice))
     if rolls.opposite != chosen or len(given) < 2:
@@ -43,7 +46,7 @@ def outer(j: Joint) -> tuple[int, int]:
 
 
 def sizes(j: Joint) -> Sizes:
-    """Module and signed numbers of teeth of a checked pair."""
+    """Module, m, and signed numbers of teeth of a checked pair; a rack has 0 for its second wheel."""
     count = rolls_of(j).wheels
     if j.teeth is not None:
         teeth = tuple(round(float(z)) for z in j.teeth)

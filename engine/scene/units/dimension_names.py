@@ -1,5 +1,4 @@
-"""Dimensions in words: what a unit measures, with an example; whether one unit may stand for another; and the table of all
-units."""
+"""Names of dimensions: the quantity that each SI unit measures, with an example. Also the check whether a unit fits."""
 
 from __future__ import annotations
 
@@ -33,7 +32,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "W": ("a power", "10 W"),
     "m^2/N": ("a wear coefficient", "1e-6 mm^3/(N*m)"),
 }
-"""SI unit → (what it measures, an example)."""
+"""SI unit → (name of the quantity, an example)."""
 
 _NAMED = {parse_unit(unit if unit != "1" else "").dimension: unit for unit in QUANTITIES}
 
@@ -47,7 +46,7 @@ def si_text(dimension: Dimension) -> str:
 
 
 def unit_of(dimension: Dimension) -> str:
-    """The SI unit of a dimension as text that reads back; '' for a plain number."""
+    """The SI unit of a dimension as text that ``parse_unit`` accepts; '' for a plain number."""
     unit = si_text(dimension)
     if unit == "1" or not unit:
         return ""
@@ -58,12 +57,12 @@ def unit_of(dimension: Dimension) -> str:
 
 
 def described(dimension: Dimension) -> str:
-    """What a dimension measures, such as "a length"; its unit when there is no such word."""
+    """The quantity that a dimension measures, such as "a length"; a dimension without a name is described by its unit."""
     unit = si_text(dimension)
     return QUANTITIES[unit][0] if unit in QUANTITIES else f"a quantity in {unit}"
 
 
 def fits(given: Dimension, wanted: Dimension) -> bool:
-    """Whether a unit may stand where another is wanted: they must be the same, apart from a rad or cycle that need not be
-    written (1/s for rad/s, N*m for N*m/rad)."""
+    """Whether dimension ``given`` is accepted where ``wanted`` is required. The two must agree, except that rad or cycle may be
+    omitted (1/s for rad/s, N*m for N*m/rad)."""
     return given == wanted or (given[:3] == wanted[:3] and given[3:] == (0, 0) and given != NONE)

@@ -1,5 +1,5 @@
-"""What callers may give to the Python functions besides a scene: a time as text ("10 ms"), one pattern of columns or several
-(for a scene see ``overrides.scene_given``). Mistakes are collected, so that all of them are told together."""
+"""Arguments of the public Python functions other than scenes (for scenes see ``overrides.scene_given``): numbers and times,
+also as text ("10 ms"), and patterns of columns. Mistakes are collected, so that one error reports them all."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from trunnion.scene.units.unit_parser import UnitError
 Amount = float | str
 """A number in SI, or text with a unit: 0.01, "10 ms"."""
 Names = str | Iterable[str]
-"""One pattern or path, or several."""
+"""One pattern or path, or an iterable of them."""
 
 
 def names_given(given: Names) -> tuple[str, ...]:
-    """One pattern or path, or several, as a tuple; a text is one of them, not a sequence of characters."""
+    """Patterns or paths as a tuple; a single text gives a tuple of length 1."""
     return (given,) if isinstance(given, str) else tuple(given)
 
 
 class Amounts:
-    """Reads the numbers a function was given and collects what is wrong with them; ``end`` raises it."""
+    """Reads the numeric arguments of a function and collects the mistakes; ``end`` raises them together."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
 
     def wanted(self, value: Amount | None, where: str) -> float | None:
-        """A time in seconds; None where none is given."""
+        """A time in seconds; None stays None."""
         return None if value is None else self.time(value, where)
 
     def time(self, value: Amount, where: str) -> float:
@@ -36,8 +36,8 @@ class Amounts:
         return self.number(value, where, "s")
 
     def number(self, value: Amount, where: str, unit: str = "1") -> float:
-        """SI value of a number or text. Numbers are taken as they are (their bounds are checked elsewhere); text is read with
-        its unit."""
+        """SI value of a number or text. A number is returned unchanged (its bounds are checked elsewhere); text is converted
+        from its unit. Invalid text is collected as a mistake, and the result is 1."""
         if isinstance(value, Real) and not isinstance(value, bool):
             return float(value)
         try:
@@ -47,6 +47,6 @@ class Amounts:
             return 1.0
 
     def end(self) -> None:
-        """Raise SceneError with every mistake so far, if there is any."""
+        """Raise SceneError with all collected mistakes; without mistakes, do nothing."""
         if self.problems:
             raise SceneError(self.problems)

@@ -1,4 +1,4 @@
-"""Numbers with units, as the scene's fields take them: SI inside; text such as "45 deg" or "30 mm" is converted when it is read."""
+"""Numbers with units in a scene's fields: text such as "45 deg" or "30 mm" is converted to SI during validation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError, parse, 
 
 
 class Quantity(float):
-    """A float (SI) that remembers the text it was written as, and the dimension of that text's unit."""
+    """A float in SI that stores its original text and the dimension of the unit in that text."""
 
     __slots__ = ("dimension", "text")
 
@@ -32,13 +32,13 @@ class Quantity(float):
         return float(self), self.dimension, self.text
 
     def fits(self, wanted: Dimension) -> bool:
-        """Whether it may stand where a number of another dimension is wanted."""
+        """Whether this number is accepted where a number of dimension ``wanted`` is required."""
         return fits(self.dimension, wanted)
 
 
 class Computed(Quantity):
-    """The value of an expression. text: the expression as written, in braces; names: the parameters in it; plain: whether it has
-    neither parameters nor units, so that it counts as a number without unit."""
+    """The value of an expression. ``text`` is the expression with its braces; ``names`` are its parameters. ``plain`` means that
+    it has neither parameters nor units; it then counts as a number without a unit."""
 
     __slots__ = ("names", "plain")
 
@@ -54,8 +54,8 @@ class Computed(Quantity):
         return float(self), self.dimension, self.text, self.names, self.plain
 
     def fits(self, wanted: Dimension) -> bool:
-        """As for a quantity; besides, a ratio may be an angle (arc over radius), and radians may be left in what has other units
-        (radius times angle is a length)."""
+        """As for a quantity, with two more rules. A ratio may be an angle (arc over radius). Radians next to other units are
+        ignored (radius times angle is a length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:
             return True
@@ -63,7 +63,7 @@ class Computed(Quantity):
 
 
 class NoValue(str):
-    """The text of an expression that has no value, until the reader of numbers tells why: ``what`` and ``hint``."""
+    """The text of an invalid expression with the cause ``what`` and the remedy ``hint``; ``number`` raises these as UnitError."""
 
     __slots__ = ("hint", "what")
 
@@ -77,14 +77,14 @@ class NoValue(str):
 
 
 def parse_quantity(text: str) -> float:
-    """SI value of "VALUE" or "VALUE UNIT" (a Quantity when there is a unit). UnitError says what is wrong with other text."""
+    """SI value of "VALUE" or "VALUE UNIT" (a Quantity when there is a unit). UnitError describes invalid text."""
     value, unit, _ = parse(text)
     return value if unit is None else Quantity(value, unit.dimension, text.strip())
 
 
 def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
-    """A finite float (a Quantity for text with a unit) from a number or text. UnitError otherwise; it names what is ``wanted``
-    and an ``example``."""
+    """A finite float (a Quantity for text with a unit) from a number or text. UnitError for any other value; the error names
+    the quantity ``wanted`` and gives an ``example``."""
     if isinstance(value, Quantity):
         return value
     if isinstance(value, NoValue):
@@ -103,7 +103,7 @@ def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
 
 
 def agree(value: float, unit: str) -> None:
-    """UnitError when a Quantity's dimension does not fit the wanted SI unit."""
+    """Raise UnitError when the dimension of a Quantity does not fit the SI unit ``unit``."""
     if not isinstance(value, Quantity):
         return
     wanted = parse_unit("" if unit == "1" else unit).dimension
@@ -114,8 +114,8 @@ def agree(value: float, unit: str) -> None:
 
 @dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on where it stands, which is checked later (``contexts``). bound: the values it
-    may have, which are checked with the rest of the scene (``check.numbers``)."""
+    """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. The dimension is checked
+    after the classes are built (``queries.number_units``), the ``bound`` with the scene (``checks.number_bounds``)."""
 
     unit: str = ""
     bound: Bound = ANY
@@ -133,7 +133,7 @@ class AnyUnit:
 
 @dataclass(frozen=True)
 class Per(AnyUnit):
-    """Marks a number that is measured in ``unit`` (SI) and stored as a plain float, or as an expression of parameters."""
+    """Marks a number with the SI unit ``unit``. The field stores a plain float, or a ``Computed`` if parameters are involved."""
 
     def __call__(self, value: Any) -> float:
         """Validate a value and convert it to SI; UnitError when its dimension is not that of ``unit``."""

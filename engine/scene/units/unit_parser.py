@@ -1,8 +1,8 @@
-"""Units of measurement: a table, a small grammar (products, quotients, powers, parentheses) and dimensions as
-exponents.
+"""Units of measurement: a table of symbols, a grammar (products, quotients, powers, parentheses), and dimensions as
+exponents of the base units.
 
-Angles (rad) and cycles (Hz) count as dimensions of their own, so that an angle given where a number of metres is
-wanted is noticed, and hertz are never taken for radians per second.
+Angles (rad) and cycles (Hz = cycle/s) are dimensions of their own. So an angle in place of a length is an error, and
+hertz cannot be mistaken for radians per second.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ Dimension = tuple[int, int, int, int, int]
 
 NONE: Dimension = (0, 0, 0, 0, 0)
 LONGEST = 60
-"""Characters in a unit, at most: longer text is no unit (and cannot nest deeply)."""
+"""Largest number of characters in a unit; this also limits the nesting depth."""
 
 
 class UnitError(ValueError):
-    """Text that is no number with a unit, or has the wrong unit. ``hint``: what to write instead."""
+    """An invalid number, unit or expression, or a wrong dimension: ``what`` is the cause, ``hint`` the remedy."""
 
     def __init__(self, what: str, hint: str = ""):
         super().__init__(what)
@@ -32,7 +32,7 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit, as how many SI units it is, exactly: up/down times a power of pi. ``dimension``: the exponents of the base units."""
+    """A unit with its exact factor to SI, up/down * pi^``pi``; ``dimension`` holds the exponents of the base units."""
 
     up: int = 1
     down: int = 1
@@ -41,7 +41,7 @@ class Unit:
 
     @property
     def factor(self) -> float:
-        """How many SI units one of this unit is."""
+        """The factor that converts a value in this unit to SI."""
         return self.up / self.down * math.pi**self.pi
 
     def times(self, other: Unit, power: int = 1) -> Unit:
@@ -54,7 +54,7 @@ class Unit:
         return Unit(self.up * up**n, self.down * down**n, self.pi + power * other.pi, (a, b, c, d, e))
 
     def value(self, number: str) -> float:
-        """SI value of a decimal number in this unit, rounded once: 35 mm is 0.035, 45 deg is pi/4."""
+        """SI value of a decimal number in this unit, correctly rounded but for the factor pi: 35 mm is 0.035, 45 deg is pi/4."""
         digits, _, exponent = number.lower().partition("e")
         whole, _, rest = digits.partition(".")
         power = int(exponent[:9] or 0) - len(rest)
@@ -66,13 +66,13 @@ class Unit:
 
 
 BITS = 4000
-"""Size of a factor beyond which a unit is nonsense."""
+"""Largest size in bits of the factor of a power; a larger factor raises OverflowError."""
 _KG, _M, _S = (Unit(dimension=d) for d in ((1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0)))
 _RAD, _HZ, _N = (Unit(dimension=d) for d in ((0, 0, 0, 1, 0), (0, 0, -1, 0, 1), (1, 1, -2, 0, 0)))
 
 
 def _table() -> dict[str, tuple[str, Unit]]:
-    """For each symbol (name, unit). Factors are given as decimal text, or as (up, down, power of pi)."""
+    """(name, unit) by symbol. The rows hold factors as decimal text or as a Unit(up, down, power of pi)."""
     rows: list[tuple[str, str, str | Unit, Unit]] = [
         ("m", "metre", "1", _M), ("mm", "millimetre", "1e-3", _M), ("cm", "centimetre", "1e-2", _M),
         ("km", "kilometre", "1e3", _M), ("um", "micrometre", "1e-6", _M), ("in", "inch", "0.0254", _M),
@@ -93,7 +93,7 @@ def _table() -> dict[str, tuple[str, Unit]]:
 
 
 def _exact(factor: str | Unit) -> Unit:
-    """The factor of a unit as a ratio of integers: of decimal text, or given as one already."""
+    """The factor of a row as a dimensionless Unit; decimal text becomes a ratio of integers."""
     if isinstance(factor, Unit):
         return factor
     digits, _, exponent = factor.partition("e")
@@ -111,7 +111,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*", r
 
 @lru_cache(maxsize=512)
 def parse_unit(text: str) -> Unit:
-    """The unit written as ``text`` ('' is the unit 1). UnitError when the text is no unit."""
+    """Parse a unit ('' is the unit 1). UnitError when ``text`` is not a unit."""
     if not text.strip():
         return Unit()
     if len(text) > LONGEST:
@@ -138,7 +138,7 @@ class _Reader:
         return out
 
     def read(self) -> Unit:
-        """The unit that the whole text stands for."""
+        """Parse the whole text."""
         try:
             unit = self.product()
             if unit.factor == 0.0:
@@ -160,7 +160,7 @@ class _Reader:
         return unit
 
     def term(self) -> Unit:
-        """One symbol or parenthesis, with its power."""
+        """One symbol or one expression in parentheses, with its power."""
         kind, word = self.tokens.pop(0) if self.tokens else ("", "")
         if kind == "symbol":
             unit = Unit() if word == "1" else _symbol(word)
@@ -184,8 +184,8 @@ def _symbol(word: str) -> Unit:
 
 
 def parse(text: str) -> tuple[float, Unit | None, str]:
-    """(SI value, unit or None for a plain number, unit as written) of "VALUE UNIT". UnitError when the text is no number with
-    or without a unit."""
+    """(SI value, unit, text of the unit) of "VALUE" or "VALUE UNIT"; the unit is None for a plain number. UnitError for any
+    other text."""
     plain = text.replace("−", "-")
     m = _NUMBER.match(plain)
     if not m:
@@ -193,7 +193,7 @@ def parse(text: str) -> tuple[float, Unit | None, str]:
     written = plain[m.end() :].strip()
     if written[:1] == "," and written[1:2].isdigit():
         pointed = plain.strip().replace(",", "" if "." in plain else ".")
-        hint = f"decimals follow a point, thousands are not parted: {shown(pointed)}"
+        hint = f"use a point for decimals and no separator for thousands: {shown(pointed)}"
         raise UnitError(f"{shown(text)} has a comma in the number", hint)
     unit = parse_unit(written)
     try:

@@ -226,7 +226,7 @@ WRONG = {
     "the last radius is not the first": GOOD.replace("40 mm, 30 mm]", "40 mm, 31 mm]"),
     "the roller is larger than its path": GOOD.replace("profile", "roller: 35 mm, profile"),
     "a revolute joint has no cam": GOOD.replace("cam", "revolute", 1),
-    "what follows a flat_cam is a face": GOOD.replace("cam", "flat_cam", 1).replace(PROFILE, f"roller: 5 mm, {PROFILE}"),
+    "the follower of a flat_cam is a face": GOOD.replace("cam", "flat_cam", 1).replace(PROFILE, f"roller: 5 mm, {PROFILE}"),
     "a cam has no spring of its own: cam and follower move on other": GOOD.replace(PROFILE, f"spring: {{stiffness: 1}}, {PROFILE}"),
     "a cam joint has no wheels": GOOD.replace(PROFILE, f"teeth: [3], {PROFILE}"),
 }

@@ -187,10 +187,10 @@ WRONG = {
     "the axes of its wheels are 0.06 m apart; teeth and module require 0.066 m": MESH.replace("[20, 40]", "[20, 46]"),
     "needs its teeth or radii": MESH.replace(", teeth: [20, 40], module: 2 mm", ""),
     "a gear with teeth needs a module": MESH.replace(", module: 2 mm", ""),
-    "20.5 is no number of teeth": MESH.replace("[20, 40]", "[20.5, 40]"),
+    "20.5 is not a valid number of teeth": MESH.replace("[20, 40]", "[20.5, 40]"),
     "a gear has two wheels, not 1": MESH.replace("[20, 40]", "[20]"),
     "a gear has no belt that could be crossed": MESH.replace("module", "crossed: true, module"),
-    "have no ratio of whole numbers": MESH.replace("teeth: [20, 40], module: 2 mm", "radii: [20.00712 mm, 39.99288 mm]"),
+    "is not a ratio of whole numbers": MESH.replace("teeth: [20, 40], module: 2 mm", "radii: [20.00712 mm, 39.99288 mm]"),
     "the axes of its two wheels are not parallel": MESH.replace("outboard: b", "outboard: {body: b, axis: y}"),
     "a revolute joint has no wheels": MESH.replace("type: gear", "type: revolute"),
 }

@@ -15,17 +15,17 @@ from trunnion.scene.library.starter_scene import starter_text
 from trunnion.scene.scalable_mechanisms import revolute_chain
 
 WRONG = {
-    "a row too many": ("cylindrical", {"rows_s": (0, 1, 2)}, "2 freedoms, 5 rows and 0 ties are not 6"),
-    "a screw without its tie": ("screw", {"ties": 0}, "1 freedoms, 4 rows and 0 ties are not 6"),
+    "a row too many": ("cylindrical", {"rows_s": (0, 1, 2)}, "2 freedoms, 5 rows and 0 ties do not add up to 6"),
+    "a screw without its tie": ("screw", {"ties": 0}, "1 freedoms, 4 rows and 0 ties do not add up to 6"),
     "two freedoms of a coordinate": ("cylindrical", {"coordinates": ("length",)}, "1 coordinates but 2 rates"),
     "a length that is an angle": ("prismatic", {"coordinates": ("angle",)}, "coordinate 1 is a angle"),
     "travels after the quaternion": (
-        "free", {"coordinates": ("quaternion",) * 4 + ("length",) * 3}, "a quaternion is the last four coordinates",
+        "free", {"coordinates": ("quaternion",) * 4 + ("length",) * 3}, "a quaternion must be the last four coordinates",
     ),
     "a sliding axis of the outboard part": (
-        "prismatic", {"axes": ((Axis(index=0, rot=False, side="out"),),)}, "a sliding axis is one of the inboard frame",
+        "prismatic", {"axes": ((Axis(index=0, rot=False, side="out"),),)}, "a sliding axis must belong to the inboard frame",
     ),
-    "a screw that can be cut": ("screw", {"ties": 0, "rows_s": (0, 1, 2)}, "moves along one axis a rate"),
+    "a screw that can be cut": ("screw", {"ties": 0, "rows_s": (0, 1, 2)}, "must have exactly one axis per rate"),
     "no rotation": ("revolute", {"rotation": lambda q, ops: [[1, 0, 0], [0, 1 + q[0], 0], [0, 0, 1]]}, "is not a rotation matrix"),
     "a reflection": ("prismatic", {"rotation": lambda q, ops: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}, "is not a rotation matrix"),
     "frames apart at rest": ("prismatic", {"travel": lambda q: [q[0], 0.1, 0.0]}, "do not coincide at q = 0"),
@@ -39,7 +39,7 @@ WRONG = {
     ),
     "a row along its motion": ("planar", {"rows_s": (1,)}, "row r·h2 (49) is not zero along its motion"),
     "a row about its axis": ("universal", {"rows_r": ((1, 1),)}, "row h2·h2 (46) is not zero along its motion"),
-    "a row said twice": ("revolute", {"rows_r": ((1, 0), (1, 0))}, "its rows do not resist just what its axes leave"),
+    "a row said twice": ("revolute", {"rows_r": ((1, 0), (1, 0))}, "its rows must prevent exactly what its axes exclude"),
 }  # fmt: skip
 
 

@@ -149,7 +149,7 @@ def test_what_cannot_be_is_told() -> None:
     }  # fmt: skip
     with pytest.raises(SceneError, match="without rotor inertia"):
         scene_from_dict(scene)
-    for given, words in (([1, 1, 2], "one rotor inertia"), ([1, 1, -1], "not negative")):
+    for given, words in (([1, 1, 2], "same rotor inertia"), ([1, 1, -1], "not negative")):
         ball = {"type": "spherical", "inboard": "ground", "outboard": "a", "rotor_inertia": given}
         with pytest.raises(SceneError, match=words):
             scene_from_dict({"schema": 1, "bodies": {"a": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {"ball": ball}})

@@ -68,7 +68,7 @@ def text(raw: bytes) -> str:
 WRONG = {
     "no such text": "surface!", "not compressed": base64.b64encode(b"nothing").decode(),
     "cut short": text(HEAD.pack(3, 1, *[0.0] * 6)),
-    "corners that are not there": text(HEAD.pack(1, 1, *[0.0] * 6) + bytes(6) + b"\1\0" * 3),
+    "refer to missing points": text(HEAD.pack(1, 1, *[0.0] * 6) + bytes(6) + b"\1\0" * 3),
     "nothing in it": text(HEAD.pack(0, 0, *[0.0] * 6)), "a bomb": text(bytes(50_000_000)), "too long": "A" * 2_000_000,
     "no numbers": text(HEAD.pack(1, 1, *[float("nan")] * 6) + bytes(12)),
 }  # fmt: skip

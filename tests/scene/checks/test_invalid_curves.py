@@ -15,7 +15,7 @@ WRONG = {
     "a point_on_curve needs the curve that its point stays on": re.sub(", curve.*", "}", GOOD),
     "an open curve of 1 points": re.sub(r"\[\[.*\]\]", "[[0, 0]]", GOOD),
     "a closed curve of 2 points": re.sub(r"\[\[.*\]\]", "[[0, 0], [1, 0]], closed: true", GOOD),
-    "two points that follow each other are one place": GOOD.replace("[80 mm, 0]", "[40 mm, 10 mm]"),
+    "two consecutive points are the same place": GOOD.replace("[80 mm, 0]", "[40 mm, 10 mm]"),
     "a closed curve goes back to its first point by itself": GOOD.replace("80 mm, 0]]", "80 mm, 0], [0, 0]], closed: true"),
     "the curve crosses itself between points 3 and 4": GOOD.replace("[80 mm, 0]", "[20 mm, 20 mm], [20 mm, -20 mm]"),
     "curves in space are not built": GOOD.replace("[40 mm, 10 mm]", "[40 mm, 10 mm, 5 mm]"),

@@ -162,9 +162,9 @@ def test_a_file_that_cannot_be_read_as_yaml_is_told_at_its_line(folder: Path) ->
 
 FILES = {
     "no such file": ("include: nowhere.yaml", "cannot read"),
-    "no scene's file": ("include: /etc/passwd", "no scene's file"),
-    "itself": ("include: scene.yaml", "leads back to itself"),
-    "a circle": ("include: circle.yaml", "leads back to itself"),
+    "no scene file": ("include: /etc/passwd", "is not a scene file"),
+    "itself": ("include: scene.yaml", "includes itself"),
+    "a circle": ("include: circle.yaml", "includes itself"),
     "a list": ("include: list.yaml", "holds no group of keys"),
     "a number": ("include: 3", "the name of a file, or a list of them"),
     "a folder": ("include: folder.yaml", "cannot read"),

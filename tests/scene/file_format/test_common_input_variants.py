@@ -107,4 +107,4 @@ def test_notes_are_the_first_hundred():
     many = edited({f"bodies.arm.points.p{i}": [1000, 0, 0] for i in range(300)})
     notes = magnitude_notes(scene_from_dict(many))
     assert len(notes) == 101
-    assert notes[-1] == "and 200 numbers more of this kind"
+    assert notes[-1] == "and 200 more numbers of this kind"
