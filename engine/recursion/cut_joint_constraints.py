@@ -36,7 +36,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
     made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
     if j.light is not None:
-        made.rows.append(light_row(replace(made, joint=sym.system.tree[j.light.joint]), j.light.freedom))
+        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # its force acts along the freedom (``inward_reduction``)
         return made
     if j.mimic is None:
         add_rows(sym, made)
@@ -132,12 +132,6 @@ def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m
     xi = acceleration_bias(follows, 0) - ratio * acceleration_bias(leads, 0)
     led = (-ratio * lead_in, -ratio * lead_out)
     return Row(q - ratio * q_lead - sym.leaf(m.offset), v - ratio * v_lead, on_in, on_out, xi, led)
-
-
-def light_row(c: Cut, freedom: int) -> Row:
-    """Row of a light freedom, which constrains nothing: its acceleration, and the force along it."""
-    on_in, on_out = axis_wrenches(c, freedom)
-    return Row(SX(0), SX(0), on_in, on_out, acceleration_bias(c, freedom))
 
 
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:

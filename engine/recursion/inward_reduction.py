@@ -178,7 +178,7 @@ def eta_column(m: Model, j, freedom: int) -> int:
 
 def _generalised(m: Model, step: Step) -> SX:
     """Forces on the outboard part of a tree joint along its n free freedoms (n×columns). Column 0 holds the forces of devices. The
-    entry of a freedom's own η is −1, because η acts on the inboard part."""
+    entry of a freedom's own η is −1, because η acts on the inboard part. The entry of a light freedom's row is 1."""
     j = step.joint
     Q = zeros(len(j.free), m.columns)
     forces = joint_forces(m.sym, step)
@@ -186,6 +186,9 @@ def _generalised(m: Model, step: Step) -> SX:
         Q[row, 0] = forces[k]
         if j.friction:
             Q[row, eta_column(m, j, k)] = -1
+        for c in m.sym.system.light_rows_of(j):
+            if c.light is not None and c.light.freedom == k:
+                Q[row, 1 + c.rows] = 1
     return ca.sparsify(Q)
 
 

@@ -94,12 +94,18 @@ class AccelerationTangents:
         return out
 
     def _effort(self, j: Joint, m: BodySlots) -> Slot:
-        """Forces along all freedoms of a tree joint, with friction."""
-        if not j.friction:
+        """Forces along all freedoms of a tree joint, with friction and those of light freedoms' rows."""
+        light = [c for c in self.system.light_rows_of(j) if c.rows in self.rows]
+        if not j.friction and not light:
             return m.effort
-        out = self._against(j)
+        out = self._against(j) if j.friction else self.program.scratch_slot(j.kind.nv)
+        if not j.friction:
+            self.program.zero(out)
         if self.scene.acts(j):
             self.program.call(Builtin.ADD, [m.effort, out], [j.kind.nv])
+        for c in light:
+            assert c.light is not None
+            self.program.call(Builtin.ADD, [Slot(Space.Z, self.rows[c.rows], 1), out.slice(c.light.freedom, 1)], [1])
         return out
 
     # -- accelerations ------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots
+from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots, free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.derivatives.accelerations import AccelerationTangents, DifferentiableScene
 from trunnion.parts.derivatives.forward_mode import Directions
@@ -78,6 +78,8 @@ class JacobianProgram(AccelerationTangents):
             self.program.copy(c.blocks["xi"], out)
             self._add_accelerations(c.ends, c, out)
             if c.joint.light:
+                j = self.system.tree[c.joint.light.joint]
+                self.program.copy(free_of(self.qdd, j).slice(j.free.index(c.joint.light.freedom), 1), out)
                 less, force = self.scene.constant([-1.0 / c.joint.light.inertia]), Slot(Space.Z, self.rows[c.joint.rows], 1)
                 self.program.call(Builtin.ADD_DOT, [less, force, out], [1, 1])
             for k in range(n):

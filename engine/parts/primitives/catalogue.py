@@ -86,8 +86,6 @@ def _small() -> Iterator[Recipe]:
     yield from (("loads_and_scalars", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
     yield from (("loop_joint", "tie", *both) for both in product(alone, alone))
-    moving = [k for k in JOINTS.values() if not k.bodiless]
-    yield from (("loop_joint", "light", kind.name, freedom) for kind in moving for freedom in range(kind.nv))
     yield from (("loop_joint", "outboard", forward) for forward in SIDES)
     yield from (("loop_joint", "weighed", sign) for sign in (1, -1))
     yield from (("loop_joint", "arm", bodies) for bodies in (1, 2))

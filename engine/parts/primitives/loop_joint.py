@@ -90,19 +90,6 @@ def _beside(columns: list[SX]) -> SX:
 
 
 @cache
-def light(kind: str, freedom: int) -> Primitive:
-    """The row of a light freedom: numbers (two frames and two points of its joint: 24), motions of both bodies → ξ and the
-    wrenches on both bodies."""
-    n, ends = ParameterCounter(), {name: SX.sym(name, MOTION) for name in ("inb", "out")}
-    frames, points = [n.take(9), n.take(9)], [n.take(3), n.take(3)]
-    joint = Joint("", kind, 0, 0, points[0], points[1], frames[0], frames[1], Fit(), None, (), None, True)  # type: ignore[arg-type]
-    sym = PrimitiveSymbols(n.count)
-    row = cutting.light_row(cutting.locate_cut(sym, [unpack_motion(ca.vertsplit(m)) for m in ends.values()], joint), freedom)
-    outs = {"xi": row.xi, "gin": ca.densify(row.g_in), "gout": ca.densify(row.g_out)}
-    return expression_primitive(f"c_light_{kind}_{freedom}", {"numbers": sym.p, **ends}, outs)
-
-
-@cache
 def tie(follower: str, leader: str) -> Primitive:
     """A freedom that follows another: numbers (two frames and two points of each joint, ratio, offset: 50), coordinates and rates
     of both (2), motions of the four bodies → residual, rate and ξ of the row, its wrenches on the four bodies."""

@@ -81,7 +81,7 @@ class ScenePasses(JointForces):
 
     def _row(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
         if j.light:
-            return light(self, program, j, moving, allocate)
+            return light(self, j)
         return tied(self, program, j, moving, allocate) if j.mimic else self._closed(program, j, moving, allocate, forces)
 
     def _closed(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:

@@ -36,17 +36,10 @@ def foot(s: SceneTables, program: Program, curve: Curve, spot: Primitive, /, **o
     return out
 
 
-def light(s: SceneTables, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate) -> CutJointSlots:
-    """The slots of the row of a light freedom."""
-    assert j.light is not None
-    own = s.system.tree[j.light.joint]
-    ends = {name: moving[b].motion if b != GROUND else s.ground for name, b in zip(OF, j.ends, strict=False)}
-    blocks = {"phi": s.zeros.slice(0, 1), "rate": s.zeros.slice(0, 1), "xi": allocate(1)}
-    made = blocks | {name: allocate(6) for name in ENDS[:2]}
-    numbers = s.numbers([*own.inb_frame, *own.out_frame, *own.inb_point, *own.out_point])
-    written = {name: slot for name, slot in made.items() if name not in ("phi", "rate")}
-    s.call(program, loop_joint.light(own.kind_name, j.light.freedom), numbers=numbers, **ends, **written)
-    return CutJointSlots(j, s.zeros, s.zeros, s.zeros, made, s.zeros)
+def light(s: SceneTables, j: Joint) -> CutJointSlots:
+    """The slots of the row of a light freedom, whose force acts along the freedom."""
+    blocks = dict.fromkeys(("phi", "rate", "xi"), s.zeros.slice(0, 1)) | dict.fromkeys(ENDS[:2], s.zeros)
+    return CutJointSlots(j, s.zeros, s.zeros, s.zeros, blocks, s.zeros)
 
 
 def tied(s: SceneTables, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate) -> CutJointSlots:

@@ -83,9 +83,12 @@ class ForceColumns:
         c = next(c for c in self.stepping.closed if c.joint.rows <= row < c.joint.rows + c.joint.kind.rows)
         k, program, m, nv = row - c.joint.rows, self.program, self.maps, self.system.nv
         self._empty()
-        for body, g in c.ends:
-            program.call(Builtin.ADD, [c.row(g, k), self._force(body)], [6])
-        self._move(list(c.joint.ends), column)
+        if c.joint.light:
+            self._push(self.system.tree[c.joint.light.joint], c.joint.light.freedom, self.scene.constant([1.0]), column)
+        else:
+            for body, g in c.ends:
+                program.call(Builtin.ADD, [c.row(g, k), self._force(body)], [6])
+            self._move(list(c.joint.ends), column)
         program.copy(self.fq, self.pressed.slice(nv * column, nv))
         g0 = Slot(Space.MAPS, m.at("g0") + column, 1)
         program.copy(c.blocks["xi"].slice(k, 1), g0)
@@ -120,13 +123,17 @@ class ForceColumns:
             self.stepping.pin_of_cut(program, e, own, self.rows.slice(e.n0, len(e.needs)), whole=False)
             self.own = {j.name: own}
         elif k in j.free:
-            own = free_of(self.effort, j).slice(j.free.index(k), 1)
-            program.copy(self.scene.against, own)
-            self._move([j.child], column)
-            program.zero(own)
+            self._push(j, k, self.scene.against, column)
         if m.active:
             self._constrain(Slot(Space.MAPS, m.at("Se") + m.active * (e.eta[0] + k), m.active), m.active)
         self._keep(column)
+
+    def _push(self, j: Joint, k: int, force: Slot, column: int) -> None:
+        """Apply a force along freedom k of a tree joint."""
+        own = free_of(self.effort, j).slice(j.free.index(k), 1)
+        self.program.copy(force, own)
+        self._move([j.child], column)
+        self.program.zero(own)
 
     def _empty(self) -> None:
         """Zero all results."""

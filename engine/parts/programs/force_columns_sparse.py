@@ -53,10 +53,14 @@ class SparseForceColumns:
     def _column(self, r: LoopPath, k: int) -> None:
         """Reduce column k inward."""
         program, s = self.program, self.stepping
+        light = r.closed.joint.light
         for i in reversed(r.at):
             n = len(self.system.tree[i].free)
             y, along = (b.slice(r.size * k + r.at[i], n) for b in (r.y, r.along))
-            self.scene.body_call(program, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=self.scene.zeros, yc=y,
+            effort = self.scene.zeros
+            if light is not None and light.joint == i:
+                effort = self.scene.constant([float(f == light.freedom) for f in self.system.tree[i].free])
+            self.scene.body_call(program, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=effort, yc=y,
                                  fq=along, fc=r.on(r.pressed, i, k), up=r.on(r.pressed, self.scene.parent(i), k))  # fmt: skip
 
     def _couple(self, r: LoopPath, other: LoopPath) -> None:

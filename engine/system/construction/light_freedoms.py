@@ -48,7 +48,7 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
     return tuple(
         replace(
             joints[x.joint], name=f"{joints[x.joint].name}.light[{x.freedom + 1}]", kind_name=LIGHT_ROW.name, pitch=None,
-            devices=(), friction=None, cut=True, child=GROUND, rows=rows + at, stiffness=None, light=x,
+            inb=GROUND, out=x.joint, devices=(), friction=None, cut=True, child=GROUND, rows=rows + at, stiffness=None, light=x,
         )
         for at, x in enumerate(found)
     )  # fmt: skip

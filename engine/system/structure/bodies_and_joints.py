@@ -212,6 +212,10 @@ class System:
         """The rows of light freedoms, the last of the ties."""
         return tuple(j for j in self.ties if j.light)
 
+    def light_rows_of(self, j: Joint) -> list[Joint]:
+        """The rows of a tree joint's light freedoms."""
+        return [c for c in self.light if c.light is not None and self.tree[c.light.joint].name == j.name]
+
     @cached_property
     def nq(self) -> int:
         """Number of coordinates in the state, which contains no coordinates of driven freedoms."""
