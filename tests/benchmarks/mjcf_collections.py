@@ -27,15 +27,18 @@ from trunnion.basics.problems import SceneError
 PAGE = Path(__file__).resolve().parents[2] / "engine" / "importers" / "MJCF_MODELS.md"
 PACKAGES = ("dm_control", "gymnasium", "gymnasium_robotics", "robosuite", "metaworld", "brax")
 NOTHING = ("nothing in it moves", "the root element is not <mujoco>")
-TITLES = "| model | bodies | freedoms | loops | difference | of inertias | with these equal, or why not |"
+TITLES = "| model | bodies | freedoms | loops | difference | of inertias | with equal inertias, or why refused |"
 HEAD = """# MJCF models tried
 
-Written by `python -m tests.benchmarks.mjcf_collections --write`: every MJCF file of the packages named, taken over by `trunnion
-import`. Beside MuJoCo {mujoco} with constraints, contacts, actuators and fluid switched off (friction here), at three random
-states each: the largest difference of an acceleration, relative to the largest, as MuJoCo has the model, and with its inertias
-given as they are in the file (MuJoCo turns those of meshes and composed bodies into principal axes to 1e-8 or so, the next
-column). Files that are refused are told why; {none} files hold no mechanism (settings, materials, props that do not move, parts to
-be included). {menagerie}
+`python -m tests.benchmarks.mjcf_collections --write` writes this page. The script imports every MJCF file of the packages below
+with `trunnion import`, and compares accelerations with MuJoCo {mujoco} at three random states. Constraints, contacts, actuators and
+fluid are switched off in MuJoCo, and friction is switched off here.
+
+The column *difference* is the largest difference of an acceleration, relative to the largest acceleration. The next column is the
+largest relative difference of an inertia: MuJoCo rotates inertias of meshes and composed bodies into principal axes, to about 1e-8.
+The last column is the difference of accelerations when MuJoCo has the same inertias, or the reason for a refusal. {none} files
+hold no mechanism (settings, materials, props that do not move, parts to be included).
+{menagerie}
 
 """
 
@@ -79,8 +82,8 @@ def cached() -> str:
 
     cache, robots = mujoco_menagerie.Cache(), mujoco_menagerie.robots()
     there = sum(cache.is_cached(robot) for robot in robots)
-    where = f"mujoco_menagerie {version('mujoco-menagerie')} is a list of robots that are fetched from the web when asked for"
-    return f"\n{where}: {there} of {len(robots)} were there.\n"
+    where = f"mujoco_menagerie {version('mujoco-menagerie')} downloads robots on request"
+    return f"\n{where}: {there} of {len(robots)} were available.\n"
 
 
 @contextlib.contextmanager
@@ -114,7 +117,7 @@ def line(file: Path) -> str:
 
 def told(c: Compared) -> str:
     """The remaining difference, and features of the mechanism that were left out."""
-    fluid = [n for n in c.notes if n.startswith("forces of the fluid")]
+    fluid = [n for n in c.notes if n.startswith("fluid forces")]
     return "; ".join([f"{c.gap_with:.0e}", *fluid])
 
 

@@ -25,14 +25,14 @@ HEAD = """# Stability gallery
     trunnion simulate models/stability/01_zero_speed.yaml
 
 Most places have a threshold known in closed form, such as the steepest angle at which a pendulum still holds. There the scene runs
-twice, one part in a million below the threshold and one above, and both answers must be right. The table has the threshold and
-**both answers**, or the one answer of a scene without threshold. The files are just beyond the first threshold of their row. A
+twice, one part in a million below the threshold and one part above, and both answers must be right. The table has the threshold and
+**both answers**, or the one answer of a scene without threshold. Each file is just beyond the first threshold of its row. A
 [test](../../tests/stability/test_gallery.py) checks all answers, also with the world turned at random and in other units of length,
-mass and time. *Right* means: done, energy balanced to 1e-5, loops closed to 1e-9.
+mass and time. *Right* means that the run is done, with energy balanced to 1e-5 and loops closed to 1e-9.
 
-*In italics*: the results of {peers}, with their defaults unless noted, measured by the script that writes this table,
+Results *in italics* are those of {peers}, with their defaults unless noted. The script that writes this table measured them:
 `python -m tests.benchmarks.stability_gallery.gallery_table --write`. "Regularised" is friction that grows with speed up to v_eps.
-MuJoCo's joints have a constant friction loss, which does not follow the load; it has the right value for the start.
+MuJoCo's joints have a constant friction loss, which does not depend on the load; it has the right value for the start.
 
 | | where methods fail | scene | threshold: below / beyond it, here | elsewhere |
 |---|---|---|---|---|
