@@ -1,6 +1,6 @@
-"""Balance of a body with known accelerations, one primitive per term, so that each term has tangents (``tangents``).
+"""Balance of a body with known accelerations. Each term is a primitive of its own, so that each has tangents (``tangents``).
 
-``work`` of a body here: its lever (3), the nonzeros of Π of its free freedoms, w (6)."""
+In this module, ``work`` holds a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT
 
 
 def _walked(which: BodyKey) -> tuple[PrimitiveSymbols, SX, Motion, Step]:
-    """Symbols of a body's joint and of the inboard body's motion; the body's motion and step."""
+    """Symbols of a body's joint, symbols of the inboard body's motion, and the body's motion and step."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     a_body(count)
