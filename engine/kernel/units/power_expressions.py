@@ -1,4 +1,5 @@
-"""Powers integrated beside the motion: friction of each joint, dampers, drives, loads. The audit uses their integrals."""
+"""Powers that are integrated along with the motion: friction of each joint, dampers, drives, loads. The audit uses the
+integrals."""
 
 from __future__ import annotations
 
@@ -32,7 +33,7 @@ def friction_power(m: Model, j: Joint) -> SX:
 
 
 def coordinates_of(m: Model, j: Joint) -> list[SX]:
-    """Coordinates of a joint, in the tree or cut."""
+    """Coordinates of a tree joint or cut joint."""
     if not j.cut:
         return m.steps[j.child].coordinates
     return cutting.coordinates(next(c for c in m.cuts if c.joint.name == j.name))
@@ -81,8 +82,8 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
 
 
 def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
-    """Effort of the drive of freedom k on the outboard part: the reaction along it, less friction and devices, plus the rotor's
-    inertia."""
+    """Effort of the drive of freedom k on the outboard part: the reaction along the freedom, minus friction and device forces, plus
+    the inertia force of the rotor."""
     f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]
     total = SX(0)
