@@ -227,7 +227,7 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
 
 
 def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> None:
-    c_compiler.needed("this run", "the kernel of its scene", "; or --kernel parts, on which nothing is compiled")
+    c_compiler.needed("this run", "the kernel of its scene", "; or use --kernel parts, which compiles nothing")
     from trunnion.kernel.c_sources import kernel_source
 
     started = time.perf_counter()
