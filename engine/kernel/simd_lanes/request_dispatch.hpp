@@ -46,7 +46,8 @@ static void give_friction(const Lanes &s, tr_request **r) {
 static void leave_behind(Lanes &s, tr_request **r) {
   GIVE_GOOD(NMAPS, s.maps, maps)
 #if ACTIVE
-  for (int i = 0; i < ACTIVE; ++i) s.factor[i * (ACTIVE + 1)] = V(1.0) / s.factor[i * (ACTIVE + 1)]; /* the runtime stores the diagonal, not its inverse */
+  /* The runtime stores the diagonal, not its inverse. */
+  for (int i = 0; i < ACTIVE; ++i) s.factor[i * (ACTIVE + 1)] = V(1.0) / s.factor[i * (ACTIVE + 1)];
   GIVE_GOOD(ACTIVE * ACTIVE, s.factor, S)
   for (int l = 0; l < WIDTH; ++l)
     for (int i = 0; i < ACTIVE && s.good[l]; ++i) r[l]->perm[i] = (int)s.order[i][l];
