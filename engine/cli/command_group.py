@@ -28,7 +28,8 @@ class CommandGroup(TyperGroup):
         return list(dict.fromkeys([*own, *sorted([] if self.prefix else registered())]))
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """A command by name; None for an unknown name. For a command of another package: a description, without loading it."""
+        """A command by name; None for an unknown name. For a command of another package: its description, without an import of the
+        package."""
         full = self.prefix + name
         if full in GROUPS:
             return command_group(full)

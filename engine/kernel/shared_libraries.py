@@ -37,8 +37,8 @@ UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian":
 MOST_FRICTIONS = 12
 """Largest count of friction multipliers for lanes. Above this count, the maps that lanes need are large."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
-"""Largest text of the unit of columns (characters), and largest maps (numbers), for which lanes compute rows. Compilation takes as
-long again, and the data of rows lie on the stacks of cases."""
+"""Largest text of the unit of columns (characters), and largest maps (numbers), for which lanes compute rows. Compiling for
+lanes takes as long as the unit itself, and the data of rows lie on the stacks of cases."""
 
 
 @lru_cache(maxsize=1)

@@ -29,7 +29,7 @@ GENERATED = {"__pycache__", "_built"}
 CHECKOUT_ONLY = ("docs", "packaging", "key_examples", "*.md", "*.mako", "*.png")
 """Names of folders and files that no wheel holds: pages, and the code that writes pages or builds wheels."""
 MODEL_FILE = "scene.yaml"
-"""File of a bundled model that wheels hold: the only one that an installed Trunnion reads."""
+"""The only file of a bundled model that wheels hold. An installed Trunnion reads no other file of a model."""
 IN_SDIST = ("engine", "fmu", "service", "tests", "models")
 FILES_IN_SDIST = ("README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md", "pyproject.toml")
 
@@ -84,7 +84,7 @@ class EggInfo(egg_info):
 
 
 class BuildPy(build_py):
-    """Collects all packages with every file but ``CHECKOUT_ONLY``, then the bundled models and the compiled libraries."""
+    """Collects all packages with all files except ``CHECKOUT_ONLY``, then the bundled models and the compiled libraries."""
 
     def finalize_options(self) -> None:
         self.distribution.packages = packages()

@@ -167,8 +167,8 @@ def read_parameter(text: str, names: list[str], out: FitRequest, where: str, rea
 
 
 def read_noise(texts: Sequence[str], reader: ArgumentReader) -> float | Mapping[str, float] | None:
-    """The standard deviation of all columns, or of each column by name; None if it has to be estimated. A text is in SI units or
-    has a unit."""
+    """Standard deviation of the noise: one number for all columns, or a number for each column by name. None if it has to be
+    estimated. A text is in SI units or has a unit."""
     from trunnion.scene.units.quantities import AnyUnit
     from trunnion.scene.units.unit_parser import UnitError
 

@@ -27,8 +27,8 @@ Instruction = tuple[int, int, tuple[int, ...]]
 
 @dataclass
 class Assignments:
-    """Values by index, in order of computation. operations: (operation, value, operands). constants: the number of each constant
-    value. inputs: (input, element) of each input value. outputs: (output, element, value)."""
+    """Values by index, in order of computation. operations: (operation, value, operands). constants: numerical value of each
+    constant. inputs: (input, element) of each input value. outputs: (output, element, value)."""
 
     operations: list[Instruction] = field(default_factory=list)
     constants: dict[int, float] = field(default_factory=dict)

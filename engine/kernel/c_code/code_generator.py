@@ -56,7 +56,7 @@ Place = tuple[int, int]
 @dataclass(frozen=True)
 class Input:
     """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. transient: whether later stages do not
-    receive the input. Its elements that they need are then stored."""
+    receive the input. Elements that later stages need are then stored."""
 
     name: str
     symbol: SX

@@ -32,12 +32,12 @@ as long to compile and is 3 to 14 percent slower; important loops are written wi
 would slow generated code by 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
-"""Characters of a unit's text above which the vectorisation of straight-line code is off. It takes half of the compile time. With
-it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above 43,000 characters
-are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
+"""Characters of a unit's text above which the vectorisation of straight-line code is off. This vectorisation takes half of the
+compile time. With it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
+43,000 characters are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
 """The same limit for a primitive of scenes. Without this vectorisation, free bodies and ball joints with friction compile in half
-of the time; runs of five models took −3 to 7 percent longer."""
+of the time; the times of runs of five models changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
 """Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on
@@ -57,7 +57,7 @@ TARGETS = {
 
 
 class CompilerError(RuntimeError):
-    """The compiler rejected generated code, which is a defect of Trunnion, or does not support this machine."""
+    """The compiler rejected generated code (a defect of Trunnion), or does not support this machine."""
 
 
 def _host() -> tuple[str, str]:
@@ -125,7 +125,7 @@ def run(arguments: Sequence[str], cache: Path) -> None:
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # it is pruned like an entry, the least recently used first
+            os.utime(shared)  # this cache is pruned like an entry, least recently used first
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))

@@ -2,7 +2,7 @@
 
 An entry is a folder ``<kind>-<key>``. It is made under a temporary name and renamed when complete. If two processes build one
 entry, both succeed and one copy is dropped. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is pruned like
-an entry. If it is pruned during a build, the build continues without it.
+an entry. If this cache is pruned during a build, the build continues without it.
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ def digest(*parts: str | bytes) -> str:
 
 
 def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
-    """Folder of entry ``name``. ``make(folder)`` fills it if it is missing. Returns (folder, whether it was made now)."""
+    """Folder of entry ``name``. If the entry is missing, ``make(folder)`` fills a new folder. Returns (folder, whether it was made
+    now)."""
     home = cache_folder()
     folder = home / name
     if (folder / "complete").exists():

@@ -162,7 +162,8 @@ class Classes:
 
 
 def classify(whole: Symbols) -> Classes:
-    """Sort the bodies into classes. A pass outward finds the patterns of motions, a pass inward those of articulated inertias."""
+    """Sort the bodies into classes. A pass outward finds the patterns of motions, a pass inward the patterns of articulated
+    inertias."""
     system = whole.system
     none, full = (0.0,) * HANDED, tuple
     raw: list[Shape] = []

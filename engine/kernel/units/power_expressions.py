@@ -40,7 +40,7 @@ def coordinates_of(m: Model, j: Joint) -> list[SX]:
 
 
 def _damping(m: Model) -> SX:
-    """Power of joint dampers, of dampers between points, bushings and of the damping part of stops, W (≤ 0)."""
+    """Power of joint dampers, dampers between points, bushings, and the damping part of stops and latches, W (≤ 0)."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -82,8 +82,8 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
 
 
 def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
-    """Effort of the drive of freedom k on the outboard part: the reaction along the freedom, minus friction and device forces, plus
-    the inertia force of the rotor."""
+    """Effort of the drive of freedom k on the outboard part: the reaction along the freedom, minus device forces, plus η (the
+    friction force is −η), plus the inertia force of the rotor."""
     f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]
     total = SX(0)

@@ -90,8 +90,8 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def held_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of a ``tr_hold`` per pair, and of the derivative of the capacities by N. This has a row per pair, in order, over
-    the components of the pair's element."""
+    """C function of a ``tr_hold`` per pair, and of the derivative of the capacities by N. The derivative has a row per pair, in
+    order, over the components of the pair's element."""
     nn = sum(len(e.needs) for e in parts)
     N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
     values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))

@@ -20,7 +20,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import elements
 
 COUNTERPARTS = ("outward", "moved", "carry")
-"""Body functions with a counterpart in ``body_balance``."""
+"""Body functions that ``body_balance`` has, too."""
 
 
 class DifferentiableScene(ScenePasses):

@@ -167,7 +167,7 @@ class Directions:
 
     def _derive_part(self, g: ValueCall) -> None:
         numbers = g.operands.get("numbers")
-        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # some depend on time
+        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # time may change them
         at, along = primitive.operands
         moving = [n for n in g.names if n not in g.outs and g.operands[n] in self.active]
         if not moving:
@@ -230,7 +230,7 @@ class Directions:
 
     def linear(self, function: int, operands: Sequence[tuple[Slot, bool]], ins: Iterable[Slot], outs: Iterable[Slot],
                added: Iterable[Slot] = (), numbers: Sequence[int] = ()) -> None:  # fmt: skip
-        """Append a call of an op that only ``along`` has: the op is linear in its tangents (flag True)."""
+        """Append a call of an op that is linear in its tangents (flag True). ``point`` has no counterpart of this call."""
         outs, added = [b for b in outs if b.size], [b for b in added if b.size]
         ins = [b for b in ins if b.size and b in self.active]
         spots = [(b if not v or b in self.active or b in [*outs, *added] else None, v) for b, v in operands]

@@ -71,7 +71,7 @@ class JacobianProgram(AccelerationTangents):
         self.scene.call(self.program, own, **{**element_operands(self.scene, self.program, e), "N": N, "r": rates, **operands})
 
     def _close(self, at: int) -> None:
-        """Write the residuals R of the multipliers: accelerations along the constraint rows of cut joints."""
+        """Write the residuals R_λ: accelerations along the constraint rows of cut joints."""
         for c in self.closed:
             n = c.joint.kind.rows
             out = self.program.scratch_slot(n)

@@ -47,7 +47,7 @@ def _functions(text: str) -> dict[str, str]:
 
 
 def called(of: DifferentiatedScene) -> list[str]:
-    """Names of the ops that the programs of a scene call, ordered by their numbers."""
+    """Names of the ops that the programs of a scene call, ordered by op number."""
     numbers = {f for program in of.scene.programs.values() for f in _numbers(program.code, 3)}
     if of.tangents:
         numbers |= set(_numbers(of.tangents.tables["code"], 6))

@@ -15,9 +15,9 @@ from trunnion.recursion.masses_and_forces import Mass
 from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, skew, zeros
 
 NARROW = ("turned", "borne", "grip", "moves", "pivot", "slim")
-"""Operands. turned: sum of the inertias from outboard bodies (6×6, column-major). borne: sum on the inboard body, to which the body
-adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 at rest. pivot: determinant of
-the joint's block. slim: stored values."""
+"""Operands. turned: sum of the inertias from outboard bodies (6×6, column-major). borne: operand ``turned`` of the inboard body, to
+which the body adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 at rest. pivot:
+determinant of the joint's block. slim: stored values."""
 Functions = tuple[list[Input], list[Output]]
 
 
@@ -89,8 +89,8 @@ def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str]
 
 
 def _inverse(P: SX) -> tuple[SX, SX]:
-    """Inverse and determinant of a joint's unsymmetric block. Cofactors give them up to three freedoms, elimination without
-    pivoting above. A joint with friction has at most three freedoms."""
+    """Inverse and determinant of a joint's unsymmetric block. Up to three freedoms by cofactors, else by elimination
+    without pivoting. A joint with friction has at most three freedoms."""
     n = P.size1()
     if n == 0:
         return zeros(0, 0), SX(1)

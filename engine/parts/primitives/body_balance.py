@@ -63,7 +63,7 @@ def moved(which: BodyKey) -> Primitive:
 
 @cache
 def carry(which: BodyKey) -> Primitive:
-    """work, reaction on the body (6) → its wrench on the inboard body, added."""
+    """work, reaction on the body (6) → wrench of this reaction on the inboard body, added to the operand."""
     all_of, lever, _, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(_named(which, "carry"), {"work": all_of, "N": N}, {"up": GammaT(lever, N)}, ["up"])
@@ -71,7 +71,8 @@ def carry(which: BodyKey) -> Primitive:
 
 @cache
 def turned(which: BodyKey) -> Primitive:
-    """work, reaction on the body (6) → its wrench on the inboard body and its force along the free freedoms, both subtracted."""
+    """work, reaction on the body (6) → wrench of this reaction on the inboard body, and its forces along the free freedoms. Both
+    are subtracted from the operands."""
     all_of, lever, Pi, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(
@@ -81,7 +82,8 @@ def turned(which: BodyKey) -> Primitive:
 
 @cache
 def weigh(sign: int) -> Primitive:
-    """numbers of a body (mass, centre 3, inertia 6), motion, wrench on it (6), Ż → sign (M Ż − F), added."""
+    """numbers of a body (mass, centre 3, inertia 6), motion, wrench on the body (6), Ż → sign (M Ż − F), added to the operand. F
+    includes the wrench and the velocity forces."""
     count = ParameterCounter()
     body = a_body(count)
     sym, motion = PrimitiveSymbols(count.count), SX.sym("motion", MOTION)

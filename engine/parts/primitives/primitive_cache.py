@@ -101,7 +101,7 @@ def facts_symbol(key: str) -> str:
 
 
 def facts_of(primitive: Primitive) -> dict[str, Any]:
-    """Operands and sizes of a primitive, which programs need (JSON)."""
+    """Operands and sizes of a primitive, as JSON data. Programs need them for calls of the primitive."""
     return {"operands": primitive.operands, "sizes": primitive.sizes}
 
 
@@ -117,7 +117,7 @@ def toolchain() -> tuple[str, ...]:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of all that decides primitives' code: sources, symbolic library, compiler."""
+    """Digest of all that influences the code of primitives: sources, symbolic library, compiler."""
     sources = [f.read_bytes() for f in sorted(FOLDER.rglob("*.py"))]
     return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"), *toolchain())
 

@@ -17,7 +17,7 @@ from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.parameter_table import Leaves, Param
 
 POSE = 21
-"""Numbers of a joint's pose: inboard and outboard frame in the world (9 each, column-major), s = p_out − p_in (3)."""
+"""Count of numbers of a joint's pose: inboard and outboard frame in the world (9 each, column-major), s = p_out − p_in (3)."""
 AROUND = "d_"
 """Prefix of operands that are tangents."""
 VECTOR = "typedef double tr_vec __attribute__((vector_size(32),aligned(8)));\n"

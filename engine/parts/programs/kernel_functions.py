@@ -15,7 +15,7 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 from trunnion.system.structure.parameter_table import Leaf
 
 SLIDING = 3
-"""Numbers in a ``tr_sliding`` and in a ``tr_hold``."""
+"""Count of numbers in a ``tr_sliding`` and in a ``tr_hold``."""
 
 
 def write(s: ScenePasses, redundant: bool = False) -> None:

@@ -53,11 +53,11 @@ class LoopPath:
 
     @property
     def stride(self) -> int:
-        """Numbers of a force column on all bodies."""
+        """Count of numbers of a force column on all bodies."""
         return 6 * (len(self.at) + 1)
 
     def on(self, of: Slot, i: int, k: int) -> Slot:
-        """Column or row k on body i."""
+        """The part of column or row k on body i (6)."""
         return of.slice(self.stride * k + self.offsets[i], 6)
 
     def of(self, lam: Slot) -> Slot:

@@ -13,7 +13,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element
 
 INERTIA = 36
-"""Numbers of an unsymmetric inertia."""
+"""Count of numbers of an unsymmetric inertia."""
 
 
 class RecursiveFriction:

@@ -21,7 +21,7 @@ WIDTH, CURVE, PROFILE = 9.0, 2.6, 2.5
 ABOVE = 1.6
 """Largest drawn rise of a profile, divided by the threshold."""
 MOST = 6
-"""Largest count of curves, and of profiles, that are drawn. The title has the number of the others."""
+"""Largest count of curves, and of profiles, that are drawn. The title states how many are left out."""
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,8 @@ def _result_label(of: str, sweep: Sweep) -> str:
 
 
 def draw_refinement(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
-    """The cases over one number and the result, or over two numbers: outcomes by colour and mark, boundaries shaded."""
+    """The cases, plotted over one number and the result, or over two numbers. Outcomes have colours and marks; boundaries are
+    shaded."""
     paths, of = sweep.plan.cases.paths, answer["of"]
     fig = _figure(4.5 if len(paths) == 1 else 6.0)
     axes = fig.add_subplot()

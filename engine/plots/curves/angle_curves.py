@@ -17,7 +17,7 @@ def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> 
     """(time, degrees) of an angle (rad) as a curve without lines between unrelated points.
 
     Where two rows differ by more than half a turn, the curve leaves at ±180°, has a gap (NaN), and enters at ∓180°. At the times
-    ``jumps`` (reversals, separations) it has a gap, because a line would show values that never occurred.
+    ``jumps`` (reversals, separations) the curve has a gap, because a line would show values that never occurred.
     """
     w = wrapped(np.asarray(angle, float))
     t = np.asarray(time, float)

@@ -27,7 +27,7 @@ GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
 TALL = 9
 """A page that would have more rows than this in two columns has three columns."""
 FEW_EVENTS, MANY_EVENTS = 20, 120
-"""Above the first count of events, event lines are fainter. About the second count of events is drawn at most."""
+"""With more events than ``FEW_EVENTS``, event lines are fainter. At most ``MANY_EVENTS`` events are drawn."""
 TITLE_LINE = 46
 """Characters of labels that fit beside a panel's title; a longer legend is inside the axes."""
 
@@ -35,9 +35,8 @@ TITLE_LINE = 46
 def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None) -> Figure:
     """A page of curves: friction, accelerations, contact angles and normal forces of joints, then motion and energy.
 
-    Reversals of sliding are thin vertical lines; at each the contact angle jumps from ○ to ●. joints: names of the joints to
-    draw (default: the first joints with friction). between: the part of the run to show, s.
-    """
+    Reversals of sliding are thin vertical lines; at each reversal the contact angle jumps from ○ to ●. joints: names of the joints
+    to draw (default: the first joints with friction). between: the part of the run to show, s. """
     shown = window(result, between) if between else result
     return page(shown, sections(shown, joints), between)
 

@@ -1,4 +1,4 @@
-"""Contacts of joints: the place of each on its pin, and the patch that shows it."""
+"""Contacts of joints: the place of each contact on its pin, and the patch that shows the contact."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Wheel:
 
 
 def wheels(scene: sm.Scene) -> list[Wheel]:
-    """The wheels of all pairs. A wheel that rolls on several others is drawn once."""
+    """The wheels of all pairs. A wheel that rolls on several other wheels is drawn once."""
     pairs = {name: j for name, j in scene.joints.items() if REGISTRY[j.type].rolls is not None}
     if not pairs:
         return []

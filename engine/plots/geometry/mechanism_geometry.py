@@ -36,7 +36,7 @@ STOUT = 12.0
 
 @dataclass(frozen=True)
 class Part:
-    """A body: mesh and named points from its mass centre, in its axes."""
+    """A body: mesh and named points, relative to the body's mass centre and in its axes."""
 
     name: str
     color: str
@@ -65,7 +65,7 @@ class JointMark:
 class Scenery:
     """All parts, joints and springs of a scene. size: length of a typical body, m. up: unit vector against gravity.
 
-    springs: the two ends of each, (part, point from the part's mass centre).
+    springs: for each spring, its two ends: (part, point relative to the part's mass centre).
     """
 
     parts: tuple[Part, ...]
@@ -93,18 +93,18 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
 
 
 def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:
-    """Joint points of a body, from its mass centre."""
+    """Joint points of a body, relative to its mass centre."""
     sides = [s for j in scene.joints.values() for s in sides_of(scene, j)]
     return [_from_center(scene, body, s.point) for s in sides if s.body == body]
 
 
 def _point(scene: sm.Scene, end: str) -> np.ndarray:
-    """The point of a spring's end, from the body's mass centre, in the body's axes."""
+    """The point of a spring's end, relative to the body's mass centre, in the body's axes."""
     return _from_center(scene, *point_of(scene, end))
 
 
 def _from_center(scene: sm.Scene, body: str, p: tuple[float, float, float]) -> np.ndarray:
-    """A point of a body from its mass centre (for the ground: from the origin), in the body's axes."""
+    """A point of a body relative to its mass centre (for the ground: to the origin), in the body's axes."""
     center = (0.0, 0.0, 0.0) if body == GROUND else scene.bodies[body].center
     return np.array(p, float) - np.array(center, float)
 

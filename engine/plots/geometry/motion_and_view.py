@@ -124,8 +124,8 @@ def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[f
 class Framing:
     """View and position of an animation. view: result of ``first_view``; centre, wide, near: results of ``reach``.
 
-    follows: whether the picture moves with the mechanism, because the motion is much wider than it. floor: height of the ground, m.
-    """
+    follows: whether the picture moves with the mechanism, because the motion is much wider than the mechanism. floor: height of the
+    ground, m. """
 
     view: np.ndarray
     centre: np.ndarray
@@ -153,7 +153,7 @@ def arrow_scale(result: Result, scene: Scenery) -> float:
 
 
 def pressure_scale(result: Result, scene: Scenery) -> float:
-    """98th percentile of the nominal pressures (normal force over projected area), Pa. 0 without contacts."""
+    """98th percentile of the nominal pressures (normal force per projected area), Pa. 0 without contacts."""
     return max(0.0, _largest_usual([force / area for area, force in _normal_forces(result, scene) if area > 0]))
 
 

@@ -30,7 +30,7 @@ RING = 9.0
 GAP = 8.0
 """Distance from the named place to the first ring, points."""
 LED = 14.0
-"""Distance from the named place to its label beyond which a line joins them, points."""
+"""If a label is farther from the named place than this distance, points, a line joins the two."""
 ASIDE = 0.1
 """Weight of the distance to a label's middle. The distance to the label's nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0

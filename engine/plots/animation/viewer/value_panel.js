@@ -105,7 +105,7 @@ function legend() {
   if (run.pressure > 0) {
     const bar = made("i", { className: "ramp" });
     bar.style.background = `linear-gradient(90deg, ${run.colors.ramp.join()})`;
-    box.append(made("div", { title: "normal force over the projected area on which a contact bears" }, "nominal pressure: 0 ", bar, ` ${shownNumber(run.pressure / 1e6)} MPa`));
+    box.append(made("div", { title: "normal force divided by the projected area of the contact" }, "nominal pressure: 0 ", bar, ` ${shownNumber(run.pressure / 1e6)} MPa`));
   }
   const metres = run.force * run.arrow * look.arrows;
   box.append(made("div", { textContent: `arrow: normal force on the pin, ${run.force} N is ${shownNumber(metres)} m long` }));
