@@ -1,4 +1,4 @@
-"""Commands are made from functions: options of run settings, ``--verbose``, a common format of help, renamed options."""
+"""Makes commands from functions. Adds the options of run settings, ``--verbose``, a common help format, and renamed options."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ VERBOSE = typer.Option("-v", "--verbose", help="Print the log to standard error,
 
 
 class DeclaredCommand(TyperCommand):
-    """A command with one format of help that also reads renamed options."""
+    """A command with the common help format. It also accepts the old names of renamed options."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words after translating renamed options."""

@@ -18,7 +18,7 @@ HELP = "Compute how a mechanism moves, and its friction, contact points and norm
 
 
 class CommandGroup(TyperGroup):
-    """The commands whose names begin with ``prefix``; at the top level also those of other packages."""
+    """The commands whose names begin with ``prefix``. The top level also has the commands of other packages."""
 
     prefix = ""
 
@@ -28,7 +28,8 @@ class CommandGroup(TyperGroup):
         return list(dict.fromkeys([*own, *sorted([] if self.prefix else registered())]))
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """A command by name; None for an unknown one. A command of another package is described, not loaded."""
+        """A command by name; None for an unknown name. For a command of another package: its description, without an import of the
+        package."""
         full = self.prefix + name
         if full in GROUPS:
             return command_group(full)
@@ -86,7 +87,7 @@ def top(
     ctx: typer.Context,
     version: Annotated[bool, typer.Option("--version", callback=print_version, is_eager=True, help="Print the version.")] = False,
 ) -> None:
-    """Print the help where no command is named."""
+    """Print the help if no command is named."""
     if ctx.invoked_subcommand is None:
         typer.echo(ctx.get_help())
 

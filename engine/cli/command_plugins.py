@@ -20,8 +20,8 @@ def registered() -> dict[str, EntryPoint]:
 
 
 def loaded(name: str) -> Any:
-    """The command behind an entry point: a typer app, a click command, or a function that becomes one. SceneError where the import
-    fails."""
+    """The command behind an entry point: a typer app, a click command, or a function that becomes a command. SceneError if the
+    import fails."""
     try:
         found = registered()[name].load()
     except ImportError as e:

@@ -1,6 +1,6 @@
-"""The commands, one line each: name → module. The module's function ``command`` declares the arguments, the help and the work. A
-name of two words belongs to a group. ``trunnion --help`` lists the commands in this order. A module is imported when its command
-is invoked or listed."""
+"""The commands, one line each: name → module. The module's function ``command`` has the arguments as parameters, and the help as
+docstring. A name of two words belongs to a group. ``trunnion --help`` lists the commands in this order. A module is imported when
+its command is invoked or listed."""
 
 COMMANDS = {
     "new": "trunnion.cli.commands.new",
@@ -46,7 +46,7 @@ GROUPS = {
 
 
 def extra_of_command(name: str) -> str:
-    """The extra that brings the packages of a command or group; "" for the engine's own."""
+    """The extra that installs the packages of a command or group; "" for commands of the engine."""
     module = next((m for n, m in COMMANDS.items() if n.split()[0] == name), "")
     room = module.partition("trunnion.")[2].partition(".")[0]
     return room if room in ("fmu", "service") else ""

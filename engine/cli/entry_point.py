@@ -15,13 +15,13 @@ from trunnion.cli.command_registry import extra_of_command
 from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, failure_end, problems_end
 
 INTERRUPTED = 130
-"""What newer versions of typer return for a command that Ctrl-C ended; older ones raise Abort."""
+"""Value that newer versions of typer return after Ctrl-C; older versions raise Abort."""
 USAGE_ERROR: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")  # type: ignore[assignment]
-"""What typer raises for invalid arguments (its own copy of click's class, or click's)."""
+"""Exception that typer raises for invalid arguments (typer's own copy of click's class, or click's class)."""
 
 
 def run(arguments: list[str]) -> int:
-    """Run the command that the arguments name; its exit code. Deprecated words are reported on standard error."""
+    """Run the command that the arguments name; returns its exit code. Deprecated words are reported on standard error."""
     with deprecation_notes() as notes:
         code = run_command(arguments)
     error_lines(notes)
@@ -29,7 +29,7 @@ def run(arguments: list[str]) -> int:
 
 
 def run_command(arguments: list[str]) -> int:
-    """Run the command that the arguments name; its exit code."""
+    """Run the command that the arguments name; returns its exit code."""
     given = arguments[: arguments.index("--")] if "--" in arguments else arguments
     as_json, verbose = "--json" in given, any(a in ("-v", "--verbose") for a in given)
     try:
@@ -50,7 +50,7 @@ def run_command(arguments: list[str]) -> int:
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # nothing reads our output any more
         return FAILED
-    except Exception as e:  # noqa: BLE001  # the last line of defence: a defect of ours is reported as one
+    except Exception as e:  # noqa: BLE001  # every other exception is a defect of Trunnion
         return failure_end(defect_text(e, verbose), as_json)
     return code if isinstance(code, int) else DONE
 
@@ -65,7 +65,7 @@ def usage_problem(error: Exception) -> Problem:
 
 
 def missing_package(error: ImportError, words: list[str]) -> Problem | None:
-    """The problem of a missing package that an extra brings; None where no extra does, which is a defect."""
+    """The problem of a missing package that an extra installs. None if no extra installs the package, which is a defect."""
     command = next((w for w in words if not w.startswith("-")), "")
     own, module = extra_of_command(command), error.name or ""
     extra = own if brings(own, module) else error.extra if isinstance(error, Missing) else extra_of(module)
@@ -76,7 +76,7 @@ def missing_package(error: ImportError, words: list[str]) -> Problem | None:
 
 
 def defect_text(error: Exception, verbose: bool) -> str:
-    """A short report of a defect; verbose: the traceback."""
+    """A short report of a defect; with ``verbose``, the traceback."""
     from trunnion.basics.version import version
     from trunnion.kernel.compilation.c_compiler import CompilerError
 

@@ -36,8 +36,8 @@ class KernelSource:
 
 @contextmanager
 def _quickly() -> Iterator[None]:
-    """Build without garbage collection. Symbols are many, small and in use to the end; collection would take a twentieth of the
-    time."""
+    """Build without garbage collection, which would take a twentieth of the time. Symbols are many, small and in use until the
+    end."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -84,7 +84,7 @@ def linear_source(system: System, parameters: int, chosen: list[Column], quadrat
 
 
 def _ints(name: str, values: Sequence[int]) -> str:
-    """C text of a static table of integers; an empty one gets a zero, because C allows no empty arrays."""
+    """C text of a static table of integers. An empty table gets a zero, because C allows no empty arrays."""
     return f"static const int {name}[]={{{','.join(map(str, values)) or '0'}}};\n"
 
 

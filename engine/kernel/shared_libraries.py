@@ -1,8 +1,8 @@
 """Compiled kernels and the runtime as ctypes libraries, from the cache or built on demand.
 
 The key of a kernel covers the system's structure, the columns, all sources that shape code, the compiler and the CPU level. A warm
-start thus needs neither the symbolic library nor the compiler. Units are also cached by their text, so that scenes that differ in
-names or columns share them.
+start thus needs neither the symbolic library nor the compiler. Units are also cached by their text, so that scenes that differ only
+in names or columns share units.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
-"""Largest number of friction multipliers for lanes. With more, maps are large, and the recursion works without them."""
+"""Largest count of friction multipliers for lanes. Above this count, the maps that lanes need are large."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
-"""Characters of the unit of columns, and numbers of the maps, up to which lanes make rows. Compilation takes as long again, and
-rows are made on the stacks of cases."""
+"""Largest text of the unit of columns (characters), and largest maps (numbers), for which lanes compute rows. Compiling for
+lanes takes as long as the unit itself, and the data of rows lie on the stacks of cases."""
 
 
 @lru_cache(maxsize=1)
@@ -50,7 +50,7 @@ def sources_key() -> str:
 
 @lru_cache(maxsize=1)
 def runtime_key() -> str:
-    """Digest of the runtime's C sources and of what the headers they include are generated from."""
+    """Digest of the runtime's C sources, and of the Python sources that generate its headers."""
     files = sorted(f for pattern in ("*.[ch]", "*.py") for f in RUNTIME.rglob(pattern))
     return library_cache.digest(*(f.read_bytes() for f in files), *_toolchain())
 
@@ -70,7 +70,7 @@ def kernel_key(system: System, parameters: int, chosen: list[Column], quadrature
 
 @lru_cache(maxsize=1)
 def runtime() -> ctypes.CDLL:
-    """The stepping library: that of the installation, else compiled once per machine."""
+    """The stepping library: the installed one, or one that this machine compiles once."""
     found = built.library("runtime")
     if found:
         return found
@@ -125,7 +125,7 @@ class Kernel:
         return self.address("lanes")
 
     def lane_columns(self) -> int:
-        """Address of the function that makes columns of rows in lanes; 0: none."""
+        """Address of the function that computes columns of rows in lanes; 0 if there is none."""
         if "columns" not in self.libraries and (made := columns_library(self)):
             self.libraries["columns"] = made
         there = self.libraries.get("columns")
@@ -150,7 +150,7 @@ def _cached(unit: str, key: str, make: Callable[[Path], None]) -> ctypes.CDLL:
 
 
 def columns_library(built: Kernel) -> ctypes.CDLL | None:
-    """Library that makes columns of rows in lanes; None: rows are made one by one."""
+    """Library that computes columns of rows in lanes; None if rows are computed one by one."""
     table = OUTPUTS.ctype.from_address(built.address("outputs"))
     text = built.folder / "outputs.c"
     if not table.nout or built.sizes["nmaps"] > MOST_MAPS or not text.exists() or text.stat().st_size > MOST_TEXT:
@@ -182,7 +182,7 @@ def _vectors(unit: str, text: str) -> ctypes.CDLL:
 
 
 def _compile(source: Path, text: str, flags: tuple[str, ...]) -> None:
-    """Write a unit's text, and compile it to the library of its name beside it."""
+    """Write a unit's text to a file, and compile the file to a library of the same name in the same folder."""
     source.write_text(text)
     (source.parent / "tr_abi.h").write_text(header())
     library = source.with_suffix(c_compiler.library_suffix())
@@ -227,7 +227,7 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
 
 
 def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> None:
-    c_compiler.needed("this run", "the kernel of its scene", "; or --kernel parts, on which nothing is compiled")
+    c_compiler.needed("this run", "the kernel of its scene", "; or use --kernel parts, which compiles nothing")
     from trunnion.kernel.c_sources import kernel_source
 
     started = time.perf_counter()
@@ -242,8 +242,8 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 
 
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
-    """Put a unit's library beside its text. The cache is searched by text: other columns do not change the stepping unit, and
-    other names change neither."""
+    """Write a unit's text and library into a folder. The cache is searched by text: other columns do not change the stepping unit,
+    and other names do not change any unit."""
     library, flags = f"{unit}{c_compiler.library_suffix()}", c_compiler.unit_flags(unit, text)
 
     name = f"unit-{library_cache.digest(unit, text, header(), *flags, *_toolchain())}"

@@ -1,1 +1,1 @@
-"""How wheels are made."""
+"""Building of wheels."""

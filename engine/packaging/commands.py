@@ -1,8 +1,8 @@
 """Commands of setuptools that build Trunnion's wheels: one package ``trunnion`` from three folders, with the compiled solver.
 
-A wheel holds the runtime and the precompiled primitives, so that an installed Trunnion needs no compiler. It serves processors of
-the build machine's level; ``TRUNNION_CPU=x86_64`` builds for all. ``TRUNNION_PREBUILD=0`` leaves the libraries out, as an editable
-installation does; then first use compiles them.
+A wheel holds the runtime and the precompiled primitives, so that an installed Trunnion needs no compiler. The libraries require a
+processor of the build machine's level; with ``TRUNNION_CPU=x86_64`` they run on any x86-64 processor. With ``TRUNNION_PREBUILD=0``,
+and in an editable installation, there are no libraries, and the first use compiles them.
 
 ``pyproject.toml`` names these classes. setuptools loads this file by its path, before ``trunnion`` can be imported."""
 
@@ -27,9 +27,9 @@ PACKAGES = {"trunnion": "engine", "trunnion.fmu": "fmu", "trunnion.service": "se
 """Import package → its folder, as ``package-dir`` in ``pyproject.toml``."""
 GENERATED = {"__pycache__", "_built"}
 CHECKOUT_ONLY = ("docs", "packaging", "key_examples", "*.md", "*.mako", "*.png")
-"""Names of folders and files that no wheel holds: pages, and the code that writes them or builds wheels."""
+"""Names of folders and files that no wheel holds: pages, and the code that writes pages or builds wheels."""
 MODEL_FILE = "scene.yaml"
-"""File of a bundled model that wheels hold: the only one that an installed Trunnion reads."""
+"""The only file of a bundled model that wheels hold. An installed Trunnion reads no other file of a model."""
 IN_SDIST = ("engine", "fmu", "service", "tests", "models")
 FILES_IN_SDIST = ("README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md", "pyproject.toml")
 
@@ -40,7 +40,7 @@ def prebuilt() -> bool:
 
 
 def packages() -> list[str]:
-    """Import names of the folders that wheels hold, below the three of ``PACKAGES``; folders without Python hold data."""
+    """Import names of all folders that wheels hold, inside the three folders of ``PACKAGES``. Folders without Python hold data."""
     found = []
     for name, folder in PACKAGES.items():
         for path in [ROOT / folder, *sorted((ROOT / folder).rglob("*"))]:
@@ -84,7 +84,7 @@ class EggInfo(egg_info):
 
 
 class BuildPy(build_py):
-    """Collects all packages with every file but ``CHECKOUT_ONLY``, then the bundled models and the compiled libraries."""
+    """Collects all packages with all files except ``CHECKOUT_ONLY``, then the bundled models and the compiled libraries."""
 
     def finalize_options(self) -> None:
         self.distribution.packages = packages()
@@ -122,10 +122,10 @@ def copy_libraries(target: Path) -> None:
 
 
 class BdistWheel(bdist_wheel):
-    """Names the platform in the wheel's tag where the wheel holds libraries."""
+    """Names the platform in the wheel's tag if the wheel holds libraries."""
 
     def finalize_options(self) -> None:
-        self.distribution.has_ext_modules = prebuilt  # setuptools asks this to choose the folder of a platform's wheel
+        self.distribution.has_ext_modules = prebuilt  # setuptools calls this to choose the folder of the wheel
         super().finalize_options()
 
     def get_tag(self) -> tuple[str, str, str]:

@@ -1,4 +1,4 @@
-"""Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), in motion (``animate``; ``view`` in a
+"""Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), animations (``animate``; ``view`` in a
 notebook)."""
 
 from trunnion.plots.animation.html_or_film import animate

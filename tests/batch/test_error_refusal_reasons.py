@@ -115,7 +115,7 @@ def test_a_reason_is_kept_as_a_number_of_a_few_bits(tmp_path: Path) -> None:
 def test_the_command_counts_cases_without_errors_by_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["sweep", "double_pendulum", "--vary", f"{MU}=0.1,0.6", "--reduce", "final:guide.q[1]", "--until", "0.2", "--certify"]
     assert main([*words, "-o", str(tmp_path / "t.csv")]) == 0
-    assert f"no errors of 1 case (start): {REASONS['start']}" in capsys.readouterr().out
+    assert f"no error estimates for 1 case (start): {REASONS['start']}" in capsys.readouterr().out
     with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as file:
         assert [row[WHY] for row in csv.DictReader(file)] == ["", "start"]
     assert main([*words, "--json"]) == 0

@@ -1,1 +1,1 @@
-"""The engine's commands, one a file."""
+"""The engine's commands, one per file."""

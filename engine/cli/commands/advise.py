@@ -47,7 +47,7 @@ def command(
     loaded = reader.scene(scene, ctx, changes)
     reader.check_columns(loaded, outputs)
     if not outputs:
-        reader.add("--outputs", "none is given", "name the columns that matter, for example --outputs 'slider.position[1]'")
+        reader.add("--outputs", "no column is given", "name the columns that matter, for example --outputs 'slider.position[1]'")
     loaded = reader.checked(loaded)
     assert largest is not None
     with pin_to_one_core(), ProgressBar(f"advise {loaded.name}") as bar:
@@ -98,7 +98,7 @@ def lines(name: str, a: Advice) -> list[str]:
         reached = f"error {s.error:.1e}{part} in {1e3 * s.median:.3g} ms"
         out += ["", f"advice: {a.chosen.describe()}; method {s.method}, rtol {s.rtol:.0e}: {reached}"]
     else:
-        out += ["", f"no model reaches {a.error:g}: run the full scene with a tighter tolerance, or allow a larger error"]
+        out += ["", f"no model reaches error {a.error:g}: run the full scene with a tighter tolerance, or allow a larger error"]
     return [*out, *a.notes]
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 HOLD = "Check whether friction holds the mechanism at rest in its start pose, and by which margin."
 BOUNDS = "With --hold: bounds over all force distributions that statics allows, instead of one distribution."
 SELF_STRESS = "With --bounds: largest contact force that misaligned joints cause, N."
-BUDGET = "With --bounds: most seconds of computing time."
+BUDGET = "With --bounds: limit of the computing time, s."
 DRAW = "Draw the assembled mechanism at its start: .png, .svg or .pdf."
 MISFIT = "With --bounds: largest misalignment of joints, m."
 
@@ -68,7 +68,7 @@ def command(
 
 
 def report_hold(scene: SceneData, as_json: bool) -> int:
-    """Report whether the scene holds at rest; the exit code."""
+    """Report whether the scene holds at rest; returns the exit code."""
     from trunnion.analysis.static_bounds.static_margin import hold
     from trunnion.cli.output.hold_report import hold_document, hold_lines
 
@@ -79,7 +79,8 @@ def report_hold(scene: SceneData, as_json: bool) -> int:
 
 
 def report_bounds(scene: SceneData, self_stress: float | None, misfit: float | None, budget: float | None, as_json: bool) -> int:
-    """Report bounds over all force distributions that statics allows; the exit code. self_stress, N; misfit, m; budget, s."""
+    """Report bounds over all force distributions that statics allows; returns the exit code. self_stress, N; misfit, m; budget,
+    s."""
     from trunnion.analysis.static_bounds.hold_check import hold
     from trunnion.cli.output.hold_bounds_report import bounds_document, bounds_lines
 
@@ -90,7 +91,7 @@ def report_bounds(scene: SceneData, self_stress: float | None, misfit: float | N
 
 
 def write(scene: SceneData, picture: Path | None, file: Path | None) -> list[Path]:
-    """Write the scene and the picture of its assembled start, as requested. SceneError where the start cannot be assembled."""
+    """Write the scene and the picture of its assembled start, as requested. SceneError if the start cannot be assembled."""
     from trunnion.basics.atomic_files import writing
     from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 

@@ -62,7 +62,8 @@ def command(
 
 
 def stiffness_of(text: str, reader: ArgumentReader) -> float:
-    """A stiffness, in N/m for translations and N*m/rad for rotations. The text has no unit, because the number serves for both."""
+    """A stiffness, in N/m for translations and N*m/rad for rotations. The text has no unit, because the same number is used for
+    both kinds of motion."""
     try:
         value = float(text)
     except ValueError:

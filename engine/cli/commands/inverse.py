@@ -14,7 +14,7 @@ from trunnion.cli.output.exit_codes import DONE
 from trunnion.cli.output.text_table import number, print_answer, table
 
 MOST_MISSING = 12
-"""Most instants without an answer that are listed."""
+"""Largest count of unsolved instants that are listed."""
 MOTION = "The given motion, .csv or .parquet: columns time and JOINT.q[k]; JOINT.qd[k] and JOINT.qdd[k] if known."
 
 
@@ -41,7 +41,7 @@ def command(
     path = reader.destination(save, (".csv",))
     read = None
     if motion is None:
-        reader.add("--motion", "none is given", "--motion FILE, such as a table that trunnion simulate -o wrote")
+        reader.add("--motion", "no file is given", "--motion FILE, such as a table that trunnion simulate -o wrote")
     elif loaded is not None:
         read = reader.attempt(partial(read_motion, motion, loaded, tuple(drive)))
         reader.check_columns(loaded, [p for p in outputs if ".drive." not in p])

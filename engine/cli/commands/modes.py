@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from trunnion.analysis.mechanics.vibration_modes import VibrationModes
 
 DRAWN = 12
-"""Most modes of a picture."""
+"""Largest count of modes in a picture."""
 NEGLIGIBLE = 1e-12
-"""Entries this much smaller than the largest are round-off."""
+"""Entries below this fraction of the largest entry are round-off."""
 
 
 def command(
@@ -46,13 +46,13 @@ def command(
         (str(i), number(m.frequency, 9), number(m.damping, 4), number(m.rate), largest_parts(m.shape))
         for i, m in enumerate(result.modes, 1)
     ]
-    lines = [f"{loaded.name}, about its rest" + (f", {', '.join(result.held)} held by friction" if result.held else "")]
-    lines += table(("mode", "Hz", "damping ratio", "rate, 1/s", "shape (largest degrees of freedom)"), rows)
+    lines = [f"{loaded.name}, about its pose of rest" + (f", {', '.join(result.held)} held by friction" if result.held else "")]
+    lines += table(("mode", "Hz", "damping ratio", "rate, 1/s", "shape (largest components)"), rows)
     return print_answer(as_json, DONE, result.document(), lines, [picture])
 
 
 def largest_parts(shape: dict[str, complex]) -> str:
-    """The four largest entries of a mode shape, without those that are round-off of zero."""
+    """The four largest entries of a mode shape, without entries that are only round-off."""
     largest = sorted(shape.items(), key=lambda p: -abs(p[1]))[:4]
     shown = [(n, x) for n, x in largest if abs(x) > NEGLIGIBLE * abs(largest[0][1])]
     return ", ".join(f"{n.removesuffix('[1]').replace('.qd', '')} {x.real:+.3g}" for n, x in shown)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from trunnion.analysis.sensitivities.output_derivatives import Sensitivity
 
 SHOWN = 8
-"""Most events of the summary."""
+"""Largest count of events in the summary."""
 
 
 def command(
@@ -52,7 +52,7 @@ def command(
     reader.check_columns(loaded, outputs)
     for what, given in (("--vary", vary), ("--outputs", outputs)):
         if not given:
-            reader.add(what, "none is given", "for example --vary joints.ball.friction.mu --outputs 'ball.qd*'")
+            reader.add(what, "no value is given", "for example --vary joints.ball.friction.mu --outputs 'ball.qd*'")
     loaded = reader.checked(loaded)
     result = sensitivity(loaded, tuple(vary), tuple(outputs), **chosen)
     if path:

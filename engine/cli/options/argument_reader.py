@@ -25,7 +25,7 @@ COLUMNS_HINT = "columns are chosen with --outputs"
 
 @dataclass
 class ArgumentReader:
-    """Reads values; its methods return None for a mistake, which joins ``problems``."""
+    """Reads values. After a mistake, a method returns None and adds the mistake to ``problems``."""
 
     problems: list[Problem] = field(default_factory=list)
 
@@ -34,7 +34,7 @@ class ArgumentReader:
         self.problems.append(Problem(where, what, hint))
 
     def attempt(self, work: Callable[[], T], where: str = "") -> T | None:
-        """The result of ``work``. Where ``work`` raises SceneError: None, with its problems added (at ``where`` if given)."""
+        """The result of ``work``. If ``work`` raises SceneError: None, and its problems are added (at ``where`` if given)."""
         try:
             return work()
         except SceneError as e:
@@ -53,7 +53,8 @@ class ArgumentReader:
         return value
 
     def time(self, text: str | None, where: str, zero: bool = False) -> float | None:
-        """Seconds of "2.5", "10 ms", "1 min"; None also for no text. Positive; ``zero`` also admits 0."""
+        """Seconds of a text such as "2.5", "10 ms" or "1 min"; None if there is no text. The time must be positive; with ``zero``,
+        0 is valid too."""
         value = None if text is None else self.quantity(text, "s", where)
         if value is not None and (value < 0 or (value == 0 and not zero)):
             self.add(where, f"{text} is not a positive time", "write a time such as 2.5, 10 ms or 1 min")
@@ -72,7 +73,7 @@ class ArgumentReader:
             return None
 
     def choice(self, text: str | None, words: Sequence[str], where: str) -> str | None:
-        """The text if it is one of the words; None also for no text."""
+        """The text, if it is one of the words. None if there is no text."""
         if text is None or text in words:
             return text
         near = get_close_matches(text.lower(), words, 1)
@@ -80,7 +81,7 @@ class ArgumentReader:
         return None
 
     def destination(self, text: str | None, suffixes: Sequence[str], where: str = "-o") -> Path | None:
-        """The path of a file to write; None also for no text. Mistakes: a wrong suffix, a place that cannot be written."""
+        """The path of a file to write; None if there is no text. Mistakes: a wrong suffix, a place that cannot be written."""
         if text is None:
             return None
         problems = destination_problems(text, suffixes, where)
@@ -92,7 +93,7 @@ class ArgumentReader:
         return self.destination(text, PICTURES, "--plot")
 
     def assignments(self, texts: Sequence[str]) -> dict[str, Any]:
-        """{path: value} of the PATH=VALUE words of ``--set``, without mistaken ones."""
+        """{path: value} of the valid PATH=VALUE words of ``--set``."""
         from trunnion.scene.overrides import parse_assignment
 
         out: dict[str, Any] = {}
@@ -106,8 +107,8 @@ class ArgumentReader:
         return out
 
     def named_values(self, texts: Sequence[str], where: str, form: str, example: str, last: bool = False) -> dict[str, str]:
-        """{name: value} of NAME=VALUE words, without mistaken ones, split at the first "=" (``last``: the last). form: the
-        notation that an error names."""
+        """{name: value} of the valid NAME=VALUE words. A word is split at the first "=", or with ``last`` at the last "=". form:
+        the notation that an error names."""
         out: dict[str, str] = {}
         for text in texts:
             name, sign, value = (part.strip() for part in (text.rpartition("=") if last else text.partition("=")))
@@ -122,7 +123,7 @@ class ArgumentReader:
     def scene(
         self, word: str | None, context: Context, changes: Sequence[str], law: str | None = None, massless: bool = False
     ) -> Scene | None:
-        """The scene of the words behind a command, changed by ``--set`` and ``--law``. massless: bodies need no masses."""
+        """The scene that the command line names, changed by ``--set`` and ``--law``. massless: bodies need no masses."""
         from trunnion.scene.overrides import apply, law_changes
         from trunnion.scene.scene_loader import load_scene
 
@@ -135,7 +136,7 @@ class ArgumentReader:
         return scene
 
     def scene_word(self, first: str | None, context: Context) -> str | None:
-        """The scene among the words that click does not know. Mistakes: unknown options, several scenes, none."""
+        """The scene among the words that click does not know. Mistakes: an unknown option, several scenes, no scene."""
         words = [*([] if first is None else [first]), *context.args]
         rest: list[str] = []
         skip = False
@@ -169,14 +170,14 @@ class ArgumentReader:
 
 
 def problem_at(where: str, p: Problem) -> Problem:
-    """The problem at an option. A problem that counts others stays as it is."""
+    """The problem with an option as its place. A problem that stands for several others is unchanged."""
     if p.count != 1:
         return p
     return Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint)
 
 
 def is_pattern(text: str) -> bool:
-    """Whether a file name looks like a pattern of columns: --output written for --outputs."""
+    """Whether a file name looks like a pattern of columns. The user then probably wrote --output instead of --outputs."""
     return any(mark in text for mark in "[*?")
 
 

@@ -38,7 +38,7 @@ def parameters(incomplete: str) -> list[str]:
 
 
 def assignments(incomplete: str) -> list[str]:
-    """Paths of the scene's numbers, each with "=" behind it."""
+    """Paths of the scene's numbers, each followed by "="."""
     return [f"{p}=" for p in parameters(incomplete)]
 
 
@@ -72,13 +72,13 @@ def kernels(incomplete: str) -> list[str]:
 
 
 def with_prefix(words: Iterable[str], incomplete: str) -> list[str]:
-    """Words that begin with the incomplete one."""
+    """Words that begin with the incomplete word."""
     return [w for w in words if w.startswith(incomplete)]
 
 
 def completed_scene() -> Any:
-    """The built scene of the line; None where no word is a readable scene. The line is the shell's, because click's parser fails
-    at an option without a value."""
+    """The built scene of the command line; None if no word is a readable scene. The line comes from the shell, because click's
+    parser fails at an option without a value."""
     from trunnion.scene.scene_loader import load_scene
     from trunnion.system.construction.system_builder import build
 

@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from trunnion.cli.options.argument_reader import ArgumentReader
 
 repeatable: Any = partial(typer.Option, default_factory=list)
-"""Declares an option that may be given several times; the function gets a list, empty where the option is not given."""
+"""Declares an option that may be given several times. The function receives a list, which is empty if the option is not given."""
 
 
 @dataclass(frozen=True)
 class SettingWords:
-    """Words of the settings that a command offers. who: the command; words: by name of the setting, None where not given."""
+    """Words of the settings that a command offers. who: the command; words: the word of each setting, None if not given."""
 
     who: str
     words: Mapping[str, Any]
 
     def values(self, reader: ArgumentReader) -> dict[str, Any]:
-        """SI values by name, None where not given; mistakes go to ``reader``."""
+        """SI values by name, None if not given; mistakes go to ``reader``."""
         from trunnion.simulation.settings.run_settings import settings_read
 
         values, problems = settings_read(self.who, self.words, lambda name: f"--{name.replace('_', '-')}")
@@ -58,7 +58,7 @@ def columns_option(text: str, show_default: str | bool = True) -> Any:
 
 
 def file_option(*suffixes: str, what: str = "Write a table") -> Any:
-    """The option ``-o``, the file that a command writes. what: its help; suffixes: those of its formats."""
+    """The option ``-o``, the file that a command writes. what: text of the help; suffixes: suffixes of the file formats."""
     return typer.Option("-o", "--output", metavar="FILE", help=f"{what}: {' or '.join(suffixes)}.")
 
 

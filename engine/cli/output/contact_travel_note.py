@@ -10,7 +10,8 @@ from trunnion.scene.queries.body_references import body_of
 
 
 def contact_travel_notes(scene: Scene) -> list[str]:
-    """Notes on sliding joints that move beyond the contacts at the ends of their inboard part; the outboard part may be meant."""
+    """Notes on sliding joints that move beyond the contacts at the ends of their inboard part. The user may have meant the ends of
+    the outboard part."""
     notes = []
     for name, j in scene.joints.items():
         rub = j.friction
@@ -26,7 +27,7 @@ def contact_travel_notes(scene: Scene) -> list[str]:
         if travel > 2 * half:
             ends = f"within {half:g} m of the joint's point on {body_of(j.inboard)}"
             advice = "for a short sleeve on a long shaft write ends: outboard"
-            notes.append(f"{name}: its contacts stay {ends}, but it travels {travel:g} m; {advice}")
+            notes.append(f"{name}: its contacts stay {ends}, but the joint travels {travel:g} m; {advice}")
     return notes
 
 

@@ -9,7 +9,7 @@ from trunnion.cli.output.text_table import print_answer, table
 
 
 def measure_and_report(folder: str, repeats: int, as_json: bool) -> int:
-    """Measure how computing time grows with size, write the files to a folder, print the results; the exit code."""
+    """Measure how computing time grows with size, write the files to a folder, print the results; returns the exit code."""
     from trunnion.analysis.work_precision.cost_growth import measure_cost_growth, write_cost_growth
     from trunnion.analysis.work_precision.machine_description import pin_to_one_core
     from trunnion.analysis.work_precision.output_files import make_folder

@@ -36,7 +36,7 @@ def lines(name: str, f: Fit, evidence: ModelComparison | None) -> list[str]:
     if any("bound" in (i.low_end, i.high_end) for i in f.intervals.values()):
         out.append("[ ]: the data do not exclude any value up to this bound")
     if any("open" in (i.low_end, i.high_end) for i in f.intervals.values()):
-        out.append("?: the data do not exclude any value up to the last one tried")
+        out.append("?: the data do not exclude any value up to the last value tried")
     return [*out, *(f"note: {n}" for n in (evidence.notes if evidence is not None else f.notes))]
 
 

@@ -19,11 +19,11 @@ VERDICTS = {
     "no": "the mechanism does not hold for any force distribution",
 }
 LARGE = 1e-6
-"""Gaps above this, in the unit of their end, are printed; results have six digits."""
+"""Gaps above this value, in the unit of their interval, are printed. Results have six digits."""
 
 
 def bounds_document(b: HoldBounds) -> dict[str, Any]:
-    """The report as plain data. An end that does not exist is "inf" or "-inf"; one that no state attains has the value None."""
+    """The report as plain data. An end that does not exist is "inf" or "-inf". An end that no state attains has the value None."""
     return {
         "holds": b.holds, "ended": b.ended, "first": list(b.first),
         "open_directions": b.open, "self_stress": b.self_stress, "misfit": b.misfit, "gap": b.gap,
@@ -36,7 +36,7 @@ def bounds_document(b: HoldBounds) -> dict[str, Any]:
 def bounds_lines(name: str, b: HoldBounds) -> list[str]:
     """The report as text."""
     directions = "1 direction" if b.open == 1 else f"{b.open} directions"
-    stress = "" if b.self_stress is None else f", self-stress up to {b.self_stress:g} N a contact"
+    stress = "" if b.self_stress is None else f", self-stress up to {b.self_stress:g} N per contact"
     stress += "" if b.misfit is None else f", self-stress up to a misfit of {b.misfit:g} m"
     lines = [f"{name}, at rest in its start pose: statics does not determine the forces in {directions}{stress}", ""]
     if b.pairs:

@@ -43,7 +43,7 @@ def pair_name(p: PairHold) -> str:
 
 
 def percent(x: float) -> str:
-    """A share in percent; a dash for none."""
+    """A share in percent; a dash if the share is not finite."""
     return f"{100 * x:.4g} %" if math.isfinite(x) else "–"
 
 

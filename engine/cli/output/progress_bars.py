@@ -1,4 +1,4 @@
-"""A progress bar on standard error for work of more than a second; none where standard error is not a terminal."""
+"""A progress bar for work of more than a second, on standard error if this is a terminal."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ProgressBar:
         self._show(self.title, done, total, f"{done} of {total}")
 
     def show_part(self, part: str, done: int, total: int) -> None:
-        """Show the present part of the work, the number of finished parts, and the number of all parts."""
+        """Show the current part of the work, the number of finished parts, and the number of all parts."""
         self._show(f"{self.title}: {part}", done, total, f"{done} of {total}")
 
     def _show(self, description: str, done: float, total: float, reached: str) -> None:

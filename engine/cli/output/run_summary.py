@@ -1,4 +1,4 @@
-"""The summary ``simulate`` prints: outcome, cost, ranges of the main columns, events, files."""
+"""The summary that ``simulate`` prints: outcome, cost, ranges of the main columns, events, files."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 FIRST_EVENTS = 6
 MOST_COLUMNS = 40
-"""Most columns whose ranges are shown."""
+"""Largest count of columns whose ranges are shown."""
 
 
 def print_summary(
     result: Result, files: Mapping[str, str], late: Sequence[Problem] = (), columns: Sequence[str] | None = None
 ) -> None:
-    """Print the summary; failures go to standard error as well. columns: those whose ranges are shown, None: the main ones."""
+    """Print the summary; failures go to standard error as well. columns: columns whose ranges are shown; None: the main columns."""
     print_lines(summary_lines(result, files, columns))
     error_lines(problem_lines(late))
     if not result.outcome.ok and not sys.stdout.isatty():
@@ -75,7 +75,7 @@ def cost(result: Result) -> str:
     parts = [f"{s.steps} steps ({s.rejected} rejected)", f"{s.rhs_evaluations} evaluations"]
     parts += [f"{s.jacobians} Jacobians"] if s.jacobians else []
     most, iterations = s.counters.get("most_evaluations", 0), s.counters.get("most_iterations", 0)
-    parts += [f"at most {most} evaluations and {iterations} iterations a step"] if most else []
+    parts += [f"at most {most} evaluations and {iterations} iterations per step"] if most else []
     parts += [f"{len(result)} rows × {len(result.names)} columns", f"ran in {duration(s.wall_time)}"]
     parts += [f"built in {duration(s.build_time)}" if s.build_time else "kernel from the cache"]
     return f"{DIM}{' · '.join(parts)}{PLAIN}"

@@ -70,7 +70,7 @@ class SampleStatistics:
 
 
 def sample_statistics(result: Sweep, queries: SampleQueries) -> SampleStatistics:
-    """The requested statistics; those of a Saltelli sample always include its indices. Draws the requested picture."""
+    """The requested statistics; for a Saltelli sample, always also its Sobol indices. Draws the requested picture."""
     from trunnion.batch.sample_statistics.quantiles import USUAL
 
     crossed = result.plan.cases.sampling == "saltelli"
@@ -83,7 +83,7 @@ def sample_statistics(result: Sweep, queries: SampleQueries) -> SampleStatistics
 
 
 def draw(result: Sweep, indices: Sequence[Indices], spreads: Sequence[Spread], path: Path) -> None:
-    """Draw bars of the indices, or histograms without them."""
+    """Draw bars of the indices; if there are no indices, draw histograms."""
     from trunnion.plots.analysis.sobol_bars_and_histograms import draw_histograms, draw_sobol_indices
     from trunnion.plots.style.figure_files import save_figure
 

@@ -91,7 +91,7 @@ def report_lines(r: dict[str, Any]) -> list[str]:
         *table(("joint", "type", "between", "degrees of freedom", ""), joints), "",
         f"loops: {r['loops']}{cut}",
         f"degrees of freedom: {free['tree']} in the tree, {free['constraint_rows']} constraint equations{redundant}: "
-        + f"{start['moving_freedoms']} to move"
+        + f"{start['moving_freedoms']} remain"
         + (f", {free['driven']} driven" if free["driven"] else ""),
         f"states: {r['states']['coordinates']} coordinates, {r['states']['rates']} velocities; {r['parameters']} parameters"
         + (f"; inputs {', '.join(r['inputs'])}" if r["inputs"] else ""),

@@ -59,7 +59,7 @@ def print_result(as_json: bool, code: int, document: Mapping[str, Any], lines: I
 def print_answer(
     as_json: bool, code: int, document: Mapping[str, Any], lines: Iterable[str], files: Mapping[str, Any] | Sequence[Any]
 ) -> int:
-    """``print_result`` with the files that the command wrote: paths, by kind or as a list; None for one that was not requested."""
+    """``print_result`` with the files that the command wrote: paths, by kind or as a list. None: the file was not requested."""
     named = {k: str(f) for k, f in files.items() if f} if isinstance(files, Mapping) else [str(f) for f in files if f]
     paths = named.values() if isinstance(named, dict) else named
     return print_result(as_json, code, {**document, "files": named}, [*lines, *(f"wrote {f}" for f in paths)])

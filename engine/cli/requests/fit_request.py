@@ -120,7 +120,7 @@ def read_fit_request(
     out.candidates = dict(read_candidate(text, reader) for text in compare)
     out.trials = {text: read_trial(text, scene, reader) for text in trials}
     if not data:
-        reader.add("--data", "no run is given", "--data FILE.csv, with columns time and those of the scene")
+        reader.add("--data", "no run is given", "--data FILE.csv, with a column time and columns of the scene")
     names_in_files = reader.named_values(column, "--column", "NAME=VALUE", "--column 'pivot.q[1]=angle'")
     read_runs(data, scene, names_in_files, read_noise(noise, reader), out, reader)
     return out
@@ -167,7 +167,8 @@ def read_parameter(text: str, names: list[str], out: FitRequest, where: str, rea
 
 
 def read_noise(texts: Sequence[str], reader: ArgumentReader) -> float | Mapping[str, float] | None:
-    """One standard deviation, or one for each column; SI, or with a unit. None where it is to be estimated."""
+    """Standard deviation of the noise: one number for all columns, or a number for each column by name. None if it has to be
+    estimated. A text is in SI units or has a unit."""
     from trunnion.scene.units.quantities import AnyUnit
     from trunnion.scene.units.unit_parser import UnitError
 

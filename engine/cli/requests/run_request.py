@@ -39,18 +39,18 @@ class RunRequest:
 
 
 def names_columns(outputs: Sequence[str]) -> bool:
-    """Whether patterns name columns for the summary; ``*`` selects all of them and names none."""
+    """Whether patterns name columns for the summary. The pattern ``*`` selects all columns, but names none of them."""
     return bool(outputs) and "*" not in outputs
 
 
 def destinations(reader: ArgumentReader, **texts: str | None) -> dict[str, Path]:
-    """Files to write by kind, those of ``FILES``; mistakes go to ``reader``."""
+    """Files to write, by kind (``FILES``); mistakes go to ``reader``."""
     places = {kind: reader.destination(text, FILES[kind][1], FILES[kind][0]) for kind, text in texts.items()}
     return {kind: path for kind, path in places.items() if path is not None}
 
 
 def run_and_report(request: RunRequest, as_json: bool) -> int:
-    """Run the scene, write its files, print the summary; the exit code."""
+    """Run the scene, write its files, print the summary; returns the exit code."""
     result = simulated(request)
     files, late = write_files(result, request)
     shown = result.keeping(request.patterns)
@@ -68,7 +68,7 @@ def run_and_report(request: RunRequest, as_json: bool) -> int:
 
 
 def simulated(request: RunRequest) -> Result:
-    """Run the request with a progress bar; a moving picture adds the columns that it needs."""
+    """Run the request with a progress bar. An animation adds the columns that it needs."""
     from trunnion.cli.output.progress_bars import ProgressBar
     from trunnion.simulation.run import simulate
 
@@ -82,8 +82,8 @@ def simulated(request: RunRequest) -> Result:
 
 
 def write_files(result: Result, request: RunRequest) -> tuple[dict[str, str], list[Problem]]:
-    """Write the files, also for a failed run; returns (files written, problems of the others). The table comes first: after
-    Ctrl-C it is complete, and the pictures are not drawn."""
+    """Write the files, also for a failed run; returns (files written, problems of the other files). The table is written first:
+    after Ctrl-C the table is complete, and the other files are not written."""
     reader = ArgumentReader()
     written: dict[str, str] = {}
     try:
@@ -94,12 +94,12 @@ def write_files(result: Result, request: RunRequest) -> tuple[dict[str, str], li
                 raise KeyboardInterrupt
         write_kinds(result, request, [k for k in request.files if k != "table"], written, reader)
     except KeyboardInterrupt:
-        reader.add("files", "interrupted before all were written", f"written: {', '.join(written.values()) or 'none'}")
+        reader.add("files", "interrupted before all files were written", f"written: {', '.join(written.values()) or 'none'}")
     return written, reader.problems
 
 
 def write_kinds(result: Result, request: RunRequest, kinds: Sequence[str], written: dict[str, str], reader: ArgumentReader) -> None:
-    """Write files of these kinds: those written go to ``written``, problems to ``reader``."""
+    """Write files of these kinds. Adds written files to ``written``, and problems to ``reader``."""
     from trunnion.simulation.results.summary import has_motion
 
     for kind in kinds:

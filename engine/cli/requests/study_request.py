@@ -31,7 +31,7 @@ VaryWithin = Annotated[
         "--vary", metavar="PATH=LOW:HIGH", help="A number that varies, with its bounds.", autocompletion=completion.assignments
     ),
 ]
-MostCases = Annotated[int, typer.Option("--cases", metavar="N", help="Most cases.")]
+MostCases = Annotated[int, typer.Option("--cases", metavar="N", help="Largest number of cases.")]
 
 
 def run_and_report_study(
@@ -48,8 +48,8 @@ def run_and_report_study(
     reader: ArgumentReader,
     **fields: Any,
 ) -> int:
-    """Run a study and report it; the exit code (1 where no case satisfies the request, or after Ctrl-C). kind: "optimise" or
-    "refine"; reader: with the mistakes so far; fields: of ``StudyRequest``."""
+    """Run a study and report it. Returns the exit code, which is 1 if no case satisfies the request, or after Ctrl-C. kind:
+    "optimise" or "refine"; reader: has the mistakes so far; fields: fields of ``StudyRequest``."""
     from trunnion.analysis.studies.local_execution import run_study
     from trunnion.analysis.studies.request import StudyRequest, make_study
     from trunnion.batch.plan import Run
@@ -87,7 +87,7 @@ def lines(result: StudyResult) -> list[str]:
         return head + boundary_lines(a)
     goal = f"{a['goal']} {a['of']}" + (f" = {a['target']:g}" if a["target"] is not None else "")
     if not a["feasible"]:
-        head.append("no case satisfies all constraints; the nearest:" if a["missed"] is not None else "no case has a value")
+        head.append("no case satisfies all constraints; the nearest case:" if a["missed"] is not None else "no case has a value")
     numbers = [(n["path"], f"{n['value']:.9g}", n["unit"]) for n in a["numbers"]]
     results = [(n, "–" if v is None else f"{v:.9g}", unit_of(sweep, n)) for n, v in a["results"].items()]
     return [*head, *table((goal, f"case {a['case']}", "unit"), numbers + results)]

@@ -11,7 +11,7 @@ import typer
 from trunnion.cli.options.argument_reader import TABLES, ArgumentReader
 from trunnion.cli.options.option_declarations import repeatable
 
-NO_ROWS = ("no rows are kept", "name their columns, such as --trajectories 'ball.*'")
+NO_ROWS = ("no rows are stored", "name their columns, such as --trajectories 'ball.*'")
 Trajectories = Annotated[
     list[str], repeatable("--trajectories", metavar="PATTERN", help="Store these columns of every case over time.")
 ]

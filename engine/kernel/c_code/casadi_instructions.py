@@ -1,8 +1,8 @@
 """Instructions of CasADi functions as single assignments in Python lists, each value computed once.
 
-One query of an instruction costs four microseconds. All instructions are therefore printed at once and parsed; the first line of
-each form is queried to learn it. Equal operations are also merged here, because the library's own search takes longer than the
-rest.
+One query of an instruction costs four microseconds. CasADi therefore prints all instructions at once, and this module parses the
+text. One query per form of a line gives the meaning of the form. Equal operations are merged here, because CasADi's own search for
+them takes longer than all other work.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}
 RESULT = re.compile(r"@(\d+)")
 OFTEN = 4096
-"""Instructions between two checks for interrupts: some ten milliseconds."""
+"""Count of instructions between two checks for interrupts, about ten milliseconds."""
 WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
 Instruction = tuple[int, int, tuple[int, ...]]
-"""(operation, number of its value, numbers of its operands)"""
+"""(operation, index of its value, indices of its operands)"""
 
 
 @dataclass
 class Assignments:
-    """Values by number, in order of computation. ``operations`` are (operation, value, operands), ``constants`` the numbers of
-    constants, ``inputs`` (input, element), ``outputs`` (output, element, value)."""
+    """Values by index, in order of computation. operations: (operation, value, operands). constants: numerical value of each
+    constant. inputs: (input, element) of each input value. outputs: (output, element, value)."""
 
     operations: list[Instruction] = field(default_factory=list)
     constants: dict[int, float] = field(default_factory=dict)
@@ -38,8 +38,8 @@ class Assignments:
 
 
 def assignments(f: ca.Function) -> Assignments:
-    """The instructions of an SX function, equal ones merged. Requires ``live_variables`` off, so that each value has its own
-    number."""
+    """The instructions of an SX function, with equal instructions merged. Requires ``live_variables`` off, so that each value has
+    its own index."""
     out = Assignments(count=f.sz_w())
     same = list(range(out.count))
     first: dict[tuple, int] = {}
@@ -75,14 +75,14 @@ _known: dict[str, tuple[int, int]] = {}
 
 
 def _listed(f: ca.Function) -> Iterator[Instruction]:
-    """All instructions of a function in order. The operand of an output is the value it shows."""
+    """All instructions of a function in order. The operand of an output instruction is the value that it returns."""
     heed()
     text = f.str(True).partition("Algorithm:\n")[2].rstrip("\n")
     heed()
     forms = text.translate(WITHOUT_DIGITS).split("\n")
     lines = text.split("\n")
     heed()
-    if len(lines) != f.n_instructions():  # nothing is printed as expected: all are asked for
+    if len(lines) != f.n_instructions():  # the format is unexpected: query every instruction
         yield from (_asked(f, k) for k in range(f.n_instructions()))
         return
     numbers = map(int, RESULT.findall(text))
@@ -113,7 +113,7 @@ def _asked(f: ca.Function, k: int) -> Instruction:
 
 
 def _learn(f: ca.Function, k: int, form: str, line: str) -> bool:
-    """Store the meaning of a form, if instruction k agrees with its line. Returns whether it does."""
+    """Store the meaning of a form, if the query of instruction k agrees with its line. Returns whether the two agree."""
     op, value, operands = _asked(f, k)
     numbers = tuple(map(int, RESULT.findall(line)))
     if numbers != (operands if op == ca.OP_OUTPUT else (value, *operands)):

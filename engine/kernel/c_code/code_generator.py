@@ -1,8 +1,8 @@
 """Symbolic expressions → C, in stages.
 
-Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of its operands. Results
-that depend on parameters alone are thus computed once (``prepare``), results of the state before the multipliers, and so on.
-Arrays carry values to later stages. Long functions are split into pieces, so that compile time is linear in their length.
+Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of its operands. So a result
+that depends only on parameters is computed once (``prepare``), and a result that depends only on the state is computed before the
+multipliers. Arrays carry values to later stages. Long functions are split into pieces, so that compile time is linear in length.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 
 SX = ca.SX
 PIECE = 2500
-"""Operations per C function; compile time grows faster than linearly above a few thousand. With pieces of 300 or 600, stepping
-units run 10 to 15 percent longer, and dense Jacobians 3 percent, for four fifths of the compile time."""
+"""Operations per C function; compile time grows faster than linearly above a few thousand. Pieces of 300 or 600 operations compile
+in four fifths of the time, but stepping units then run 10 to 15 percent longer, and dense Jacobians 3 percent."""
 
 SCRATCH = "s_"
-"""Array between the pieces of a stage that keeps no values for later stages."""
+"""Array that carries values between the pieces of a stage, if the stage keeps no values for later stages."""
 
 BINARY = {
     ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",
@@ -43,19 +43,20 @@ FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for na
 MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
     "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
 )
-"""Declarations that generated code needs from <math.h>, whose text would take a sixth of a small unit's compile time."""
+"""Declarations that generated code needs from <math.h>. The header itself would take a sixth of a small unit's compile time."""
 FORMS = {op: form.replace("{0}", "%s").replace("{1}", "%s") for op, form in (BINARY | UNARY).items()}
 DOUBLED = {op for op, form in UNARY.items() if form.count("{0}") == 2}
 """Operations whose text repeats their operand."""
 DEPTH = 20
-"""Nesting of operations in an expression, up to three brackets each. Compilers accept at least 63 (C11, 5.2.4.1)."""
+"""Largest nesting of operations in an expression. Each operation adds up to three levels of brackets; compilers accept at least 63
+(C11, 5.2.4.1)."""
 Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Input:
-    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. ``transient``: later stages do not receive
-    it, so values they need are kept."""
+    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. transient: whether later stages do not
+    receive the input. Elements that later stages need are then stored."""
 
     name: str
     symbol: SX
@@ -70,7 +71,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """Values written (or added, ``accumulate``) by a stage: C array, offset, expressions."""
+    """Values that a stage writes, or adds (``accumulate``): C array, offset, expressions."""
 
     name: str
     offset: int
@@ -81,7 +82,7 @@ class Output:
 
 @dataclass
 class Stage:
-    """One C function: name, parameter list, array of values for later stages ("": none)."""
+    """One C function: name, parameter list, array of values for later stages ("" for none)."""
 
     name: str
     arguments: str
@@ -90,7 +91,7 @@ class Stage:
 
 @dataclass
 class Code:
-    """C text of the stages, sizes of the arrays between them, operations of each."""
+    """C text of the stages. kept, operations: for each stage, counts of the values kept for later stages and of operations."""
 
     text: str
     kept: list[int]
@@ -103,10 +104,10 @@ def emit(inputs: list[Input], outputs: list[Output], stages: list[Stage]) -> Cod
 
 
 class _Emitter:
-    """Writes the stages of one set of outputs. A place (stage, piece) is a piece of a stage; leaves have none.
+    """Writes the stages of one set of outputs. A place (stage, piece) is a piece of a stage.
 
-    By value number: ``stage`` (−1: constants), ``home`` (place that computes it), ``uses`` (number of reads), ``text`` (C
-    expression at the current place), ``slot`` (array element that carries it to other places).
+    Lists by value: ``stage`` (−1 for constants), ``home`` (place that computes the value; None for constants and inputs), ``uses``
+    (count of reads), ``text`` (C expression at the current place), ``slot`` (array element that carries the value to other places).
     """
 
     def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
@@ -141,8 +142,8 @@ class _Emitter:
             self.text[v], self.stage[v] = self.inputs[i].element(e), self.inputs[i].stage
 
     def _places(self) -> set[int]:
-        """Put every operation into the latest stage of its operands, split stages into pieces, count uses. Returns the values read
-        outside the place that computes them."""
+        """Put every operation into the latest stage of its operands, split stages into pieces, count uses. Returns the values that
+        are read outside their ``home``."""
         stage, home, uses, outside = self.stage, self.home, self.uses, set()
         places: list[Place] = [(k, 0) for k in range(len(self.stages))]
         for op, v, operands in self.code.operations:
@@ -184,8 +185,8 @@ class _Emitter:
             self.kept[k] += 1
 
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
-        """Statements of a piece. A value used once is written where it is used, which halves text and variables; compilers bound
-        the nesting."""
+        """Statements of a piece. A value that is used once becomes part of the expression that uses it, up to nesting ``DEPTH``.
+        This halves text and variables."""
         heed()
         text, uses, slot, body = self.text, self.uses, self.slot, []
         deep: dict[int, int] = {}
@@ -206,7 +207,7 @@ class _Emitter:
         return body
 
     def _function(self, k: int) -> str:
-        """C text of a stage; a long one calls its pieces."""
+        """C text of a stage. The function of a long stage calls the functions of its pieces."""
         stage = self.stages[k]
         bodies = [self._piece((k, p), members) for p, members in enumerate(self.order[k])]
         for v in self.code.inputs:
@@ -229,7 +230,7 @@ class _Emitter:
 
 
 def literal(value: float) -> str:
-    """C text of a double that compilers read exactly; infinities and NaN by their C names."""
+    """C text from which compilers read exactly this double. Infinities and NaN have their C names."""
     if value != value:
         return "NAN"
     if value in (float("inf"), -float("inf")):

@@ -1,10 +1,9 @@
-"""The C compiler: ``ziglang``, a pip package, so that nothing need be installed on the machine.
+"""The C compiler: the pip package ``ziglang``, so that the machine needs no compiler of its own.
 
-It fails without a home directory, so its caches are redirected: a shared one for system libraries, of constant size, and one per
-build, deleted afterwards. Libraries for this machine are linked without start files, which would take seconds to build once. Debug
-tables are off: they cost a quarter of the time and four fifths of the size. Fast-math is never used, because tests for NaN must
-work.
-"""
+The compiler fails without a home directory, so its caches are redirected. A shared cache of constant size holds system libraries;
+each build has another cache, which is deleted afterwards. Libraries for this machine are linked without start files, whose first
+build would take seconds. Debug tables are off: they take a quarter of the time and four fifths of the size. Fast-math is never
+used, because tests for NaN must work. """
 
 from __future__ import annotations
 
@@ -28,24 +27,25 @@ FLAGS = (
     "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
     "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
 )  # fmt: skip
-"""Loops are short, with lengths known late. Unrolled and vectorised automatically, the runtime takes twice as long to compile and
-is 3 to 14 percent slower; important loops are written with vectors (``base/compiler.h``). Frame pointers would cost generated code
-2 percent."""
+"""Loops are short, and their lengths are known only at run time. With automatic unrolling and vectorisation the runtime takes twice
+as long to compile and is 3 to 14 percent slower; important loops are written with vectors (``base/compiler.h``). Frame pointers
+would slow generated code by 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
-"""Characters of a unit above which the search for vectors in straight-line code is off; it takes half of the compile time. Short
-stepping units gain up to 10 percent from it (the double pendulum's 33,000 characters: 5 percent). Above 43,000 they lose 2 to 4
-percent. Rows of columns lose 2 percent (twelve models: 0 to 6)."""
+"""Characters of a unit's text above which the vectorisation of straight-line code is off. This vectorisation takes half of the
+compile time. With it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
+43,000 characters are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
-"""LONG_TEXT for a part of scenes. Without the search, compilation takes half of the time (free bodies, ball joints with friction);
-runs of five models took −3 to 7 percent longer."""
+"""The same limit for a primitive of scenes. Without this vectorisation, free bodies and ball joints with friction compile in half
+of the time; the times of runs of five models changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
-"""Units compiled without fusing products into sums. The compiler fuses depending on the surrounding text, so a column would
-otherwise change in the last bit with the other columns. Rows of all columns take up to 3 percent longer."""
+"""Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on
+the surrounding text, so the last bit of a column would otherwise depend on the other columns. Rows of all columns take up to 3
+percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
-"""Flags for fast builds: a third of the compile time, steps a sixth slower. Without optimisation this compiler adds checks by
-default, which would take the gain."""
+"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation this compiler adds
+run-time checks by default. They would cancel the gain, so they are off."""
 TARGETS = {
     ("Linux", "x86_64"): ("x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64"),
     ("Linux", "aarch64"): ("aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64"),
@@ -57,11 +57,11 @@ TARGETS = {
 
 
 class CompilerError(RuntimeError):
-    """The compiler rejected generated code: a defect of Trunnion, to be reported with the file it names."""
+    """The compiler rejected generated code (a defect of Trunnion), or does not support this machine."""
 
 
 def _host() -> tuple[str, str]:
-    """zig target and wheel platform of this machine. CompilerError for an unsupported one."""
+    """zig target and wheel platform of this machine. CompilerError if the machine is not supported."""
     key = (platform.system(), platform.machine())
     if key not in TARGETS:
         raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TARGETS)}")
@@ -74,12 +74,13 @@ def host_target() -> str:
 
 
 def wheel_platform() -> str:
-    """Platform that a wheel with libraries for this machine's target is for."""
+    """Platform tag of a wheel whose libraries are for this machine's target."""
     return _host()[1]
 
 
 def cpu_level() -> str:
-    """x86-64-v3 (AVX2, FMA) if this machine has it, else the baseline; TRUNNION_CPU overrides."""
+    """CPU level of compiled code: x86-64-v3 (AVX2, FMA) if this machine supports it, else the baseline. TRUNNION_CPU overrides the
+    choice. "" for processors other than x86-64."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return ""
     if os.environ.get("TRUNNION_CPU"):
@@ -92,8 +93,8 @@ def cpu_level() -> str:
 
 
 def version_of(package: str) -> str:
-    """Version of a package that shapes what is compiled; "none" where it is not installed."""
-    from importlib.metadata import PackageNotFoundError, version  # its own imports are slow, and a cached part needs none of them
+    """Version of a package that influences compiled code; "none" if the package is not installed."""
+    from importlib.metadata import PackageNotFoundError, version  # a slow import, which cached primitives do not need
 
     try:
         return version(package)
@@ -117,14 +118,14 @@ def shared_cache(cache: Path) -> Path:
 
 
 def run(arguments: Sequence[str], cache: Path) -> None:
-    """``zig cc`` with our caches. CompilerError with the compiler's output on failure. If the shared cache is pruned during the
-    build, the build is repeated without."""
+    """Run ``zig cc`` with these caches. After a failure the build is repeated without the shared cache, which may have been pruned.
+    A second failure raises CompilerError with the compiler's output."""
     log.debug("compile: %s", " ".join(arguments))
     shared = shared_cache(cache)
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # it is pruned like any entry, when it is the one unused for longest
+            os.utime(shared)  # this cache is pruned like an entry, least recently used first
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))
@@ -142,8 +143,8 @@ def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
 
 
 def needed(who: str, what: str, instead: str = "") -> None:
-    """SceneError with the installation command, unless the packages that write and compile C are installed. what: purpose of the
-    compilation; instead: another remedy."""
+    """SceneError with the installation command, unless the packages that write and compile C are installed. what: names what has to
+    be compiled; instead: text of another remedy."""
     missing = [m for m in ("casadi", "ziglang") if not there(m)]
     if missing:
         several = len(missing) > 1
@@ -161,7 +162,7 @@ def _program() -> Path:
 
 
 def part_flags(text: str) -> tuple[str, ...]:
-    """Additional flags for a part of scenes."""
+    """Additional flags for a primitive with this C text."""
     return STRAIGHT if len(text) > LONG_PART else ()
 
 

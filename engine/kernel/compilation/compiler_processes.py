@@ -1,4 +1,4 @@
-"""Compiler processes of a build, side by side. Ctrl-C or a failure ends all of them at once."""
+"""Parallel compiler processes of a build. Ctrl-C or a failure ends all of them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ Submit = Callable[..., "Future[Any]"]
 
 
 class Ended(RuntimeError):
-    """The work of a process is no longer needed."""
+    """The build was cancelled, so that the result of a process is no longer needed."""
 
 
 class Programs:
-    """Processes of one build. ended: no more may start."""
+    """Processes of one build. ended: whether the build was cancelled. Then no process may start."""
 
     def __init__(self) -> None:
         self.ended = False
@@ -35,7 +35,7 @@ class Programs:
 
     def run(self, command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
         """Run a process to its end. Returns exit code and error output. Ended if the build was cancelled."""
-        with TemporaryFile("w+", errors="replace") as told:  # a pipe would be held open by the programs that it starts
+        with TemporaryFile("w+", errors="replace") as told:  # the process's own children would keep a pipe open
             with self._lock:
                 if self.ended:
                     raise Ended
@@ -56,7 +56,7 @@ class Programs:
             return code, told.read()
 
     def end(self) -> None:
-        """End all processes, and start no others."""
+        """End all processes, and prevent the start of others."""
         with self._lock:
             self.ended = True
             for process in tuple(self._running):
@@ -64,7 +64,7 @@ class Programs:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process, and its children where the system has process groups."""
+    """End a process. If the system has process groups, also end its children."""
     with suppress(OSError):
         os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
     process.wait()
@@ -84,8 +84,8 @@ def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
 
 
 def awaited(work: Future[Any]) -> Any:
-    """The result of work on another thread. Interrupts are handled meanwhile, because signals end such a wait only on some systems
-    and reach no other threads."""
+    """The result of work on another thread. Meanwhile this thread checks for interrupts: signals end a plain wait only on some
+    systems, and they do not reach other threads."""
     while not wait([work], LOOKS).done:
         heed()
     return work.result()

@@ -1,8 +1,8 @@
-"""The kernel cache: compiled libraries by content, bounded, safe under concurrent builds, never half written.
+"""The kernel cache: compiled libraries by a digest of their content. Its size is bounded, and concurrent builds are safe.
 
 An entry is a folder ``<kind>-<key>``. It is made under a temporary name and renamed when complete. If two processes build one
-entry, both succeed and one copy is dropped. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is pruned as an
-entry; a build that loses it continues without.
+entry, both succeed and one copy is dropped. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is pruned like
+an entry. If this cache is pruned during a build, the build continues without it.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from platformdirs import user_cache_path
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
 RECENT_SECONDS = 60.0
-"""Entries used more recently are not pruned: a process may be about to load them."""
+"""Entries used within this time are not pruned, because a process may be about to load them."""
 COMPILER_SECONDS = 600.0
-"""Time since the last start of a build during which the compiler's cache is not pruned: longer than builds take."""
+"""The compiler's cache is not pruned within this time after the last start of a build. Builds take less time."""
 
 
 def cache_folder() -> Path:
-    """TRUNNION_CACHE, else the platform's cache folder of the user, created with mode 0700. Without a writable home, a private
-    temporary folder."""
+    """TRUNNION_CACHE, else the user's cache folder of the platform, created with mode 0700. If this folder is not writable: a
+    private temporary folder."""
     chosen = os.environ.get("TRUNNION_CACHE")
     try:
         home = Path(chosen) if chosen else user_cache_path("trunnion", appauthor=False)
@@ -41,7 +41,7 @@ def cache_folder() -> Path:
 
 
 def _private_temporary() -> Path:
-    """A folder of this process alone, never a guessable name in a world-writable place."""
+    """A folder of this process alone. Its name cannot be guessed, because its parent folder is world-writable."""
     global _temporary
     if _temporary is None:
         _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))
@@ -62,7 +62,8 @@ def digest(*parts: str | bytes) -> str:
 
 
 def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
-    """Folder of entry ``name``. ``make(folder)`` fills it if it is missing. Returns (folder, whether it was made now)."""
+    """Folder of entry ``name``. If the entry is missing, ``make(folder)`` fills a new folder. Returns (folder, whether it was made
+    now)."""
     home = cache_folder()
     folder = home / name
     if (folder / "complete").exists():
@@ -85,7 +86,7 @@ def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
 
 
 def _prune_now_and_then(home: Path) -> None:
-    """Prune, at most every ``RECENT_SECONDS`` in this process. Younger entries would not be pruned, and reading thousands of
+    """Prune, but at most once per ``RECENT_SECONDS`` in this process. Younger entries would not be pruned, and reading thousands of
     entries takes longer than a small build."""
     now = time.monotonic()
     if now - _pruned.get(home, -RECENT_SECONDS) >= RECENT_SECONDS:
@@ -98,7 +99,7 @@ _pruned: dict[Path, float] = {}
 
 
 def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
-    """Remove abandoned work, then the entries unused for longest until the rest fits."""
+    """Remove abandoned work folders, then the least recently used entries until the rest fits into ``max_bytes``."""
     now = time.time()
     entries: list[tuple[float, int, Path]] = []
     for path in home.iterdir():
@@ -118,7 +119,7 @@ def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
 
 
 def _is_compilers(path: Path) -> bool:
-    """Whether the path is the compiler's own cache, not a link to one elsewhere."""
+    """Whether the path is a cache of the compiler, and not a link to such a cache elsewhere."""
     return path.name.partition("-")[0] == "zig" and path.is_dir() and not path.is_symlink()
 
 
@@ -132,7 +133,7 @@ def _size(path: Path) -> int:
 
 
 def _remove(path: Path) -> None:
-    """Rename a folder, so that no process finds half of it, then delete it."""
+    """Rename a folder, so that no process finds it partly deleted, then delete it."""
     trash = path.with_name(f".{path.name}-{os.getpid()}-{time.monotonic_ns()}")
     with suppress(OSError):
         path.rename(trash)

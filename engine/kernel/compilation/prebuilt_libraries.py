@@ -1,5 +1,5 @@
 """Libraries of the installation: the runtime, and parts of scenes (``parts.primitives.library_prebuild``), in a folder per CPU
-level. A checkout has none and compiles on first use."""
+level. A checkout has no such libraries and compiles on first use."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ FOLDER = ENGINE / "_built"
 SOURCES = ("columns", "elements", "kernel", "parts", "recursion", "runtime", "system")
 NAMES = ("runtime", "interpreter", "parts")
 TOLD = "sources"
-"""File of a folder with the digest of the sources of its libraries. With other sources they are not used."""
+"""File with the digest of the sources from which a folder's libraries were built. If the sources differ, the libraries are not
+used."""
 
 
 @lru_cache(maxsize=1)
@@ -31,7 +32,7 @@ def level() -> str:
 
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """The folder for this machine's level, else for the baseline; None: there is none."""
+    """The folder for this machine's CPU level, else the folder for the baseline, else None."""
     for name in (level(), "x86_64"):
         place = FOLDER / name
         if (place / TOLD).exists() and (place / TOLD).read_text() == sources():
@@ -46,5 +47,5 @@ def path(name: str) -> Path:
 
 @lru_cache
 def library(name: str) -> ctypes.CDLL | None:
-    """A library of the installation; None: there is none for this machine."""
+    """A library of the installation, or None if the installation has none for this machine."""
     return ctypes.CDLL(str(path(name))) if folder() else None

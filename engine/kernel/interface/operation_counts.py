@@ -1,5 +1,5 @@
-"""Floating-point operations of parts of a step: counted for generated functions, computed from sizes for dense algebra. Bounded
-steps are measured in these, so that figures are independent of the machine."""
+"""Floating-point operations of parts of a step: counted for generated functions, computed from sizes for dense algebra. They
+measure the cost of bounded steps independently of the machine."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from trunnion.runtime.abi.tolerances import number
 class Work:
     """Operations of the parts of a bounded step.
 
-    evaluation: the right-hand side without friction; an upper bound for maps and corrections of positions.
+    evaluation: one right-hand side without friction. This is also an upper bound for maps, and for a correction of positions.
 
-    iteration: Newton's method on the complement equations; a decision costs one more.
+    iteration: one Newton iteration on the complement equations. A mode decision costs one more iteration.
 
-    relaxed: a step with friction by sweeps.
+    relaxed: one step with friction by sweeps.
 
-    row: the columns, once.
+    row: one evaluation of the columns.
     """
 
     evaluation: int
@@ -35,12 +35,12 @@ class Work:
 SWEEPS, IMPULSES, ROW_ITERATIONS = (int(number(n)) for n in ("SWEEPS", "IMPULSE_EVALUATIONS", "ROW_ITERATIONS"))
 BESIDE = 2
 ROW = IMPULSES + BESIDE, ROW_ITERATIONS + SWEEPS
-"""``realtime_steps.c``: sweeps of a relaxed step; additional evaluations of an impulse step; evaluations of a relaxed step;
-additional evaluations and iterations of a row."""
+"""Counts in ``realtime_steps.c``. SWEEPS: sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse step. BESIDE:
+evaluations of a relaxed step. ROW: additional evaluations and iterations of a row."""
 
 
 def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
-    """Operations by the facts of a compiled kernel, ``facts["operations"]``, and its sizes."""
+    """Operations, from the facts (``facts["operations"]``) and sizes of a compiled kernel."""
     a, e, n, pairs = (sizes[k] for k in ("active", "neta", "nn", "nsliders"))
     factor = a**3 // 3 + 2 * a**2
     eliminate = 2 * a**2 * (1 + e) + 2 * a * (1 + e) * (n + e)
@@ -52,6 +52,7 @@ def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
 
 
 def most(w: Work, evaluations: int, iterations: int, pairs: int) -> int:
-    """Most operations of a bounded step with these bounds. pairs: sliding surfaces, whose rates need evaluations of their own."""
+    """Largest count of operations of a bounded step with these bounds. pairs: count of friction pairs; their rates need additional
+    evaluations."""
     beside = IMPULSES + ROW[0] + 2 * (pairs + 1)
     return int(w.of(evaluations + beside, iterations + ROW[1] + pairs + 1, relaxed=1.0))

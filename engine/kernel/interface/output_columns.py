@@ -16,8 +16,8 @@ from trunnion.system.structure.bodies_and_joints import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column: name, unit, description; kind, key of its subject, number of the kind's quantity, item of the subject and
-    component (None: only one). post: "" or the post-processing by the runtime (``Quantity.post``). bound: range of its values."""
+    """A column: name, unit, description; kind, key of its subject, index of the kind's quantity, item of the subject and component
+    (None if there is only one). post: "" or the post-processing by the runtime (``Quantity.post``). bound: range of the values."""
 
     name: str
     unit: str
@@ -32,7 +32,7 @@ class Column:
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity that it shows."""
+        """The quantity that the column shows."""
         return REGISTRY[self.kind].quantities[self.number]
 
     @property
@@ -46,7 +46,7 @@ class Column:
 
     @property
     def place(self) -> int:
-        """Index within its quantity, over all items of its subject."""
+        """Index within the output of the column's kind, over all items of the subject."""
         return self.quantity.at + (self.item or 0) * self.quantity.size + (self.component or 0)
 
 

@@ -15,7 +15,7 @@ MOTION = 18
 HANDED = 27
 """Scalars that a body passes inward: ΔM as blocks M11 (6: xx xy xz yy yz zz), M12 (9, column-major) and M22 (6), then ΔF (6)."""
 GIVING = 2
-"""Number of powers that may give energy (drives, loads), which come last."""
+"""Count of powers that may supply energy (drives, loads). These powers come last."""
 
 
 def names_of_powers(system: System) -> list[str]:
@@ -46,8 +46,8 @@ def row_kinds(system: System) -> list[int]:
 def element_table(
     elements: Sequence[Element], turned: Mapping[str, tuple[int, int]]
 ) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
-    """Rows of the tables of elements and pairs, and the length of the law Jacobian. turned: for joints on loops, the first scaled
-    reaction that friction changes, and their number."""
+    """Rows of the tables of elements and pairs, and the count of derivatives of the laws. turned: for joints on loops, the index of
+    the first scaled reaction that friction changes, and the count of these reactions."""
     rows: list[tuple[int, ...]] = []
     sliders: list[tuple[int, ...]] = []
     dn = contact = more = dmore = 0
@@ -78,8 +78,8 @@ def element_table(
 
 
 def wants_of(chosen: list[Column], solved: bool) -> int:
-    """What the chosen columns ask of the runtime beside the columns themselves, as bits (``Wants``). solved: whether
-    they depend on multipliers or accelerations."""
+    """Additional results that the chosen columns need from the runtime, as bits (``Wants``). solved: whether the columns depend on
+    multipliers or accelerations."""
     names = {c.name for c in chosen}
     contraction = "audit.contraction" in names
     audit = bool(names & {"audit.constraint", "audit.complement", "audit.verdict"})
@@ -88,7 +88,8 @@ def wants_of(chosen: list[Column], solved: bool) -> int:
 
 
 def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
-    """What the runtime does with columns (``tr_post``); a held column whose normal force was not asked for is not held."""
+    """Post-processing of columns by the runtime (``tr_post``). Post-processing "hold" needs the column of the contact's normal
+    force; if this column is not chosen, the first is not held."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []
     for i, c in enumerate(chosen):

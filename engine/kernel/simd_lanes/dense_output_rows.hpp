@@ -1,4 +1,5 @@
-/* Rows of one case, one in each lane: states of the dense output, projected, with multipliers and columns. */
+/* Rows of one case, one row per lane. The state of a row is evaluated by dense output and projected; then its multipliers and
+ * columns are computed. */
 
 #define EACH_OF_FOUR _Pragma("clang loop unroll(full)")
 

@@ -12,7 +12,7 @@ struct lane_explicit {
 
 METHODS
 
-/* Copy arrays of cases into lanes and back, four numbers at a time. n is rounded up; arrays have room for whole vectors. */
+/* Copy arrays of cases into lanes and back, four numbers at a time. n is rounded up to a multiple of WIDTH; arrays have room. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 INLINE void turned(four *m) {
   const four a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
@@ -20,7 +20,7 @@ INLINE void turned(four *m) {
   m[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5), m[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
   m[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7), m[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }
-static_assert(WIDTH == 4, "lanes are turned four by four");
+static_assert(WIDTH == 4, "gather and scatter transpose blocks of four lanes");
 INLINE void gather(int n, double *const *from, V *to) {
   for (int i = 0; i < n; i += WIDTH) {
     four m[WIDTH];
@@ -39,7 +39,7 @@ INLINE void scatter(int n, const V *from, double *const *to) {
 }
 #define TAKE(n, field, to) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; gather(n, at, to); }
 #define GIVE(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; scatter(n, from, at); }
-/* scatter for lanes that are good; other cases keep their data. */
+/* ``scatter`` for lanes that are good. The cases of other lanes keep their data. */
 static void give_good(const Lanes &s, int n, const V *from, double *const *to) {
   const bool everywhere = !any(~s.good);
   if (everywhere) scatter(n, from, to);
@@ -48,7 +48,7 @@ static void give_good(const Lanes &s, int n, const V *from, double *const *to) {
 }
 #define GIVE_GOOD(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; give_good(s, n, from, at); }
 
-/* ẏ at (t, y) with powers, padded with zeros up to n. */
+/* ẏ at (t, y) and the powers, padded with zeros up to n. */
 static void slope(Lanes &s, int n, V t, const V *y, V *dy) {
   s.x[0] = t;
   k_stage1(s.x, y, s.c, s.w, s.maps, dy, s.power);
@@ -71,7 +71,7 @@ static void slope(Lanes &s, int n, V t, const V *y, V *dy) {
 }
 
 #if NETA
-/* Extrapolate η, from which Newton's method starts at stage i, from earlier stages (`old`). */
+/* Extrapolate η from earlier stages (`old`) to stage i, as the start of Newton's method. */
 INLINE void lead_on(const lane_explicit *m, int i, const V *old, V *eta) {
   const double *weight = m->lead + i * m->stages;
   for (int j = 0; j < NETA; ++j) {
@@ -130,7 +130,7 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
   }
 }
 
-/* Project the state y, and evaluate its slope. */
+/* Project the state y. Evaluate ẏ there, unless the request is TR_ASK_PROJECT. */
 static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
   V dy[MOST_WIDE];
   for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);
@@ -142,6 +142,6 @@ static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
   normalise(y);
 #endif
   if (kind != TR_ASK_PROJECT) slope(s, n, t, y, dy);
-  GIVE_GOOD(n, y, y) /* a failed case continues alone from its old state */
+  GIVE_GOOD(n, y, y) /* a failed case continues outside the lanes, from its old state */
   if (kind != TR_ASK_PROJECT) GIVE_GOOD(n, dy, slope)
 }

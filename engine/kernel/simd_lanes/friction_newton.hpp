@@ -1,8 +1,8 @@
 /* Friction in lanes: η by Newton's method on the complement equations, as in ``runtime/friction/newton.c``, with λ eliminated
  * as in ``runtime/constraints/loop_solve.c``.
  *
- * Each lane iterates until its own convergence and keeps its result meanwhile. A lane without a root, or with an unstable one,
- * is not `good`; its case searches other roots alone. No pair is held here. */
+ * Each lane iterates until it converges; a converged lane keeps its result while others iterate. A lane without a root, or with
+ * an unstable root, is not `good`; its case searches for other roots outside the lanes. No pair is held at rest here. */
 #if NETA
 #define MODES (2 + NSTOPS) /* offset of modes in x, after the moment and the flags of stops */
 #define MODE_NUMBERS 5
@@ -13,7 +13,7 @@
 #define EACH_SMALL
 #endif
 
-/* The laws at given frictions. */
+/* Results of the friction laws at a given η. */
 struct Law {
   V N[NN + 8], eta[NETA + 8], dn[NDN + 8], sliding[SLIDING_NUMBERS * NSLIDERS + 8];
 };
@@ -29,7 +29,7 @@ INLINE void law(const Lanes &s, const V *eta, Law &at) {
   k_laws(at.N, s.maps + MAP_RATES, s.x, s.c + C_LAWS, at.eta, at.dn, at.sliding);
 }
 
-/* J = E − dlaw/dN · Ne'. */
+/* Jacobian of η − law(N(η)) by η, with λ eliminated: J = E − dlaw/dN · Ne'. */
 INLINE void jacobian(const Lanes &s, const Law &at, V *J) {
   EACH_SMALL
   for (int m = 0; m < NELEMENTS; ++m) {
@@ -47,13 +47,13 @@ INLINE void jacobian(const Lanes &s, const Law &at, V *J) {
 }
 
 #if NETA == 1
-/* b ← A⁻¹ b. Returns whether A is regular; negative: sign of the determinant. */
+/* b ← A⁻¹ b. Returns whether A is regular. negative: whether the determinant is negative. */
 INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   b[0] = b[0] / A[0], negative = A[0].v < 0.0;
   return fabs(A[0]).v > NO_PIVOT;
 }
 #elif NETA == 3 && !ACTIVE
-/* solve_friction for three unknowns by cross products. Without loops the sign is not needed. */
+/* ``solve_friction`` for three unknowns by cross products. Without loops the determinant's sign is not needed. */
 INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   const V *x = A, *y = A + 3, *z = A + 6, r[3] = {b[0], b[1], b[2]};
   const V yz[3] = {y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]};
@@ -66,7 +66,7 @@ INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   return fabs(det).v > NO_PIVOT;
 }
 #else
-/* Exchange row k with row `at` (one for each lane) in the columns from k on, and in b. */
+/* Exchange row k with row `at`, which differs between lanes, in the columns from k on, and in b. */
 static void to_the_top(int k, tr_bits at, V *A, V *b) {
   for (int i = k + 1; i < NETA; ++i) {
     const tr_bits m = at == i;
@@ -76,7 +76,7 @@ static void to_the_top(int k, tr_bits at, V *A, V *b) {
   }
 }
 
-/* solve_friction by elimination with partial pivoting. */
+/* ``solve_friction`` by elimination with partial pivoting. */
 static tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   V inverse[NETA];
   tr_bits there = tr_bits{} - 1;
@@ -106,7 +106,7 @@ static tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
 }
 #endif
 
-/* Add the step r to η where m. step, size: their largest parts as surface forces; NaN stays NaN. */
+/* Add the step r to η in the lanes m. step, size: largest components of r and η, as surface forces. NaN stays NaN. */
 INLINE void take_step(const Lanes &s, tr_bits m, const V *r, V *eta, V &step, V &size) {
   step = size = 0.0;
   for (int i = 0; i < NETA; ++i) {
@@ -115,7 +115,7 @@ INLINE void take_step(const Lanes &s, tr_bits m, const V *r, V *eta, V &step, V 
   }
 }
 
-/* Newton's method from the present η. */
+/* Newton's method from the current η. */
 static void newton(Lanes &s) {
   V *eta = s.z + ACTIVE, last = __builtin_inf(), step, size, J[NETA * NETA], r[NETA];
   tr_bits goes = s.good, away = tr_bits{}, negative;
@@ -140,7 +140,7 @@ static void newton(Lanes &s) {
 #endif
 }
 
-/* Multipliers of the state whose maps were evaluated, from the present ones. */
+/* Multipliers of the state whose maps were evaluated. Newton's method starts from the current multipliers. */
 static void multipliers(Lanes &s) {
   V *lam = s.z, *eta = s.z + ACTIVE;
   for (int i = 0; i < NN; ++i) s.N0[i] = s.maps[MAP_N0 + i];
@@ -166,7 +166,7 @@ static void multipliers(Lanes &s) {
 #endif
 }
 
-/* Violation of the mode of pair i under a set-valued law, sliding or spinning, in tolerances. */
+/* Violation of the mode (sliding or spinning) of pair i with a set-valued law, in units of the tolerance. */
 INLINE V set_violation(const Lanes &s, int i) {
   const V *now = s.sliding + SLIDING_NUMBERS * i, stop = tr_stick_overshoot(now[0], s.length * s.rate), cone = now[2] / TOL_CONE;
   if (!k_pair[i].cone) return stop;

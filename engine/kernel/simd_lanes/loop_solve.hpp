@@ -14,7 +14,7 @@ struct Lanes {
   int projections[WIDTH], nworks, naudit;
 };
 
-/* Compute the inverse units of residuals once. */
+/* Compute the reciprocals of the residuals' units. */
 INLINE void prepare_units(Lanes &s) {
   s.per_length = V(1.0) / s.length, s.per_rate = V(1.0) / s.rate, s.per_speed = s.per_length * s.per_rate;
 }
@@ -31,7 +31,7 @@ INLINE void normalise(V *y) {
 /* The larger number, or NaN if one is NaN. */
 INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
 
-/* Exchange a and b where m. */
+/* Exchange a and b in the lanes m. */
 INLINE void exchange(tr_bits m, V &a, V &b) {
   const V t = pick(m, b, a);
   b = pick(m, a, b), a = t;
@@ -87,7 +87,7 @@ static void factorise(Lanes &s) {
   }
 }
 
-/* Entry p (one for each lane) of b: read, and write. */
+/* Read (``taken``) and write (``put``) entry p of b. p differs between lanes. */
 INLINE V taken(const V *b, tr_bits p) {
   V r = b[0];
   EACH_ROW
@@ -141,7 +141,7 @@ static void prepare(Lanes &s, const V *y, V *base) {
   k_stage2(s.x, y, s.c, s.w, none, base, s.power);
 }
 
-/* prepare, except for lanes in `kept`. */
+/* ``prepare`` for all lanes that are not in `kept`. */
 static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
   V w[NW + 1], factor[ACTIVE * ACTIVE], last[MOST_WIDE];
   tr_bits order[ACTIVE];
@@ -158,7 +158,7 @@ static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
   s.good = (kept & good) | (~kept & s.good);
 }
 
-/* One correction of the residual h: change of rates dv by impulses along the rows. */
+/* One correction of the residual h: the change dv of rates by impulses along the constraint rows. */
 static void correction(Lanes &s, const V *y, const V *h, const V *base, V *dv) {
   V b[ACTIVE + 1], impulse[ACTIVE + 1], given[ACTIVE + NETA + 8], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
   for (int i = 0; i < ACTIVE; ++i) b[i] = -h[k_active_rows[i]];
@@ -174,8 +174,8 @@ static void correction(Lanes &s, const V *y, const V *h, const V *base, V *dv) {
   for (int i = 0; i < NV; ++i) dv[i] = (moved[NQ + i] - base[NQ + i]) * inverse;
 }
 
-/* Project the rates of y, where their residual exceeds round-off. h and `rate`: residuals at y. near: lanes whose maps and
- * factor belong to a state close enough. */
+/* Project the rates of y in lanes where their residual exceeds round-off. h, rate: residuals at y. near: lanes whose maps and
+ * factor belong to a state close enough to y. */
 static void project_rates(Lanes &s, V *y, V *h, V rate, tr_bits near, V *base) {
   V p, r, dv[NV + 1];
   tr_bits goes = rate.v > LOOP_CLOSED;

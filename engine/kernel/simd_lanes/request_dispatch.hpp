@@ -1,4 +1,4 @@
-/* Dispatch of requests: copy states of cases into lanes, serve the request, copy results back. */
+/* Dispatch of requests: copy the states of the cases into lanes, serve the request, copy the results back. */
 #if NETA
 /* Serve TR_ASK_LOOK: multipliers and sliding of pairs at a state. */
 static void look(Lanes &s, tr_request **r, V t, const V *y) {
@@ -11,7 +11,7 @@ static void look(Lanes &s, tr_request **r, V t, const V *y) {
   GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, s.sliding, sliding)
 }
 
-/* Copy back loads with zero friction and their derivative, laws and sliding at the solution. */
+/* Copy back the loads at zero friction, their derivative by η, and the laws and sliding at the solution. */
 static void leave_friction(Lanes &s, tr_request **r) {
   V Np[NN * (1 + NETA) + 8];
   Law last;
@@ -27,7 +27,7 @@ static void leave_friction(Lanes &s, tr_request **r) {
   GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, last.sliding, sliding)
 }
 
-/* Copy in, and below back, the data of friction. */
+/* Copy the data of friction into the lanes. ``give_friction`` copies them back. */
 static void take_friction(Lanes &s, tr_request **r) {
   TAKE(NETA, arm, s.per_lever) TAKE(ACTIVE + NETA, z, s.z) TAKE(NSLIDERS, smin, s.least) TAKE(NSLIDERS, smax, s.largest)
   for (int i = 0; i < NETA; ++i) s.per_lever[i] = pick(s.per_lever[i].v > 0.0, V(1.0) / s.per_lever[i], V(1.0));
@@ -46,7 +46,8 @@ static void give_friction(const Lanes &s, tr_request **r) {
 static void leave_behind(Lanes &s, tr_request **r) {
   GIVE_GOOD(NMAPS, s.maps, maps)
 #if ACTIVE
-  for (int i = 0; i < ACTIVE; ++i) s.factor[i * (ACTIVE + 1)] = V(1.0) / s.factor[i * (ACTIVE + 1)]; /* the runtime stores roots, not inverses */
+  /* The runtime stores the diagonal, not its inverse. */
+  for (int i = 0; i < ACTIVE; ++i) s.factor[i * (ACTIVE + 1)] = V(1.0) / s.factor[i * (ACTIVE + 1)];
   GIVE_GOOD(ACTIVE * ACTIVE, s.factor, S)
   for (int l = 0; l < WIDTH; ++l)
     for (int i = 0; i < ACTIVE && s.good[l]; ++i) r[l]->perm[i] = (int)s.order[i][l];

@@ -1,5 +1,5 @@
-/* One number in each lane. Generated C compiled as C++ with this type for `double` computes several cases at once. Lanes are
- * independent. Truth values are 1 and 0, as in C. */
+/* A vector of one number per lane. Generated C, compiled as C++ with this type in place of `double`, computes several cases at
+ * once. Lanes are independent. Truth values are 1 and 0, as in C. */
 typedef double tr_lanes_of __attribute__((vector_size(8 * WIDTH), aligned(8)));
 typedef long long tr_bits __attribute__((vector_size(8 * WIDTH), aligned(8)));
 #define INLINE static inline __attribute__((always_inline))
@@ -26,7 +26,7 @@ INLINE V operator!=(V a, V b) { return truth(a.v != b.v); }
 INLINE V operator&&(V a, V b) { return truth((a.v != 0.0) & (b.v != 0.0)); }
 INLINE V operator||(V a, V b) { return truth((a.v != 0.0) | (b.v != 0.0)); }
 
-/* a where m, else b; a where c is true, else 0 (a may be NaN there). */
+/* ``pick``: a in the lanes m, else b. ``where``: a in lanes where c is true, else 0, even if a is NaN. */
 INLINE V pick(tr_bits m, V a, V b) { return of((tr_lanes_of)((m & (tr_bits)a.v) | (~m & (tr_bits)b.v))); }
 INLINE V where(V c, V a) { return of((tr_lanes_of)((c.v != 0.0) & (tr_bits)a.v)); }
 INLINE bool any(tr_bits m) {
@@ -49,7 +49,7 @@ INLINE V copysign(V a, V b) {
 }
 INLINE tr_bits finite(V a) { return fabs(a).v < __builtin_inf(); }
 
-/* Rarely used functions, evaluated one lane after another by the library. */
+/* Rarely used functions. The library evaluates them one lane after another. */
 #define EACH(name) \
   extern "C" double name(double); \
   static V name(V a) { V r; for (int i = 0; i < WIDTH; ++i) r.v[i] = name(a.v[i]); return r; }
@@ -86,10 +86,10 @@ __attribute__((noinline)) static V far_away(V a, int quarter) {
   return r;
 }
 
-/* The sine, `quarter` of a turn ahead. */
+/* sin(a + quarter · pi/2). */
 template <int quarter> INLINE V circular(V a) {
 #pragma clang fp contract(off)
-  const double SHIFT = 6755399441055744.0; /* 1.5 * 2^52: adding and subtracting it rounds, and its low bits count */
+  const double SHIFT = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to an integer, held in the low bits */
   const tr_lanes_of x = a.v, shifted = fused(x, all(0.63661977236758134308), all(SHIFT)), n = shifted - SHIFT;
   tr_bits turns = (tr_bits)shifted + quarter;
   const tr_lanes_of near = fused(-n, all(1.57079632679489655800e+00), x), part = n * 6.12323399573676603587e-17, r = near - part;

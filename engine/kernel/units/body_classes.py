@@ -1,8 +1,8 @@
-"""Classes of bodies: the step of the recursion of one body, written once for each class, for systems too large to unroll.
+"""Classes of bodies. For systems too large to unroll, the recursion's step of a body is written once for each class.
 
-Bodies of one class have joints, patterns of zeros and inputs from their neighbours of the same structure. They share C functions
-and differ in numbers only. Patterns are passed outward with the motion, and inward with the articulated inertia, so a planar branch
-keeps its planar code.
+Bodies of one class have joints and loads of the same structure, and inputs from neighbours with the same patterns of constant
+entries. They share C functions and differ only in numbers. Patterns are passed outward with the motion, and inward with the
+articulated inertia, so a planar branch keeps its planar code.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Shape:
 
 
 class LocalSymbols(Symbols):
-    """Symbols of one body: its own parameters, coordinates and rates; external values are the system's."""
+    """Symbols of one body: its own parameters, coordinates and rates, and the external values of the system."""
 
     def __init__(self, whole: Symbols, shape: Shape, parameters: int):
         self.system = whole.system
@@ -66,7 +66,7 @@ class LocalSymbols(Symbols):
 
 
 def symbolic(name: str, pattern: Pattern) -> tuple[SX, list[SX]]:
-    """A symbol for every entry of a pattern, and the entries: the symbol where the entry varies, else its constant."""
+    """A vector symbol for a pattern, and the pattern's entries: an element of the symbol if the entry varies, else its constant."""
     sym = SX.sym(name, len(pattern))
     return sym, [sym[i] if c is None else SX(1, 1) if c == 0.0 else SX(c) for i, c in enumerate(pattern)]
 
@@ -78,7 +78,7 @@ def pattern_of(values: list[SX]) -> Pattern:
 
 @dataclass
 class BodyCode:
-    """The step of a body of one class as expressions, in the stages in which their inputs become known.
+    """The step of a body of one class as expressions, in stages.
 
     Stage 0: parameters. Stage 1, outward: x, q, v and the motion of the inboard body (``parent``) give ``motion`` and ``step``.
     Stage 2, inward: the sum of what the outboard bodies pass (``children``) gives ``art``, ``y`` and ``handed``. Stage 3, once for
@@ -126,7 +126,7 @@ def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
 
 @dataclass
 class Outward:
-    """The outward step of a body. Inputs: Ż of the inboard body (Z); y and F̄ with the values of the multipliers (y, f). Results: q̈
+    """The outward step of a body. Inputs: Ż of the inboard body (Z); y and F̄ at the values of the multipliers (y, f). Results: q̈
     (qdd), Ż of the body (Zo), and the reaction N."""
 
     Z: SX
@@ -138,7 +138,7 @@ class Outward:
 
 
 def outward_step(code: BodyCode, biased: bool) -> Outward:
-    """The outward step of a class. biased: with w, which a column of the affine maps lacks."""
+    """The outward step of a class. biased: whether to add w; a column of the affine maps has no w."""
     step, Z, y, f = code.step, SX.sym("Z", 6), SX.sym("yc", code.step.Pi.size2()), SX.sym("fc", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - code.art.solve(code.art.MPi.T @ carried)
@@ -162,7 +162,8 @@ class Classes:
 
 
 def classify(whole: Symbols) -> Classes:
-    """Sort the bodies into classes. A pass outward finds the patterns of motions, a pass inward those of articulated inertias."""
+    """Sort the bodies into classes. A pass outward finds the patterns of motions, a pass inward the patterns of articulated
+    inertias."""
     system = whole.system
     none, full = (0.0,) * HANDED, tuple
     raw: list[Shape] = []

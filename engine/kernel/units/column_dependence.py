@@ -17,8 +17,8 @@ from trunnion.system.structure.bodies_and_joints import System
 
 @dataclass(frozen=True)
 class Dependence:
-    """Dependence of a column. constant: it is a constant. solved: it contains multipliers or accelerations, which every force
-    changes. values, seconds: inputs (numbers) whose value or second derivative it contains."""
+    """Dependence of a column. constant: whether the column is constant. solved: whether it contains multipliers or accelerations,
+    which every force changes. values, seconds: indices of inputs whose value or second derivative it contains."""
 
     constant: bool
     solved: bool

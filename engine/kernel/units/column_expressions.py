@@ -1,4 +1,4 @@
-"""Columns as expressions of the whole scene, from their one definition (``trunnion.columns``)."""
+"""Columns as expressions of the whole scene, from their definitions in ``trunnion.columns``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ColumnExpressions(ColumnOperands):
         return self.output(column.kind, column.subject, column.quantity.output)[column.place]
 
     def output(self, kind: str, subject: tuple, name: str) -> SX:
-        """An output of a kind's expression (n×1); "" for a kind that selects."""
+        """An output of a kind's expression (n×1). A kind that selects a value has one output, named ""."""
         if (kind, subject) not in self._evaluated:
             declared = REGISTRY[kind]
             values = {n: getattr(self, o.name)(*subject[: o.subject]) for n, o in declared.operands.items()}

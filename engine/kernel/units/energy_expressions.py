@@ -13,7 +13,7 @@ from trunnion.recursion.vector_algebra import SX
 
 
 def kinetic(m: Model) -> SX:
-    """Kinetic energy Σ ½ Zᵀ M Z, and that of rotors, J."""
+    """Kinetic energy of the bodies, Σ ½ Zᵀ M Z, and of the rotors, J."""
     total = SX(0)
     for mass, motion in zip(m.masses, m.motions, strict=True):
         p = mass.M11 @ motion.rdot + mass.M12 @ motion.omega

@@ -1,7 +1,7 @@
 """The linear unit: exact derivatives of F = [q̇; v̇; friction states; powers], of the multiplier residuals R (``jacobian_unit``)
-and of the columns along a direction. It serves linearisation and directional derivatives of hosts.
+and of the columns along a direction. Linearisation uses the unit, and so do hosts that request directional derivatives.
 
-Each is one product with a seed, so that code grows linearly with the number of bodies.
+Each function computes the product of the derivatives with one seed, so that code grows linearly with the number of bodies.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The output unit: columns, contact forces, and reactions of all joints on loops (for redundant ones)."""
+"""The output unit: columns, contact forces, and scaled reactions of all joints on loops (for redundant loops)."""
 
 from __future__ import annotations
 

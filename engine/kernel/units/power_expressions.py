@@ -1,4 +1,5 @@
-"""Powers integrated beside the motion: friction of each joint, dampers, drives, loads. The audit uses their integrals."""
+"""Powers that are integrated along with the motion: friction of each joint, dampers, drives, loads. The audit uses the
+integrals."""
 
 from __future__ import annotations
 
@@ -32,14 +33,14 @@ def friction_power(m: Model, j: Joint) -> SX:
 
 
 def coordinates_of(m: Model, j: Joint) -> list[SX]:
-    """Coordinates of a joint, in the tree or cut."""
+    """Coordinates of a tree joint or cut joint."""
     if not j.cut:
         return m.steps[j.child].coordinates
     return cutting.coordinates(next(c for c in m.cuts if c.joint.name == j.name))
 
 
 def _damping(m: Model) -> SX:
-    """Power of joint dampers, of dampers between points, bushings and of the damping part of stops, W (≤ 0)."""
+    """Power of joint dampers, dampers between points, bushings, and the damping part of stops and latches, W (≤ 0)."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -81,8 +82,8 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
 
 
 def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
-    """Effort of the drive of freedom k on the outboard part: the reaction along it, less friction and devices, plus the rotor's
-    inertia."""
+    """Effort of the drive of freedom k on the outboard part: the reaction along the freedom, minus device forces, plus η (the
+    friction force is −η), plus the inertia force of the rotor."""
     f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]
     total = SX(0)

@@ -1,11 +1,11 @@
 """The sensitivity unit: exact directional derivatives of a trajectory, also by parameters.
 
-Motion: f = [F; R; V; H] with F = [q̇; v̇; friction states; powers], R the multiplier residuals (``jacobian_unit``), V the rates of
-all frictional freedoms, H the friction ratio of pairs at rest less one (release at zero); by [x, y, z, p, u] (u: values of the
-external inputs).
+Motion: derivatives of f = [F; R; V; H] by [x, y, z, p, u]. F = [q̇; v̇; friction states; powers]. R: multiplier residuals
+(``jacobian_unit``). V: rates of all freedoms of frictional joints. H: friction ratio minus one for pairs at rest (zero at release).
+u: values of the external inputs.
 
-Outputs: columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both in stages: parameters, point, then one direction at a time.
-"""
+Outputs: derivatives of the columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both have three stages: parameters, point,
+then one direction at a time. """
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from trunnion.system.structure.friction_joint_indices import elements
 
 @dataclass
 class ParameterUnit:
-    """C text, numbers of kept values (constants, point) and lengths of results."""
+    """C text, and counts of kept values (constants, point) and of results."""
 
     text: str
     sizes: dict[str, int]
@@ -62,7 +62,7 @@ def _motion(m: Model, quadratures: bool, redundant: bool) -> tuple[str, dict[str
 
 
 def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
-    """Friction ratio − 1 of every pair with a set-valued law, as if at rest; −1 for other laws."""
+    """(Friction ratio − 1) of every pair with a set-valued law, as if the pair were at rest; −1 for other laws."""
     out: list[SX] = [SX(-1)] * len(m.sym.system.sliders)
     for e in elements(m.sym.system):
         if not e.sets:
@@ -85,7 +85,8 @@ def _outputs(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, di
 
 
 def _staged(name: str, ins: list[Input], f: SX, along: SX, sym: Symbols, more: str) -> tuple[str, dict[str, int]]:
-    """prepare(p, c); point(x, y, c, …, w, f); along(x, y, c, …, w, seed, df) with seed = [by ``along``, external inputs, time]."""
+    """C text and sizes of prepare(p, c), point(x, y, c, …, w, f) and along(x, y, c, …, w, seed, df). seed: a direction of
+    [``along``, external inputs, time]."""
     count = len(sym.system.inputs)
     seed = SX.sym("seed", along.numel() + count + 1)
     outside = time_direction(sym) * seed[-1]

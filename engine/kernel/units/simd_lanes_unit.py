@@ -13,11 +13,11 @@ from trunnion.runtime.integrators import REGISTRY, Tableau
 from trunnion.runtime.integrators.method_c_code import explicit_text
 
 WIDTH = 4
-"""Lanes. Eight (AVX-512) are not faster per lane, because divisions, square roots and caches take as long."""
+"""Count of lanes. Eight lanes (AVX-512) are not faster per lane, because divisions, square roots and caches take as long."""
 FOLDER = Path(__file__).parents[1] / "simd_lanes"
 HEADERS = ("vector_type", "loop_solve", "friction_newton", "explicit_steps", "dense_output_rows", "request_dispatch")
 FLAGS = ("-std=gnu++17", "-fno-exceptions", "-fno-rtti", "-fno-slp-vectorize")
-"""Additional compiler flags. Lanes are always optimised, because they serve speed alone."""
+"""Additional compiler flags. Lanes are always optimised, because speed is their only purpose."""
 NUMBERS = "#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n"
 COLUMNS_TABLES = "static const tr_post o_post"
 TABLES = "static const tr_pace k_pace"
@@ -70,7 +70,7 @@ def _method(m: Tableau) -> str:
 
 
 def generated(unit: str, tables: str) -> str:
-    """Functions of a unit's C text, and tables of integers before ``tables``, with V for double."""
+    """A unit's C text before ``tables`` (functions, and tables of integers), with V in place of double."""
     begin = unit.index('#include "tr_abi.h"\n') + len('#include "tr_abi.h"\n')
     text = inverted(chosen(unit[begin : unit.index(tables)]))
     text = re.sub(r"^(?:__attribute__\(\(noinline\)\) )?(?:static )?void ", "static void ", text, flags=re.MULTILINE)
@@ -78,7 +78,8 @@ def generated(unit: str, tables: str) -> str:
 
 
 def inverted(text: str) -> str:
-    """The text with one reciprocal for several divisions by one value. A vector division takes as long as four scalar ones."""
+    """The text with one reciprocal in place of several divisions by the same value. A vector division takes as long as four scalar
+    divisions."""
     return "\n}\n".join(map(_inverted, text.split("\n}\n")))
 
 
@@ -90,7 +91,7 @@ def _inverted(body: str) -> str:
 
 
 def chosen(text: str) -> str:
-    """The text with ``where(a, b)`` for each ``(a!=0)?b:0.0``, because a vector is no condition in C++."""
+    """The text with ``where(a, b)`` in place of each ``(a!=0)?b:0.0``, because C++ accepts no vector as a condition."""
     while (at := text.find(CHOICE)) >= 0:
         start, depth = at, 1
         while depth:

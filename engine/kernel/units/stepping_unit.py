@@ -1,10 +1,13 @@
 """The stepping unit: prepare, stage 1 (maps), laws, stage 2 (accelerations), closure of loops, coordinate rates.
 
 Between stage 1 and stage 2 the runtime solves for the multipliers (theory, "Affine maps"). No function depends on the modes of
-set-valued pairs. Stage 1 writes one block, "maps", of column-major matrices (``runtime/base/affine_maps.h``): S, Se, g0 of the
-constraint equations S λ + Se η + g0 = 0; N0, Nl, Ne of the reaction components of frictional joints; rates of their freedoms, then
-states of friction laws; Q0, Ql, Qe of their accelerations (with a set-valued law); κ0, κl, κe of the scaled reactions (redundant
-variant), with friction as an applied force.
+set-valued pairs. Stage 1 writes one block, "maps", of column-major matrices (``runtime/base/affine_maps.h``):
+
+  S, Se, g0     constraint equations S λ + Se η + g0 = 0
+  N0, Nl, Ne    reaction components of frictional joints: N0 + Nl λ + Ne η
+  rates         rates of the freedoms of frictional joints, then states of friction laws
+  Q0, Ql, Qe    accelerations of these freedoms, if a law is set-valued
+  κ0, κl, κe    scaled reactions with friction as an applied force, in the redundant variant
 """
 
 from __future__ import annotations
@@ -50,12 +53,13 @@ class MainUnit:
     operations: dict[str, int]
     looped: bool
     turned: dict[str, tuple[int, int]]
-    """For joints with friction on loops: first scaled reaction that friction changes, and their number (``rubbing_on_loops``)."""
+    """For joints with friction on loops: index of the first scaled reaction that friction changes, and the count of these
+    (``rubbing_on_loops``)."""
 
 
 def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainUnit:
-    """The unit of a model before its reduction. quadratures: integrals of powers are needed; redundant: the variant with all rows
-    and the scaled reactions."""
+    """The unit of a model that is not yet reduced. quadratures: whether integrals of powers are needed; redundant: whether to build
+    the variant with all rows and the scaled reactions."""
     sym = plain.sym
     system, parts = sym.system, elements(sym.system)
     if loops_pay(system, quadratures):
@@ -113,7 +117,7 @@ def _complete(m: Model, parts: list[Element], code: Code, sizes: dict[str, int],
 
 
 def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:
-    """The blocks of the maps, and the numbers of reaction components, rates and scaled reactions."""
+    """The blocks of the maps, and the counts of reaction components, rates and scaled reactions."""
     system = m.sym.system
     blocks = [ca.vec(ca.densify(m.S[active, active])), ca.vec(ca.densify(m.Se[active, :])), ca.densify(m.g0[active])]
     nn = nrates = nkappa = 0
@@ -139,8 +143,8 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
 
 
 def _derivative(m: Model) -> tuple[list[SX], list[SX]]:
-    """ẏ and the powers. All powers are generated for any columns: with other surrounding text the compiler would round the motion
-    differently."""
+    """ẏ and the powers. All powers are generated, whichever columns are chosen: with other surrounding text the compiler would
+    round the motion differently."""
     sym = m.sym
     pick = combination(sym)
     acc = outward(m, pick, reactions=sym.b.numel() > 0 or any(j.driven for j in sym.system.tree))

@@ -1,9 +1,10 @@
-"""The recursion of large trees in loops: a C function for each class of bodies, instead of one unrolled text.
+"""The recursion of large trees as C loops over the bodies, with a C function for each class of bodies, instead of one unrolled
+text.
 
-The unrolled text of 64 bodies is larger than the instruction cache: an evaluation takes 1.3 times as long as in loops. Friction
-in all joints makes the unrolled text grow with the square of their number. Loops serve open trees without springs between bodies.
-The force column of a friction multiplier is passed inward along the bodies that carry its joint. The accelerations that it causes
-are passed outward to all bodies.
+The unrolled text of 64 bodies is larger than the instruction cache: an evaluation takes 1.3 times as long as in C loops. If all
+joints have friction, the unrolled text grows with the square of the number of joints. C loops are for open trees without springs
+between bodies. The force column of a friction multiplier is passed inward along the bodies that carry its joint. The accelerations
+that the column causes are passed outward to all bodies.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from trunnion.system.structure.parameter_table import Leaf, Param
 
 MIN_BODIES = 20
 REUSE = 3
-"""Loops pay from MIN_BODIES bodies, and from REUSE bodies of each class. In loops an evaluation of a chain takes 80 ns a body.
-Unrolled it takes 54 ns up to 18 bodies, whose text fits a cache of 64 KB. It takes 91 ns from 20 bodies, and 107 ns at 64."""
+"""C loops are faster from MIN_BODIES bodies, and from REUSE bodies of each class. For a chain, an evaluation in C loops takes 80 ns
+per body. The unrolled text takes 54 ns per body up to 18 bodies, where it fits a cache of 64 KB. It takes 91 ns from 20 bodies, and
+107 ns at 64 bodies."""
 
 
 def loops_pay(system: System, quadratures: bool) -> bool:
-    """Whether the recursion in loops can serve a system and is faster. quadratures: integrals of powers are needed; it has none."""
+    """Whether the recursion in C loops supports a system and is faster. quadratures: whether integrals of powers are needed, which
+    C loops do not support."""
     if system.cuts or quadratures or system.bristles or len(system.bodies) < MIN_BODIES:
         return False
     if any(load.joins for load in system.loads):
@@ -43,7 +46,7 @@ def loops_pay(system: System, quadratures: bool) -> bool:
 
 
 class LoopedRecursion:
-    """C code of prepare, stage 1 and stage 2. reactions: N of every body (6 each) are kept too, for benchmarks."""
+    """C code of prepare, stage 1 and stage 2. reactions: whether to store N of every body (6 each) too, for benchmarks."""
 
     def __init__(self, sym: Symbols, reactions: bool = False):
         self.sym, self.system, self.reactions = sym, sym.system, reactions
@@ -172,7 +175,7 @@ class LoopedRecursion:
         inward = self._switch(
             f"c{{}}_in(c+b_c[i],w+b_w[i],{a['H']}+{HANDED}*i,w+b_w2[i],{a['H']}+{HANDED}*(b_parent[i]<0?B_N:b_parent[i]),{a['Y']}+6*i,{a['F']}+6*i)")
         n_at = f"{a['N']}+6*i"
-        # c_out writes q̈ of body i directly into ẏ, because the free rates of a joint are neighbours there
+        # c_out writes q̈ of body i directly into ẏ, because the free rates of a joint are adjacent there
         out = self._switch(
             f"c{{}}_out(c+b_c[i],w+b_w[i],w+b_w2[i],b_parent[i]<0?base:{a['Z']}+6*b_parent[i],yc,{a['F']}+6*i,dy+b_v[i],{a['Z']}+6*i,{n_at})")
         prepare = self._switch("c{}_prepare(local,c+b_c[i])")
@@ -200,7 +203,7 @@ class LoopedRecursion:
         return head + f"k_outward(c,w,{a['Y']},dy);" + self._columns(a) + "}"
 
     def _columns(self, a: dict[str, str]) -> str:
-        """C text of N0, Ne and the rates of the maps. Each column runs inward along the path of its joint, then outward."""
+        """C text of N0, Ne and the rates of the maps. Each column is passed inward along the path of its joint, then outward."""
         nn, ne = sum(len(e.needs) for e in self.parts), self.system.neta
         framed = [k for k, s in enumerate(self.classes.codes) if s.needs]
         pin0 = self._switch(f"c{{}}_pin(c+b_c[i],w+b_w[i],w+b_w2[i],{a['N']}+6*i,maps+b_n0[i])", framed)

@@ -1,4 +1,4 @@
-"""Arguments of generated functions, and the symbols that they are functions of."""
+"""Arguments of generated functions, in C and as symbols."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def with_constants(prepare: str, function: str, arguments: str) -> list[Stage]:
 
 
 def active_rows(m: Model) -> tuple[int, ...]:
-    """Constraint rows that are not structurally empty (in a planar loop of spatial joints most of them are)."""
+    """Constraint rows that are not structurally zero. In a planar loop of spatial joints, most rows are zero."""
     return tuple(k for k in range(m.sym.system.rows) if m.S[k, :].nnz() or m.Se[k, :].nnz() or m.g0[k].nnz())
 
 
@@ -63,7 +63,7 @@ class Multipliers:
 
 
 def combination(sym: Symbols) -> SX:
-    """The column [1; λ; η] that puts multipliers into affine maps."""
+    """The column [1; λ; η], by which affine maps are multiplied."""
     return ca.vertcat(SX(1), sym.lam, sym.eta)
 
 

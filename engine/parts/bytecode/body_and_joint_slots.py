@@ -13,14 +13,14 @@ Allocate = Callable[[int], Slot]
 
 
 ENDS = ("gin", "gout", "gin2", "gout2")
-"""Wrenches of a cut joint's constraint equations on its inboard and outboard body. A coupling has four bodies (``Joint.ends``)."""
+"""Names of the constraint wrenches on the inboard and outboard body of a cut joint. A coupling has four bodies (``Joint.ends``)."""
 
 ALONG = {"gin": "win", "gout": "wout", "gat": "wat"}
-"""For each kind of constraint wrench, the kind for a force along a freedom."""
+"""For each name of constraint wrenches, the name of the wrenches of unit forces along freedoms."""
 
 
 def free_of(block: Slot, j: Joint) -> Slot:
-    """A tree joint's free rates among those of all joints (nv)."""
+    """The part of ``block`` (nv numbers) that belongs to a tree joint's free rates."""
     return block.slice(j.v0, len(j.free))
 
 
@@ -45,7 +45,7 @@ class BodySlots:
 
 @dataclass
 class CutJointSlots:
-    """Slots of a cut joint. blocks: outputs of ``loop_joint.cut`` by name. effort: forces of its devices along its freedoms."""
+    """Slots of a cut joint. blocks: outputs of ``loop_joint.cut`` by name. effort: device forces along the joint's freedoms."""
 
     joint: Joint
     q: Slot
@@ -56,7 +56,7 @@ class CutJointSlots:
 
     @property
     def ends(self) -> list[tuple[int, str]]:
-        """Pairs of a body and the name of the wrenches on this body."""
+        """Pairs of a body and the name of the constraint wrenches on this body."""
         return list(zip(self.joint.ends, ENDS, strict=False))
 
     def row(self, which: str, k: int) -> Slot:

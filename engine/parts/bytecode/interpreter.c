@@ -1,8 +1,8 @@
-/* Bytecode interpreter: executes the programs of a scene (program.py), which call primitives with operands. Hosts call the same functions
- * as of a compiled kernel; the first of the constants c holds the address of the scene. */
+/* Bytecode interpreter: executes the programs of a scene (program.py). A program is a list of calls of ops with operands. A host
+ * calls these functions like those of a compiled kernel; the first of the constants c holds the address of the scene. */
 #include "interpreter.h"
 
-/* -- builtin ops (``Builtin`` in program.py has their operands) ------------------------------------------------------------------ */
+/* -- builtin ops; operands and integers: ``Builtin`` in program.py ------------------------------------------------------------- */
 
 void tr_op_zero(double *const *a, const int *how) { memset(a[0], 0, sizeof(double) * how[0]); }
 
@@ -104,7 +104,7 @@ void tr_parts_prepare(const void *scene, const double *p, double *c) {
   execute(s, &s->prepare, base);
 }
 
-/* Execute a program of the scene that c holds. The last arguments are the arrays of the spaces that the program names. */
+/* Execute a program of the scene whose address c holds. The last arguments assign an array to each space that the program uses. */
 #define EXECUTE(c, program, ...)                                        \
   do {                                                                  \
     const tr_scene *s = scene_of(c);                                    \

@@ -1,5 +1,6 @@
-/* Forward-mode derivatives of programs (forward_mode.py), four directions at once: every number that a direction may change has a
- * tangent, a vector of four. Tangents lie in cells. A call with only zero tangents as inputs is skipped, and its outputs are zero. */
+/* Forward-mode derivatives of programs (forward_mode.py) along four directions at once. Each number that a direction may change has
+ * a tangent: a vector of its four derivatives. Tangents are grouped into cells. A call whose input tangents are all zero is
+ * skipped; its output tangents are zero. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -8,7 +9,7 @@
 typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define LANES 4
 
-/* -- tangents of builtin ops: values a, b, tangents of a, b, tangent of the output ---------------------------------------------- */
+/* -- tangents of builtin ops. Operands: values a, b; tangents of a, b; tangent of the output ----------------------------------- */
 
 void tr_tangent_select(double *const *a, const int *how) {
   const tr_vec *from = (tr_vec *)a[0];
@@ -63,7 +64,7 @@ static inline int is_nonzero(const char *live, const int *cells, int count) {
   return 0;
 }
 
-/* Zero the cells of skipped outputs. */
+/* Zero the output cells of a skipped call. */
 static inline void clear_cells(const tr_directions *d, char *live, tr_vec *v, const int *cells, int count) {
   for (int i = 0; i < count; ++i)
     for (int k = cells[2 * i], end = k + cells[2 * i + 1]; k < end; ++k)
@@ -86,10 +87,10 @@ static void execute_tangents(const tr_scene *s, const tr_directions *d, double *
   }
 }
 
-/* Put direction q, times a factor, into a lane; remove it again. */
+/* ``seed`` adds direction q, times the factor ``by``, to a lane. ``unseed`` zeroes all lanes of the tangents that q changes. */
 static void seed(const tr_directions *d, int q, int lane, double by, const double *x, double *v, char *live) {
   for (int i = d->first[q]; i < d->first[q + 1]; ++i) {
-    const int *e = d->seed + 3 * i; /* vector, cell, index in x of its size (−1: size 1) */
+    const int *e = d->seed + 3 * i; /* tangent, its cell, index in x of the rate of change (−1: rate 1) */
     v[LANES * e[0] + lane] += by * (e[2] < 0 ? 1.0 : x[e[2]]);
     live[e[1]] = by != 0.0;
   }
@@ -106,11 +107,11 @@ static void copy_lane(const tr_directions *d, const double *v, int lane, double 
   for (int r = 0; r < d->rows; ++r) out[r] = d->row[r] < 0 ? 0.0 : v[LANES * d->row[r] + lane];
 }
 
-/* Work array of a point: values, tangents, flags of the nonzero cells. */
+/* The work array of a point holds values, tangents, and a flag per cell: 1 if the cell is nonzero. */
 static double *tangents_of(const tr_scene *s, double *w) { return w + s->point.scratch; }
 static char *cells_of(const tr_scene *s, double *w) { return (char *)(tangents_of(s, w) + LANES * s->directions->vectors); }
 
-/* Compute the values at a point; out receives the requested ones. a, extra, out may be 0 where the program names no such space. */
+/* Compute the values at a point; out receives the program's outputs. a, extra and out may be 0 if the program does not use them. */
 void tr_parts_d_point(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       double *out) {
   const tr_scene *s = scene_of(c);
@@ -121,8 +122,8 @@ void tr_parts_d_point(const double *x, const double *y, const double *c, const d
   memset(tangents_of(s, w), 0, sizeof(tr_vec) * d->vectors), memset(cells_of(s, w), 0, d->cells);
 }
 
-/* Derivatives at that point along `count` directions. A row of `sizes` (stride next) has a factor for each seed; a row of `out` (stride
- * next_out) receives the derivatives. */
+/* Derivatives at the point of the last ``d_point`` along `count` combinations of the directions. Row k of `sizes` (stride next)
+ * holds a factor for each direction. Row k of `out` (stride next_out) receives the derivatives. */
 void tr_parts_d_along(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       int count, const double *sizes, size_t next, double *out, size_t next_out) {
   const tr_scene *s = scene_of(c);
@@ -142,7 +143,7 @@ void tr_parts_d_along(const double *x, const double *y, const double *c, const d
   }
 }
 
-/* All columns of a Jacobian. */
+/* The Jacobian J, column-major. */
 void tr_parts_j_eval(const double *x, const double *y, const double *c, const double *z, double *w, double *J) {
   const tr_scene *s = scene_of(c);
   const tr_directions *d = s->directions;
@@ -159,7 +160,7 @@ void tr_parts_j_eval(const double *x, const double *y, const double *c, const do
   }
 }
 
-/* -- the linear unit: derivatives of rates and residuals; of output columns (scene `beside`) ------------------------------------- */
+/* -- the linear unit: derivatives of rates and residuals, and of output columns (scene `beside`) ------------------------------- */
 
 void tr_parts_l_prepare(const void *scene, const double *p, double *c) {
   const tr_scene *s = scene;

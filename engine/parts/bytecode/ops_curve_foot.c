@@ -3,7 +3,7 @@
 
 #include "interpreter.h"
 
-/* Position (2) and its first and second derivative at u on a piece, which holds start, end, way and coefficients. */
+/* Position, first and second derivative (2 each) at parameter u of a piece: start, end, arc length to the start, coefficients. */
 static void at_piece(const double *piece, double u, double *at) {
   for (int k = 0; k < 2; ++k) {
     const double x = u - piece[0], *c = piece + 3 + 4 * k;
@@ -13,7 +13,7 @@ static void at_piece(const double *piece, double u, double *at) {
   }
 }
 
-/* Newton's method, started from the nearest foot on the pieces' chords. */
+/* Newton's method. The foot on the chord of each piece is a candidate start; the candidate nearest to the point is used. */
 void tr_op_curve_foot(double *const *a, const int *how) {
   enum { ROW = 11, ROUNDS = 50 };
   const double *p = a[0], around = a[1][0], *rows = a[1] + 1, *of = rows;

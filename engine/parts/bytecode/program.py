@@ -1,7 +1,7 @@
 """Bytecode programs: calls of ops with the slots that they read and write.
 
-A call is a row of integers: number of the op, count of operands, count of integers; then space and offset of each operand; then
-the integers. ``interpreter.c`` executes a program."""
+A call is a sequence of integers. First come the op's number, the count of operands and the count of integers. Then follow space
+and offset of each operand, then the integers. ``interpreter.c`` executes programs."""
 
 from __future__ import annotations
 
@@ -38,33 +38,34 @@ class Space(IntEnum):
 
 
 LANES = 4
-"""Directions that a program of tangents follows at once."""
+"""Count of directions along which a program of tangents differentiates at once."""
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A run of numbers: array, first index, count."""
+    """Contiguous numbers of an array: array, first index, count."""
 
     space: Space
     at: int
     size: int
 
     def slice(self, first: int, size: int) -> Slot:
-        """A run inside the slot. IndexError for one that is not inside."""
+        """A part of the slot. IndexError if the part exceeds the slot."""
         if not 0 <= first <= first + size <= self.size:
             raise IndexError(f"{first}+{size} of {self}")
         return Slot(self.space, self.at + first, size)
 
 
 class Builtin(IntEnum):
-    """Ops of the interpreter, numbered as in its table. Each docstring lists operands; then integers."""
+    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring lists operands; then integers and the
+    operation."""
 
     ZERO = 0
     """out; n: write n zeros."""
     COPY = 1
     """in, out; n."""
     GATHER = 2
-    """parameters, constants K, out; n, then n indices. A negative index i is constant −1 − i."""
+    """parameters, constants K, out; n, then n indices. A negative index i selects constant −1 − i."""
     ADD = 3
     """in, out; n: out += in."""
     COMBINE = 4
@@ -81,28 +82,32 @@ class Builtin(IntEnum):
     ADD_COLUMNS = 9
     """columns, numbers, out; n, count: out += Σ columns[k] numbers[k], n numbers per column."""
     ADD_STRIDED_COLUMNS = 10
-    """As ADD_COLUMNS; n, count, stride of the columns."""
+    """Operands of ADD_COLUMNS; n, count, stride of the columns."""
     ADD_TRANSPOSED_PRODUCT = 11
     """columns A, column b, out; n, count of A, stride of A: out += Aᵀb."""
     MIRRORED_PRODUCT = 12
-    """columns A, columns B, out, transposed out; n, count of A, count of B, strides of A, B, outs, whether out is new, whether out
-    is a diagonal block: AᵀB. Of a diagonal block only the upper triangle is computed."""
+    """columns A, columns B, out, transposed out; n, count of A, count of B, strides of A, B, outs, whether to overwrite out (else
+    add), whether out is a diagonal block: out = AᵀB. In a diagonal block only the upper triangle is computed, then mirrored."""
     WRENCH_COLUMNS = 13
-    """columns g, columns h (6), out; size of a column of out, offset of g, offset of h, count, indices. The rest of out is zero."""
+    """columns g, columns h (6 each), out; size of a column of out, offsets of g and h in the column, count, indices of the columns
+    of g and h. The rest of out is zero."""
     TRANSPOSED_PRODUCT = 14
-    """columns A, columns B, out; n, count of A, count of B, strides of A, B, out, whether out is new: AᵀB."""
+    """columns A, columns B, out; n, count of A, count of B, strides of A, B, out, whether to overwrite out (else add): out =
+    AᵀB."""
     CUT_JOINT_FRICTION = 15
-    """D, columns Pw, columns P, p0, out (E + D Pw)⁻¹, that times −D P, times −D p0, determinant; freedoms, needs, count of P."""
+    """D, columns Pw, columns P, p0, outputs M = (E + D Pw)⁻¹, −M D P, −M D p0, determinant of E + D Pw; freedoms, reaction
+    components, count of columns P."""
     FACTOR_LOOPS = 16
-    """S, out L, out U, pivots; order n, then order of elimination, start of each pivot's nonzeros below it, these
+    """S, outputs L, U and pivots; n rows, order of elimination, start of each pivot's nonzeros, rows of these nonzeros
     (``system.structure.loop_matrix_fill``)."""
     SOLVE_LOOPS = 17
     """L, U, g, out; integers as FACTOR_LOOPS: out = −S⁻¹ g."""
     CURVE_PIECE = 18
-    """x (1), starts of all pieces and their coefficients (4 each), out (5); count of pieces: start and coefficients of the piece
-    at x."""
+    """x (1), starts of all pieces and their coefficients (4 each), out (5); count of pieces: out = start and coefficients of the
+    piece that contains x."""
     CURVE_FOOT = 19
-    """p (2), length around (0: open) and for each piece start, end, way, coefficients (4, 4), out (11); count of pieces."""
+    """p (2), curve, out (11); count of pieces. The curve is its period (0 if open), then for each piece: start, end, arc length to
+    the start, coefficients (4, 4)."""
 
 
 BUILTINS = len(Builtin)
@@ -123,20 +128,20 @@ class Program:
         self.code += numbers
 
     def scratch_slot(self, size: int) -> Slot:
-        """A slot of its own, valid during one execution."""
+        """Allocate a slot in T. Its values are valid during one execution."""
         self.scratch += size
         return Slot(Space.T, self.scratch - size, size)
 
     def zero(self, out: Slot) -> None:
-        """Write zeros; no call for an empty slot."""
+        """Append a call that writes zeros, unless the slot is empty."""
         if out.size:
             self.call(Builtin.ZERO, [out], [out.size])
 
     def copy(self, source: Slot, out: Slot) -> None:
-        """Copy a slot; no call for an empty slot."""
+        """Append a call that copies a slot, unless the slot is empty."""
         if out.size:
             self.call(Builtin.COPY, [source, out], [out.size])
 
     def array(self) -> np.ndarray:
-        """The calls as the interpreter reads them."""
+        """The calls as the array of C integers that the interpreter executes."""
         return np.array(self.code, np.intc)

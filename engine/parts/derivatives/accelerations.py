@@ -1,7 +1,7 @@
 """Accelerations under given multipliers, and their derivatives along directions.
 
-The recursion finds accelerations. Their derivatives need no tangents of the recursion: the derivative of each body's balance at
-fixed accelerations drives the same recursion once more (theory, "Jacobians on parts")."""
+The recursion computes accelerations. The same recursion also computes their derivatives: its forces are then the derivatives of
+the body balances at fixed accelerations. So the recursion itself needs no tangents (theory, "Jacobians on parts")."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import elements
 
 COUNTERPARTS = ("outward", "moved", "carry")
-"""Body functions with a counterpart in ``body_balance``."""
+"""Body functions that ``body_balance`` has, too."""
 
 
 class DifferentiableScene(ScenePasses):
@@ -30,7 +30,7 @@ class DifferentiableScene(ScenePasses):
         return body_balance.outward(self.rotorless_body(i)).sizes["work"]
 
     def rotorless_body(self, i: int) -> BodyKey:
-        """Key of body i without rotors, which do not change its motion and balance."""
+        """Key of body i without rotors. Rotors change neither the motion nor the balance of a body."""
         return replace(self.which[i], rotors=False)
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
@@ -42,14 +42,14 @@ class DifferentiableScene(ScenePasses):
             super().body_call(program, i, function, **operands)
 
     def reduced_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
-        """Call a function of body i's primitive that finds accelerations."""
+        """Call a function of the primitive with which the recursion computes the accelerations of body i."""
         SceneTables.body_call(self, program, i, function, **operands)
 
 
 class AccelerationTangents:
-    """Writes motions, q̈, Ż and N into a program, and derives them along ``directions``.
+    """Writes motions, q̈, Ż and N into a program, and differentiates them along ``directions``.
 
-    active: rows of cut joints with a multiplier. redundant: cut joints also need transmitted wrenches."""
+    active: rows of cut joints with a multiplier. redundant: whether the wrenches that cut joints transmit are needed."""
 
     def __init__(
         self, scene: DifferentiableScene, program: Program, active: Sequence[int], directions: Directions, redundant: bool
@@ -69,17 +69,17 @@ class AccelerationTangents:
         self._accelerate()
         self._follow()
 
-    # -- what acts ----------------------------------------------------------------------------------------------------------
+    # -- forces -------------------------------------------------------------------------------------------------------------
 
     def _push(self) -> None:
-        """Add the wrenches of cut joints' multipliers on their bodies."""
+        """Add the wrenches that cut joints exert on their bodies."""
         for c in self.closed:
             for b, g in c.ends:
                 if b != GROUND:
                     self.add_wrenches(c, g, self.scene.force_on(self.program, b, self.moving, self.program.scratch_slot))
 
     def add_wrenches(self, c: CutJointSlots, g: str, out: Slot) -> None:
-        """Add the wrenches of a cut joint's multipliers and of its friction (−η)."""
+        """Add the wrenches g of a cut joint's multipliers and friction (−η) to ``out``."""
         for k in range(c.joint.kind.rows):
             if c.joint.rows + k in self.rows:
                 z = Slot(Space.Z, self.rows[c.joint.rows + k], 1)
@@ -94,7 +94,7 @@ class AccelerationTangents:
         return out
 
     def _effort(self, j: Joint, m: BodySlots) -> Slot:
-        """Forces along all freedoms of a tree joint, with friction and those of light freedoms' rows."""
+        """Forces along all freedoms of a tree joint: of devices, friction and rows of light freedoms."""
         light = [c for c in self.system.light_rows_of(j) if c.rows in self.rows]
         if not j.friction and not light:
             return m.effort
@@ -134,8 +134,8 @@ class AccelerationTangents:
                            qdd=free_of(self.qdd, j), Zo=self.Z[i], N=self.N[i], known=known)  # fmt: skip
 
     def _follow(self) -> None:
-        """Write the derivatives of body balances (``less``) and joint balances (``along``) at fixed accelerations, then those of
-        the accelerations."""
+        """Write the derivatives of body balances (``less``) and joint balances (``along``) at fixed accelerations, then the
+        derivatives of the accelerations."""
         program, s, count = self.program, self.scene, len(self.system.bodies)
         fixed, less = ([program.scratch_slot(6) for _ in range(count)] for _ in range(2))
         along, ground = program.scratch_slot(self.system.nv), program.scratch_slot(6)
@@ -162,7 +162,7 @@ class AccelerationTangents:
         self._solve(self.directions, fixed, less, along)
 
     def _solve(self, d: Directions, fixed: list[Slot], less: list[Slot], along: Slot) -> None:
-        """Write the tangents of q̈, Ż and N: the recursion with the derivatives of the balances as forces."""
+        """Write the tangents of q̈, Ż and N by the recursion, with the derivatives of the balances as forces."""
         program, s, count = self.program, self.scene, len(self.system.bodies)
         y, fq = program.scratch_slot(self.system.nv), program.scratch_slot(self.system.nv)
         Z, nothing = [program.scratch_slot(6) for _ in range(count)], program.scratch_slot(6)

@@ -1,8 +1,8 @@
-"""Forward-mode differentiation of a program. ``point`` computes values and what tangents store of them; ``along`` follows four
-directions at once (theory, "Jacobians on parts").
+"""Forward-mode differentiation of a program. The program ``point`` computes values, and stores those that the tangents need. The
+program ``along`` computes the derivatives along four directions at once (theory, "Jacobians on parts").
 
-Each number that a direction may change has a tangent, a vector of four. Tangents lie in *cells*: runs of numbers that calls use
-together. Execution skips a call whose input cells are zero, and its outputs are zero."""
+Each number that a direction may change has a tangent: a vector of its four derivatives. Tangents are grouped into *cells*:
+contiguous numbers that every call uses together. A call whose input cells are all zero is skipped, and its outputs are zero."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from trunnion.parts.primitives.primitive_cache import tangents
 from trunnion.parts.primitives.primitive_keys import AROUND, KEPT, Primitive
 
 BODIES = "p_"
-"""Prefix of body functions that only need values; ``accelerations`` derives their results."""
+"""Prefix of body functions without tangents; ``accelerations`` differentiates their results."""
 LONGEST = 36
-"""Longest operand of such a function."""
+"""Largest size of an operand of a function with this prefix."""
 B = Builtin
 
 
 @dataclass
 class TangentCall:
-    """A call in the program ``along``. operands: a slot, and whether its tangent (True) or its value is meant; None: a zero
-    tangent. ins, outs, added: tangents that the call reads, writes, adds to."""
+    """A call in the program ``along``. operands: pairs of a slot and a flag, True for the slot's tangent, False for its value; the
+    slot None is a zero tangent. ins, outs, added: tangents that the call reads, writes, adds to."""
 
     function: int
     operands: list[tuple[Slot | None, bool]]
@@ -36,7 +36,7 @@ class TangentCall:
 
 @dataclass
 class ValueCall:
-    """A call in the differentiated program. outs: operands that it writes; added: those of them that it adds to."""
+    """A call in the differentiated program. outs: operands that the call writes. added: the outs to which the call adds."""
 
     function: int
     names: tuple[str, ...]
@@ -53,7 +53,7 @@ ADDING = {B.ADD, B.ADD_DOT, B.ADD_ROW_DOTS, B.ADD_COLUMNS, B.ADD_STRIDED_COLUMNS
 
 
 def _builtin_sizes(which: int, numbers: Sequence[int]) -> dict[str, int]:
-    """Sizes of the operands of a builtin op, the output last; 0 for constants."""
+    """Sizes of the operands of a builtin op, the output last. Constants have size 0."""
     n, k = numbers[0], numbers[1] if len(numbers) > 1 else 0
     span = (k - 1) * numbers[2] if which in (B.ADD_ROW_DOTS, B.ADD_STRIDED_COLUMNS) and k else 0
     return {
@@ -73,27 +73,27 @@ def _builtin_sizes(which: int, numbers: Sequence[int]) -> dict[str, int]:
 
 
 class SlotSet:
-    """A set of numbers in arrays."""
+    """A set of positions in the arrays."""
 
     def __init__(self) -> None:
         self.of: dict[Space, bytearray] = {}
 
     def add(self, b: Slot) -> None:
-        """Add all numbers of a slot."""
+        """Add all positions of a slot."""
         own = self.of.setdefault(b.space, bytearray())
         if len(own) < b.at + b.size:
             own.extend(bytes(b.at + b.size - len(own)))
         own[b.at : b.at + b.size] = b"\1" * b.size
 
     def __contains__(self, b: Slot) -> bool:
-        """Whether any number of the slot is in the set."""
+        """Whether any position of the slot is in the set."""
         return 1 in self.of.get(b.space, b"")[b.at : b.at + b.size]
 
 
 @dataclass
 class Directions:
-    """Derives programs. scene: its primitives are called. scratch: program whose scratch holds stored values. seeded: slots that
-    directions change. numbers: directions also change parameters."""
+    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program whose scratch holds stored
+    values. seeded: slots that directions change. numbers: whether directions also change parameters."""
 
     scene: SceneTables
     scratch: Program
@@ -114,7 +114,8 @@ class Directions:
     # -- calls --------------------------------------------------------------------------------------------------------------
 
     def follow(self, program: Program, first: int = 0) -> int:
-        """Derive the calls of a program from ``first`` on (with parameters, those of ``prepare`` before them); returns its end."""
+        """Differentiate the calls of a program from index ``first`` on; returns the index of its end. If directions change
+        parameters, differentiates the new calls of ``prepare`` first."""
         if self.numbers and program is not self.scene.prepare:
             self._prepared = self.follow(self.scene.prepare, self._prepared)
         code, at = program.code, first
@@ -166,7 +167,7 @@ class Directions:
 
     def _derive_part(self, g: ValueCall) -> None:
         numbers = g.operands.get("numbers")
-        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # some follow time
+        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # time may change them
         at, along = primitive.operands
         moving = [n for n in g.names if n not in g.outs and g.operands[n] in self.active]
         if not moving:
@@ -193,7 +194,7 @@ class Directions:
         return None
 
     def _still(self, g: ValueCall) -> None:
-        """Derive a call with zero tangents as inputs: its outputs have zero tangents."""
+        """Differentiate a call whose input tangents are zero: its output tangents are zero."""
         outs = [g.operands[n] for n in g.outs if n not in g.added]
         if outs:
             self.calls.append(TangentCall(B.COPY, [], [], [], outs, []))
@@ -207,10 +208,10 @@ class Directions:
     def _derive_builtin(self, g: ValueCall) -> None:
         a, b, out = (g.operands.get(n) for n in ("a", "b", "out"))
         assert out is not None
-        if not out.size:  # products of no rows: a joint that forbids nothing
+        if not out.size:  # a product without rows, of a joint without constraints
             return None
         ins = [x for x in (a, b) if x is not None and x in self.active]
-        if not ins or g.function in (B.CURVE_PIECE, B.CURVE_FOOT):  # which piece is in force does not change a curve to first order
+        if not ins or g.function in (B.CURVE_PIECE, B.CURVE_FOOT):  # the selected piece has no first-order effect
             return self._still(g)
         added = [out] if g.added else []
         outs = [] if added else [out]
@@ -229,7 +230,7 @@ class Directions:
 
     def linear(self, function: int, operands: Sequence[tuple[Slot, bool]], ins: Iterable[Slot], outs: Iterable[Slot],
                added: Iterable[Slot] = (), numbers: Sequence[int] = ()) -> None:  # fmt: skip
-        """Append a call of a vector function, which has no values."""
+        """Append a call of an op that is linear in its tangents (flag True). ``point`` has no counterpart of this call."""
         outs, added = [b for b in outs if b.size], [b for b in added if b.size]
         ins = [b for b in ins if b.size and b in self.active]
         spots = [(b if not v or b in self.active or b in [*outs, *added] else None, v) for b, v in operands]
@@ -239,12 +240,12 @@ class Directions:
     # -- the program of values -----------------------------------------------------------------------------------------------------
 
     def point(self, program: Program, outs: Iterable[Slot] = ()) -> None:
-        """Write the calls whose values tangents or ``outs`` need, in order, then those that store values for tangents."""
+        """Write the calls whose values tangents or ``outs`` need, in order; then the calls that store values for tangents."""
         needed, later, live = SlotSet(), SlotSet(), []
         for b in outs:
             needed.add(b)
         for g in reversed(self.values):
-            assert not any(b in later for b in g.read), "what a tangent reads is written again"
+            assert not any(b in later for b in g.read), "a value that a tangent reads is overwritten"
             for b in g.read:
                 needed.add(b)
             body = g.function >= BUILTINS and not g.outs

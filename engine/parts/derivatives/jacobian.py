@@ -21,7 +21,7 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 
 class JacobianProgram(AccelerationTangents):
-    """Writes F and R into OUT; the redundant variant adds κ and what friction changes in κ. size: count of all these."""
+    """Writes F and R into OUT. The redundant variant appends κ and its change by friction. size: count of all these numbers."""
 
     def __init__(
         self, scene: DifferentiableScene, program: Program, active: Sequence[int], directions: Directions, redundant: bool = False
@@ -71,7 +71,7 @@ class JacobianProgram(AccelerationTangents):
         self.scene.call(self.program, own, **{**element_operands(self.scene, self.program, e), "N": N, "r": rates, **operands})
 
     def _close(self, at: int) -> None:
-        """Write the accelerations that cut joints' rows forbid."""
+        """Write the residuals R_λ: accelerations along the constraint rows of cut joints."""
         for c in self.closed:
             n = c.joint.kind.rows
             out = self.program.scratch_slot(n)
@@ -115,7 +115,7 @@ class JacobianProgram(AccelerationTangents):
         return out
 
     def _components(self, e: Element) -> Slot:
-        """The needed components of f_c, m_c."""
+        """The components of f_c, m_c that the law of the element needs."""
         j, out = e.joint, self.program.scratch_slot(len(e.needs))
         if e.needs:
             pose = self.motion(j).pose
@@ -124,7 +124,7 @@ class JacobianProgram(AccelerationTangents):
         return out
 
     def _share(self, shares: ScaledReactions) -> None:
-        """Write scaled reactions, and what friction changes in them."""
+        """Write the scaled reactions κ and their change by friction."""
         program, where = self.program, {j.name: self.motion(j) for j in self.system.joints}
         transmitted = {j.name: self._transmitted(j) for j in shares.joints}
         shares.write(program, where, self.moving, lambda j: transmitted[j.name], Slot(Space.OUT, self.size, shares.size))
@@ -141,7 +141,7 @@ class JacobianProgram(AccelerationTangents):
 
 
 def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool) -> TangentTables:
-    """Write the program ``point``; tangents of [F; R; κ; change of κ by friction] by [y, t, z]."""
+    """Write the program ``point``; returns the tangents of [F; R; κ; change of κ by friction] with respect to [y, t, z]."""
     system = scene.system
     ny, nz = system.nq + system.nv + len(system.bristles), len(active) + system.neta
     changes = [*each(Space.Y, ny), time(scene), *each(Space.Z, nz)]
@@ -154,12 +154,12 @@ def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool)
 
 
 def each(space: Space, count: int, first: int = 0) -> list[Change]:
-    """One direction per number."""
+    """One direction for each of ``count`` numbers of a space."""
     return [[(Slot(space, first + i, 1), -1)] for i in range(count)]
 
 
 def time(scene: ScenePasses) -> Change:
-    """Direction of time: t, and all numbers of each table but the last, each at the rate given by the next."""
+    """Direction of time. t changes at rate 1. The rate of each number of a table, except the last, is the next number."""
     at, tables = scene.system.external, range(scene.system.tables)
     numbers = [(NOW, -1), *[(at.table(k) + i, at.table(k) + i + 1) for k in tables for i in range(TABLE - 1)]]
     return [(Slot(Space.X, i, 1), rate) for i, rate in numbers]

@@ -1,5 +1,5 @@
-"""Derivatives beyond the Jacobian: of rates and columns by inputs and states (linear unit), of trajectories also by parameters
-(sensitivity unit)."""
+"""Derivatives beyond the Jacobian. The linear unit differentiates rates and columns with respect to inputs and states. The
+sensitivity unit also differentiates with respect to parameters."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def states(system: System) -> int:
 
 
 def linear_rates(system: System, active: Sequence[int]) -> DerivedUnit:
-    """[F; R] along [inputs (a ``tr_signal`` each), y, z]."""
+    """Tangents of [F; R] along [inputs (a ``tr_signal`` each), y, z]."""
     changes = [*_signals(system), *each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, changes, False)
 
 
 def linear_columns(system: System, chosen: list[Column]) -> DerivedUnit:
-    """Columns along [inputs, y, λ of all rows, η, accelerations]. Integrals, and values that only the runtime knows, are
-    constants."""
+    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals, and values that only the runtime
+    computes, count as constants."""
     multipliers = each(Space.Z, system.rows + system.neta)
     changes = [*_signals(system), *each(Space.Y, states(system)), *multipliers, *each(Space.A, system.nv)]
     return _columns(system, [c if c.quantity.instantaneous else None for c in chosen], changes, False)
@@ -61,13 +61,13 @@ def _signals(system: System) -> list[Change]:
 
 
 def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
-    """[F with powers; R; V; H] (``kernel.units.sensitivity_unit``) along [y, z, p, inputs, t]."""
+    """Tangents of [F with powers; R; V; H] (``kernel.units.sensitivity_unit``) along [y, z, p, inputs, t]."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 
 
 def outputs(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> DerivedUnit:
-    """Columns along [y, integrals, λ of all rows, η, accelerations, p, inputs, t]."""
+    """Tangents of columns along [y, integrals, λ of all rows, η, accelerations, p, inputs, t]."""
     integrals = len(names_of_powers(system)) if quadratures else 0
     own = [*each(Space.Y, states(system) + integrals), *each(Space.Z, system.rows + system.neta), *each(Space.A, system.nv)]
     return _columns(system, chosen, [*own, *_outside(system, parameters)], True)
@@ -79,7 +79,7 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds powers, rates of frictional freedoms, and friction ratios − 1 of pairs at rest."""
+    """Adds powers, the rates of the freedoms of frictional joints, and (friction ratio − 1) of each friction pair."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -102,7 +102,7 @@ class _Motion(JacobianProgram):
         self.size += len(self.system.sliders)
 
     def _hold(self, e: Element) -> None:
-        """Write friction ratios − 1 as if at rest; −1 for a law without static friction."""
+        """Write (friction ratio − 1) of each pair as if the pair were at rest; −1 for a law without static friction."""
         pairs, program, s = e.friction.sliders, self.program, self.scene
         hold = program.scratch_slot(3 * len(pairs))
         if e.sets:
@@ -138,7 +138,7 @@ def _columns(system: System, chosen: Sequence[Column | None], changes: list[Chan
 
 
 def _unit(scene: DifferentiableScene, d: Directions, changes: list[Change], count: int) -> DerivedUnit:
-    """With parameters among the directions, ``point`` also writes the values."""
+    """If directions change parameters, ``point`` also writes the values."""
     point, outs = scene.program("point"), [Slot(Space.OUT, i, 1) for i in range(count)]
     point.code.clear()
     d.point(point, outs if d.numbers else ())

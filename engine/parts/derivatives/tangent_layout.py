@@ -10,7 +10,7 @@ from trunnion.parts.bytecode.program import LANES, Builtin, Slot, Space
 from trunnion.parts.derivatives.forward_mode import Directions, SlotSet, TangentCall
 
 Change = list[tuple[Slot, int]]
-"""A direction: slots that it changes, and the index in x of each one's size (−1: size 1)."""
+"""A direction: pairs of a slot that changes, and the index in x of the slot's rate of change (−1: rate 1)."""
 
 
 @dataclass
@@ -22,8 +22,8 @@ class TangentTables:
 
 
 def tangent_tables(d: Directions, changes: Sequence[Change], outs: Sequence[Slot], order: Sequence[int] = ()) -> TangentTables:
-    """Tables of the directions ``changes`` and of the outputs ``outs``. order: puts directions that reach the same cells next to
-    each other."""
+    """Tables of the directions ``changes`` and of the outputs ``outs``. order: order in which the directions are evaluated;
+    directions that reach the same cells should be adjacent."""
     reached = [b in d.active for b in outs]
     w = _Cells(d, [*[b for c in changes for b, _ in c], *[b for b, r in zip(outs, reached, strict=True) if r]])
     first = [0, *accumulate(len(c) for c in changes)]
@@ -37,7 +37,7 @@ class _Cells:
     """Positions of tangents and cells, and the program that uses them."""
 
     def __init__(self, d: Directions, outside: Sequence[Slot]):
-        """outside: slots that directions change or that are outputs; calls need not use their tangents."""
+        """outside: slots that directions change, and output slots. They get tangents even if no call uses these tangents."""
         self.used, begins = SlotSet(), SlotSet()
         d.calls = [c for c in d.calls if c.ins or any(b in d.active for b in c.outs)]
         calls = [[*c.ins, *c.outs, *c.added] for c in d.calls]
@@ -71,7 +71,7 @@ class _Cells:
         return self.vector[b.space][b.at], self.cell[b.space][b.at]
 
     def _cells(self, b: Slot) -> list[int]:
-        """First cell of a slot, and count."""
+        """First cell of a slot, and count of its cells."""
         first, last = self.cell[b.space][b.at], self.cell[b.space][b.at + b.size - 1]
         return [first, last - first + 1]
 

@@ -97,6 +97,6 @@ class Sensitivities:
 
 
 def _at(a: np.ndarray) -> int:
-    """Address of a contiguous, writable array. ``a.ctypes`` takes four times as long, and a run asks hundreds of thousands of
-    times."""
+    """Address of a contiguous, writable array. A run needs hundreds of thousands of addresses, and ``a.ctypes`` takes four times
+    as long."""
     return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0

@@ -36,9 +36,9 @@ from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, tables_o
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip
 RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
-"""More functions where friction is solved along the recursion."""
+"""Additional functions of a kernel whose friction is solved along the recursion."""
 COUPLING = ("shift",)
-"""More functions where, besides, loops rub."""
+"""Additional function of such a kernel if the scene has loops."""
 
 
 @dataclass
@@ -57,7 +57,7 @@ class PartsKernel(Kernel):
         return self._made("linear", lambda: derivative_units.linear_unit(self.structure[0], self.facts["active_rows"], chosen))
 
     def _made(self, name: str, make: Callable[[], UnitDescription]) -> int:
-        """Address of a unit, which the first request makes."""
+        """Address of a unit. The first request builds the unit."""
         if name not in self.units:
             self.units[name] = make()
             self.tables[name] = table(self.units[name], self.keep)
@@ -68,7 +68,7 @@ class PartsKernel(Kernel):
 
 
 def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> PartsKernel:
-    """The kernel of a scene with these columns. redundant: the variant with the scaled reactions."""
+    """The kernel of a scene with these columns. redundant: whether to build the variant with the scaled reactions."""
     started = time.perf_counter()
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
@@ -87,8 +87,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier, and whether friction couples the multipliers that the motion leaves open to the
-    others."""
+    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to those of the remaining rows,
+    which the motion leaves undetermined."""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)
@@ -106,7 +106,7 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 def _kernel_unit(
     system: System, parameters: int, active: Sequence[int], redundant: bool, many: bool = False
 ) -> tuple[UnitDescription, Maps]:
-    """many: the loops have so many rows that friction is solved along the recursion, as in trees."""
+    """many: whether the loops have so many rows that friction is solved along the recursion, as in trees."""
     rubbed = bool(system.frictional) and (many or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)

@@ -22,8 +22,8 @@ PER_LINE = 30
 
 
 def parts_texts(units: Iterable[UnitDescription]) -> dict[str, str]:
-    """C text of all primitives that the units call, sorted by name: "parts", and "long_parts" for those with other compiler flags
-    (``c_compiler.part_flags``). Scenes of one kind have equal texts."""
+    """C text of all primitives that the units call, sorted by name. "long_parts" holds the primitives with other compiler flags
+    (``c_compiler.part_flags``), "parts" the rest. Scenes of one kind have equal texts."""
     primitives: dict[str, Primitive] = {}
     for of in chain.from_iterable(_scenes(u.scene) for u in units):
         primitives |= {name: of.scene.primitive_of[name] for name in called(of) if name in of.scene.primitive_of}
@@ -36,7 +36,7 @@ def parts_texts(units: Iterable[UnitDescription]) -> dict[str, str]:
 
 
 def _functions(text: str) -> dict[str, str]:
-    """The functions of a primitive by name, each with the pieces that it calls."""
+    """The functions of a primitive by name, each with the helper functions that it calls."""
     out, pieces = {}, ""
     for piece in re.split(r"(?<=\n}\n)", text.replace(VECTOR, "")):
         pieces += piece
@@ -47,7 +47,7 @@ def _functions(text: str) -> dict[str, str]:
 
 
 def called(of: DifferentiatedScene) -> list[str]:
-    """Names of the ops that the programs of a scene call, ordered by their numbers."""
+    """Names of the ops that the programs of a scene call, ordered by op number."""
     numbers = {f for program in of.scene.programs.values() for f in _numbers(program.code, 3)}
     if of.tangents:
         numbers |= set(_numbers(of.tangents.tables["code"], 6))
@@ -55,8 +55,8 @@ def called(of: DifferentiatedScene) -> list[str]:
 
 
 def _numbers(code: Sequence[int], head: int) -> Iterator[int]:
-    """Numbers of the ops that a program calls. head: integers before the operands. A program of tangents has three more: counts of
-    its inputs, outputs and added outputs; two integers follow for each of these."""
+    """Numbers of the ops that a program calls. head: count of integers at the start of a call. A program of tangents has three
+    more: the counts of inputs, outputs and added outputs. Two integers follow for each of these."""
     at = 0
     while at < len(code):
         yield code[at]
@@ -95,7 +95,7 @@ def _records(name: str, record: Record, rows: Sequence[tuple[Any, ...]]) -> str:
 
 
 def _scene(of: DifferentiatedScene, name: str) -> list[str]:
-    """C text of a scene, after the arrays that it points to."""
+    """C text of a scene, preceded by the arrays to which it points."""
     s, out = of.scene, []
     used = set(called(of))
     functions = [*(f"tr_op_{b.name.lower()}" for b in Builtin), *(f if f in used else "0" for f in s.functions)]

@@ -19,7 +19,7 @@ from trunnion.runtime.abi.kernel_records import DIRECTIONS, SCENE
 
 @lru_cache(maxsize=1)
 def interpreter() -> ctypes.CDLL:
-    """The interpreter: from the installation, else compiled once a machine."""
+    """The interpreter's library: the installed one, or one that this machine compiles once."""
     found = prebuilt_libraries.library("interpreter")
     if found:
         return found
@@ -54,7 +54,7 @@ def _address(name: str) -> int:
 
 
 def _integers(values: Sequence[int], keep: list[Any]) -> int:
-    """Address of an array of integers, one zero behind them."""
+    """Address of an array of these integers, followed by a zero."""
     array = np.array([*values, 0], np.intc)
     keep.append(array)
     address: int = array.ctypes.data

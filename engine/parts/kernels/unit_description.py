@@ -1,4 +1,4 @@
-"""Content of a kernel's table, before it becomes memory (``tables_in_memory``) or C text (``tables_as_c``)."""
+"""Contents of a kernel's table. ``tables_in_memory`` writes them into memory, ``tables_as_c`` as C text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class DifferentiatedScene:
 
 @dataclass
 class UnitDescription:
-    """A table by field: numbers, functions (C names without ``tr_parts_``), lists of integers, tables of records."""
+    """The fields of a table: numbers, functions (C names without ``tr_parts_``), lists of integers, tables of records."""
 
     record: Record
     scene: DifferentiatedScene

@@ -16,7 +16,7 @@ POINTER = 1
 STILL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 9)
 """Motion of the ground (``MOTION``)."""
 BODY = 10
-"""Numbers of a body, the last of its primitive: mass, mass centre (3), inertia (6)."""
+"""Count of a body's parameters: mass, mass centre (3), inertia (6). They are the last numbers of the body's primitive."""
 
 
 @dataclass
@@ -27,15 +27,15 @@ class SceneTables:
     constants: list[float] = field(default_factory=list)
     functions: dict[str, int] = field(default_factory=dict)
     primitive_of: dict[str, Primitive] = field(default_factory=dict)
-    """The primitive that an op belongs to, by the name of the op."""
+    """For each op's name, the primitive that contains the op."""
     programs: dict[str, Program] = field(default_factory=dict)
     nc: int = POINTER
     rubbed: bool = False
     """Whether friction is solved along the recursion, also on loops."""
     bare: bool = False
-    """Whether a cut joint without devices has only the outputs that close it."""
+    """Whether a cut joint without devices computes only the outputs that its constraint needs."""
     multipliers: int = 0
-    """Count of multipliers of rows of cut joints; they precede those of friction."""
+    """Count of multipliers of rows of cut joints; they precede the friction multipliers."""
 
     def __post_init__(self) -> None:
         self.prepare = self.program("prepare")
@@ -56,7 +56,7 @@ class SceneTables:
     # -- numbers and functions ----------------------------------------------------------------------------------------------
 
     def program(self, name: str) -> Program:
-        """The program of this name; a new one at first."""
+        """The program of this name. The first request creates the program."""
         return self.programs.setdefault(name, Program())
 
     def constant_slot(self, size: int) -> Slot:
@@ -70,7 +70,7 @@ class SceneTables:
         return Slot(Space.K, len(self.constants) - len(values), len(values))
 
     def numbers(self, leaves: Iterable[Leaf]) -> Slot:
-        """A slot with numbers of the scene. ``prepare`` gathers them if one is a parameter."""
+        """A slot with these values. If one of them is a parameter, ``prepare`` gathers the values."""
         leaves = list(leaves)
         if not any(isinstance(x, Param) for x in leaves):
             return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
@@ -130,7 +130,7 @@ class SceneTables:
         return own.slice(own.size - BODY, BODY)
 
     def work(self, i: int) -> int:
-        """Count of values that body i's primitive stores of its motion."""
+        """Count of motion values that body i's primitive stores."""
         return self.body_primitives[i].sizes["work"]
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
@@ -140,7 +140,7 @@ class SceneTables:
         )
 
     def acceleration(self, Z: Sequence[Slot], b: int) -> Slot:
-        """Ż of a body or the ground (``base``: gravity as its acceleration)."""
+        """Ż of a body or the ground. The ground's acceleration ``base`` is minus gravity, in place of gravity forces."""
         return self.base if b == GROUND else Z[b]
 
     def parent(self, i: int) -> int:

@@ -1,4 +1,4 @@
-"""Values of single signals at one instant, computed by the primitives of a run."""
+"""Values of single signals at one instant, computed by the same primitives as in a run."""
 
 from __future__ import annotations
 

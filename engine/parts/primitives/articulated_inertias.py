@@ -1,9 +1,9 @@
 """Articulated inertias with friction: a Newton step on η − law(N(η)) as one more pass over the bodies (theory, "Friction along the
 recursion").
 
-A law is local to its joint. K = ∂law/∂N ∂N/∂(reaction) is its derivative. Then the balance along a joint's freedoms is (Πᵀ + K) N
-= Q − e. The reduction (27)–(42) projects with Πᵀ + K instead of Πᵀ, and articulated inertias become unsymmetric. Π lacks freedoms
-that are held at rest; the joint transmits their friction."""
+A friction law depends only on the reaction of its own joint. With the derivative K = ∂law/∂N ∂N/∂(reaction) and the remainder e,
+the balance along the joint's freedoms is (Πᵀ + K) N = Q − e. The reduction (27)–(42) then projects with Πᵀ + K instead of Πᵀ, and
+articulated inertias become unsymmetric. For a freedom held at rest, Π has a zero column; the joint transmits its friction."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from trunnion.recursion.masses_and_forces import Mass
 from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, skew, zeros
 
 NARROW = ("turned", "borne", "grip", "moves", "pivot", "slim")
-"""Operands. turned: inertia handed over by outboard bodies (6×6, column-major). borne: where their sum goes on the inboard body.
-grip: K of the free freedoms (n×6). moves: 1 for a free freedom that moves, 0 for one at rest. pivot: determinant of the joint's
-block. slim: stored values."""
+"""Operands. turned: sum of the inertias from outboard bodies (6×6, column-major). borne: operand ``turned`` of the inboard body, to
+which the body adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 at rest. pivot:
+determinant of the joint's block. slim: stored values."""
 Functions = tuple[list[Input], list[Output]]
 
 
@@ -25,7 +25,7 @@ def narrowed(
     mass: Mass, step: Step, steady: SX, at: dict[str, str], stage: int, looped: bool, spun: SX,
 ) -> list[Functions]:  # fmt: skip
     """Inputs and outputs of the stages from ``stage`` on: ``narrow`` (inertias and pivots), ``pull`` (forces inward), ``push``
-    (accelerations and reactions outward); looped: also of ``press``, ``sense`` and ``swing``.
+    (accelerations and reactions outward). looped: whether to add ``press``, ``sense`` and ``swing``.
 
     steady: F⁰ of the body (17). spun: rotor inertias of the free freedoms (n×n)."""
     n = step.Pi.size2()
@@ -48,8 +48,8 @@ def narrowed(
 
 
 def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX], at: dict[str, str], stage: int) -> Functions:
-    """Forces inward. From the wrench handed over by outboard bodies (``fc``), that on the body, and forces along the free freedoms
-    minus e (``yc``): y, the whole wrench F̄ on the body, and the wrench handed over."""
+    """The inward step of the forces. Inputs: the wrench from outboard bodies (``fc``), the wrench on the body, and the forces along
+    the free freedoms minus e (``yc``). Outputs: y, the total wrench F̄ on the body, and the wrench on the inboard body."""
     rows, inverse, moves = projected
     handed, force, along = SX.sym("handed", 6), SX.sym("force", 6), SX.sym("along", step.Pi.size2())
     F = steady + force + handed
@@ -60,8 +60,8 @@ def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX],
 
 
 def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage: int) -> Functions:
-    """Accelerations outward. From Ż of the inboard body, y and F̄: q̈, Ż, the reaction N of the joint, and Πᵀ N plus rotor
-    forces."""
+    """The outward step of the accelerations. Inputs: Ż of the inboard body, y, F̄. Outputs: q̈, Ż, the joint's reaction N, and
+    Πᵀ N plus rotor forces."""
     Z, y, F = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - V @ carried
@@ -73,9 +73,9 @@ def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage:
 
 
 def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str], stage: int) -> list[Functions]:
-    """``press``: force column f inward: y = P⁻¹ (Πᵀ + K) f, and the column on the inboard body. ``sense``: row r of the constraint
-    equations inward: r Π, and the row on the inboard body. The two are transposes only without friction. ``swing``: accelerations
-    that columns cause, outward."""
+    """``press`` reduces a force column f inward, to y = P⁻¹ (Πᵀ + K) f and the column on the inboard body. ``sense`` reduces a row
+    r of the constraint equations inward, to r Π and the row on the inboard body. ``press`` and ``sense`` are transposes only
+    without friction. ``swing`` computes outward the accelerations that force columns cause."""
     f, r, Z, y = SX.sym("f", 6), SX.sym("r", 6), SX.sym("Zc", 6), SX.sym("ys", step.Pi.size2())
     pressed, along, carried = answer @ f, Pi.T @ r, Gamma(step.lever, Z)
     qdd = y - V @ carried
@@ -89,8 +89,8 @@ def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str]
 
 
 def _inverse(P: SX) -> tuple[SX, SX]:
-    """Inverse and determinant of a joint's unsymmetric block: by cofactors up to three freedoms, else by elimination without
-    pivoting. No joint with friction has more than three."""
+    """Inverse and determinant of a joint's unsymmetric block. Up to three freedoms by cofactors, else by elimination
+    without pivoting. A joint with friction has at most three freedoms."""
     n = P.size1()
     if n == 0:
         return zeros(0, 0), SX(1)

@@ -1,6 +1,6 @@
-"""Balance of a body with known accelerations, one primitive per term, so that each term has tangents (``tangents``).
+"""Balance of a body with known accelerations. Each term is a primitive of its own, so that each has tangents (``tangents``).
 
-``work`` of a body here: its lever (3), the nonzeros of Π of its free freedoms, w (6)."""
+In this module, ``work`` holds a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT
 
 
 def _walked(which: BodyKey) -> tuple[PrimitiveSymbols, SX, Motion, Step]:
-    """Symbols of a body's joint and of the inboard body's motion; the body's motion and step."""
+    """Symbols of a body's joint, symbols of the inboard body's motion, and the body's motion and step."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     a_body(count)
@@ -63,7 +63,7 @@ def moved(which: BodyKey) -> Primitive:
 
 @cache
 def carry(which: BodyKey) -> Primitive:
-    """work, reaction on the body (6) → its wrench on the inboard body, added."""
+    """work, reaction on the body (6) → wrench of this reaction on the inboard body, added to the operand."""
     all_of, lever, _, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(_named(which, "carry"), {"work": all_of, "N": N}, {"up": GammaT(lever, N)}, ["up"])
@@ -71,7 +71,8 @@ def carry(which: BodyKey) -> Primitive:
 
 @cache
 def turned(which: BodyKey) -> Primitive:
-    """work, reaction on the body (6) → its wrench on the inboard body and its force along the free freedoms, both subtracted."""
+    """work, reaction on the body (6) → wrench of this reaction on the inboard body, and its forces along the free freedoms. Both
+    are subtracted from the operands."""
     all_of, lever, Pi, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(
@@ -81,7 +82,8 @@ def turned(which: BodyKey) -> Primitive:
 
 @cache
 def weigh(sign: int) -> Primitive:
-    """numbers of a body (mass, centre 3, inertia 6), motion, wrench on it (6), Ż → sign (M Ż − F), added."""
+    """numbers of a body (mass, centre 3, inertia 6), motion, wrench on the body (6), Ż → sign (M Ż − F), added to the operand. F
+    includes the wrench and the velocity forces."""
     count = ParameterCounter()
     body = a_body(count)
     sym, motion = PrimitiveSymbols(count.count), SX.sym("motion", MOTION)

@@ -1,9 +1,9 @@
-"""Catalogue of the primitives that an installation precompiles, so that its scenes need no compiler.
+"""Catalogue of the primitives that an installation precompiles, so that scenes need no compiler.
 
 The declarations of joint types, contact elements, laws and columns decide the list. Rare cases are left out: two prescribed
-freedoms of a planar joint; one or two of a free body; Adams' approximation with laws that it is not compared with; friction on
-redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads with unusual
-laws; rotors except of hinges, guides and balls."""
+freedoms of a planar joint; one or two prescribed freedoms of a free body; Adams' approximation with laws other than ``COMPARED``;
+friction on redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads
+with unusual laws; rotors, except on hinges, guides and balls."""
 
 from __future__ import annotations
 
@@ -32,16 +32,17 @@ from trunnion.system.structure.friction_joint_indices import everything
 Recipe = tuple[Any, ...]
 """Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
 MANY = 3
-"""A joint with this many freedoms has none, one or all of them prescribed; with more freedoms, none or all; with fewer, any."""
+"""A joint with this many freedoms may have none, one or all of them prescribed. With more freedoms: none or all. With fewer
+freedoms: any subset."""
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
-"""Laws with which Adams' approximation is compared: each law that smooths another, and the law that it smooths."""
+"""Laws with which Adams' approximation is compared: each law that smooths another law, and the smoothed law."""
 SIDES = (False, True)
 PINS = (PIN_IN, PIN_OUT)
 DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic", "through")
 
 
 def every() -> Iterator[Recipe]:
-    """All recipes, each once, and those of the tangents that Jacobian and linear units use."""
+    """All recipes without repetition, then the recipes of the tangents that Jacobian and linear units use."""
     recipes = dict.fromkeys(chain(_small(), _columns(), _bodies(), _cuts(), _frictions()))
     yield from recipes
     yield from (
@@ -59,8 +60,8 @@ SMOOTH = {
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether a primitive has tangents. Of contact columns only those of usual laws have: they are as long as all other code, and
-    columns are seldom linearised."""
+    """Whether the catalogue has tangents of a primitive. Tangents of contact columns are limited to usual laws: their code is as
+    long as all other code, and columns are seldom linearised."""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
@@ -69,7 +70,8 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether numbers of such friction may follow time in stiff motions: with Coulomb's law, without a curve over speed."""
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It does for Coulomb's law without
+    a curve over speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 
@@ -93,7 +95,7 @@ def _small() -> Iterator[Recipe]:
 
 
 def _columns() -> Iterator[Recipe]:
-    """Columns with an expression; contacts are apart."""
+    """Columns with an expression, except contact columns (``_contacts``)."""
     for kind in REGISTRY.values():
         if not kind.selects and kind is not CONTACT:
             arms = [PINS if o is REACTION_ARM else (None,) for o in kind.operands.values()]
@@ -109,7 +111,7 @@ def _contacts(which: FrictionKey) -> Recipe:
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
-    """Sets of freedoms of a joint that may be prescribed together; a bodiless joint has none."""
+    """Sets of freedoms of a joint that may be prescribed together. A bodiless joint has only the empty set."""
     if kind.bodiless:
         return [()]
     able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
@@ -133,7 +135,7 @@ def _bodies() -> Iterator[Recipe]:
 
 
 def spun(kind: JointKind) -> bool:
-    """Whether joints of this type have rotors, as motors and imported files have: hinges, guides, balls."""
+    """Whether the catalogue has rotors on joints of this type: hinges, guides and balls, as motors and imported files use."""
     return kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
 
 
@@ -161,29 +163,29 @@ def _frictions() -> Iterator[Recipe]:
 
 
 def _laws(kind: JointKind) -> list[str]:
-    """Laws that friction of such a joint usually has."""
+    """Friction laws that the catalogue has for joints of this type."""
     return [name for name, law in LAWS.items() if usual(name) or not (kind.pitched or kind.bodiless)]
 
 
 def usual(law: str) -> bool:
-    """Whether threads, constant friction and finite parts have the law: set-valued laws and those compared with them."""
+    """Whether the catalogue has the law also for pitched and bodiless joints: set-valued laws, and the laws in ``COMPARED``."""
     return LAWS[law].sets or law in COMPARED
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
-    """Which part may be inside, and which part may have the ends."""
+    """All fits of a joint: which part is inside, and which part has the ends of the contact."""
     pins = pins[:1] if kind.bodiless else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
 
 
 def overlaps(kind: JointKind) -> bool:
-    """Whether parts of such joints may touch where they overlap."""
+    """Whether parts of joints of this type may touch along their overlap."""
     return bool(kind.friction) and any(s.ends == OVERLAP for s in CONTACTS[kind.friction].sizes)
 
 
 def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> list[tuple[str, ...]]:
-    """Which numbers a scene may give for a joint's friction: each set has all required numbers and any of the optional ones."""
+    """Sets of friction parameters that a scene may give: all required parameters, with any subset of the optional parameters."""
     usual = LAWS[law].sets and not adams
     sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
     declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
@@ -196,7 +198,8 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 
 def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:
-    """Needed and permanent numbers with each subset of the others. A number with ``needed_with`` comes with that one."""
+    """All required parameters and those in ``always``, with each subset of the optional parameters. A parameter with
+    ``needed_with`` is added with the parameter named there."""
     loose = [n for n in declared if not n.needed and n.default is None and not n.needed_with and n.name not in always]
     for some in chain.from_iterable(combinations(loose, k) for k in range(len(loose) + 1)):
         names = {n.name for n in some}
@@ -225,7 +228,7 @@ def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
     if law.bristles:
         yield "friction", "drift", which
     if not CONTACTS[friction.contact].count:
-        return  # what is given needs no reactions
+        return  # a given friction force needs no reactions
     names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
     for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):
         yield from _pinned(which, fit)
@@ -234,7 +237,7 @@ def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
 
 
 def _pinned(which: FrictionKey, fit: Fit) -> Iterator[Recipe]:
-    """Primitives that turn reactions into the components that contact elements take."""
+    """Primitives that convert reactions into the components that contact elements need."""
     kind = which.joint.kind
     yield from (("loop_joint", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
     for forward in SIDES:

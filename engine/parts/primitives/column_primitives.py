@@ -22,13 +22,14 @@ from trunnion.recursion.vector_algebra import SX, zeros
 from trunnion.system.structure.friction_joint_indices import everything
 
 Symbols = tuple[dict[str, SX], Any]
-"""Symbols of an operand's slots by name, and the argument for the expression."""
+"""Symbols of an operand's slots by name, and the argument that the column's expression receives."""
 
 
 @cache
 def column(kind: str, structures: tuple[Hashable, ...]) -> Primitive:
-    """The primitive of a column kind: operands of its expression, then outputs (names begin with ``OUT``). structures: for each
-    operand, data that decide the code beside its name (``parts.programs.column_operand_slots``). Sizes: those of the outputs."""
+    """The primitive of a column kind: operands of the kind's expression, then outputs (names begin with ``OUT``). structures: for
+    each operand, data that decide the code in addition to its name (``parts.programs.column_operand_slots``). The primitive's sizes
+    are those of its outputs."""
     declared = REGISTRY[kind]
     inputs: dict[str, SX] = {}
     arguments: dict[str, Any] = {}
@@ -42,7 +43,7 @@ def column(kind: str, structures: tuple[Hashable, ...]) -> Primitive:
 
 
 def _plain(name: str, operand: Operand, structure: Hashable) -> Symbols:
-    """A vector; its structure is its size where a joint decides it."""
+    """A vector. If a joint decides the vector's size, ``structure`` is this size."""
     value = SX.sym(name, structure if isinstance(structure, int) else operand.size)
     return {name: value}, value
 
@@ -76,4 +77,4 @@ def _friction(_: str, operand: Operand, structure: Hashable) -> Symbols:
 FORMS: dict[str, Callable[..., Symbols]] = {
     "body_motion": _motion, "load_ends": _ends, "joint_pose": _pose, "reaction_arm": _arm, "friction": _friction,
 }  # fmt: skip
-"""Operands that are more than a vector."""
+"""Operands that are not plain vectors."""

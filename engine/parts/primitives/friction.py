@@ -43,8 +43,8 @@ class FrictionSymbols(PrimitiveSymbols):
 
 
 class _Evaluation:
-    """Symbols of a joint's friction and of its reaction N and rates, with laws, numbers and wrench made of them. inputs: numbers,
-    N, rates, modes, states. arguments: of a contact element's functions."""
+    """Symbols of a joint's friction, reaction N and rates; laws, numbers and wrench as expressions of these symbols. inputs:
+    numbers, N, rates, modes, states. arguments: the arguments of a contact element's functions."""
 
     def __init__(self, which: FrictionKey, velocity: str = "r", soft: bool = False):
         sym, self.N, rates = FrictionSymbols(which, int(soft)), SX.sym("N", len(which.needs)), SX.sym(velocity, which.joint.kind.nv)
@@ -55,7 +55,7 @@ class _Evaluation:
         self.inputs = {"numbers": sym.p, "N": self.N, velocity: rates, "modes": sym.modes, "b": sym.b}
 
     def by_loads(self, values: SX) -> SX:
-        """Derivative of values by N, column-major."""
+        """Derivative of values with respect to N, column-major."""
         return ca.vec(by_loads(values, self.element, self.N))
 
 
@@ -75,7 +75,7 @@ def law(which: FrictionKey, alone: bool) -> Primitive:
 
 @cache
 def residual(which: FrictionKey) -> Primitive:
-    """Inputs, η, accelerations of the freedoms → residuals of η: η − law(N, rates); for a pair at rest, its acceleration."""
+    """Inputs, η, accelerations of the freedoms → residuals of η: η − law(N, rates), or the acceleration of a pair at rest."""
     at, nv = _Evaluation(which), which.joint.kind.nv
     e, eta, acc = at.element, SX.sym("eta", nv), SX.sym("acc", nv)
     out = [eta[k] - value for k, value in enumerate(e.contact.friction(*at.arguments))]
@@ -88,7 +88,7 @@ def residual(which: FrictionKey) -> Primitive:
 
 @cache
 def held(which: FrictionKey, alone: bool) -> Primitive:
-    """numbers, N, u, modes, states → a ``tr_hold`` per pair, and (unless ``alone``) the derivative of each pair's capacity by N."""
+    """numbers, N, u, modes, states → a ``tr_hold`` per pair, and (unless ``alone``) ∂(capacity)/∂N of each pair."""
     at = _Evaluation(which, "u")
     e = at.element
     found = e.contact.held(at.wrench, [at.rates[i] for i in e.eta], at.laws, at.numbers, e.friction.adams)
@@ -117,8 +117,8 @@ def drift(which: FrictionKey) -> Primitive:
 
 @cache
 def pressed(which: FrictionKey, soft: bool) -> Primitive:
-    """Inputs, friction u → change of the joint's first scaled reactions by friction, and its derivatives by N, then by u. soft: the
-    joint's stiffness is the last number."""
+    """Inputs and friction u → change of the joint's first scaled reactions by friction; ∂(change)/∂N, then ∂(change)/∂u. soft:
+    whether the joint has a stiffness, which is then the last number."""
     at, u = _Evaluation(which, soft=soft), SX.sym("u", which.joint.kind.nv)
     joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
     e = replace(at.element, joint=joint)

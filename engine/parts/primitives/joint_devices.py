@@ -17,10 +17,11 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import Device, Latch, Motor, Signal, Stop
 
 DEVICE = 7
-"""Numbers of a device: stiffness and rest of its spring, damping, stiffness and damping of its stops, lower and upper end."""
+"""Count of a device's numbers: stiffness and rest position of the spring, damping, stiffness and damping of the stops, lower and
+upper end."""
 
 LATCH = 6
-"""Numbers of a latch: position, side, stiffness, damping, holding force, pitch of its teeth."""
+"""Count of a latch's numbers: position, side, stiffness, damping, holding force, pitch of the teeth."""
 
 
 @cache
@@ -45,7 +46,7 @@ def device(what: str) -> Primitive:
 @cache
 def latch(what: str) -> Primitive:
     """numbers (``LATCH``), flags (hook, pressed), coordinate, rate → ``force``, ``power`` of damping or ``potential`` energy,
-    added. From hook, coordinate and release: ``depths`` (3)."""
+    added. ``depths`` instead computes three depths from numbers, flags, coordinate and release."""
     sym, flags, q, rate, release = PrimitiveSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
     n = ParameterCounter().take(LATCH)
     x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]
@@ -70,7 +71,7 @@ def motor() -> Primitive:
 
 @cache
 def depth(upper: bool) -> Primitive:
-    """End of a stop (1), coordinate → depth by which it is pressed."""
+    """End of a stop (1), coordinate → depth by which the stop is compressed."""
     end, q = SX.sym("end"), SX.sym("q")
     return expression_primitive(
         f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)}

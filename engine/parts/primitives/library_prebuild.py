@@ -20,7 +20,7 @@ CHUNK = 150_000
 
 
 def build(folder: Path, recipes: Iterable[Recipe] | None = None) -> None:
-    """Build all libraries into a folder (``prebuilt_libraries.folder``). recipes: of the primitives; default: the whole
+    """Build all libraries into a folder (``prebuilt_libraries.folder``). recipes: recipes of the primitives, by default the whole
     catalogue."""
     folder.mkdir(parents=True, exist_ok=True)
     with side_by_side(os.cpu_count() or 2) as submit:
@@ -43,8 +43,8 @@ def build(folder: Path, recipes: Iterable[Recipe] | None = None) -> None:
 
 
 def _chunks(recipes: Iterable[Recipe]) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Compiler flags, and C text of the primitives compiled with them, with the facts of each. Equal primitives of several recipes
-    appear once."""
+    """Pairs of compiler flags and the C text to compile with these flags: primitives and their facts. Equal primitives of several
+    recipes appear once."""
     texts: dict[str, str] = {}
     begun: dict[tuple[str, ...], list[str]] = {}
     for recipe in recipes:

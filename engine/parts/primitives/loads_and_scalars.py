@@ -28,11 +28,11 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
-"""Numbers of a signal by kind; a table has none."""
+"""Count of a signal's numbers by kind. A table has no numbers."""
 
 
 class Timed(PrimitiveSymbols):
-    """Symbols with the time of evaluation."""
+    """Symbols of a primitive that depends on time."""
 
     def __init__(self, numbers: int):
         super().__init__(numbers)
@@ -49,7 +49,7 @@ class Timed(PrimitiveSymbols):
 
 @cache
 def signal(kind: str, moves: bool) -> Primitive:
-    """numbers, time → value of a signal; moves: its rate and acceleration too."""
+    """numbers, time → value of a signal; with ``moves``, also its rate and acceleration."""
     count = ParameterCounter()
     s = Signal(kind, count.take(LEAVES[kind]))
     sym = Timed(count.count)
@@ -121,8 +121,8 @@ def energies() -> Primitive:
 
 
 def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[dict[str, SX], SX]:
-    """Symbols of a joint's pose (and of overlapping lengths), and the needed components of f_c, m_c from the reaction N (6) on
-    its child."""
+    """Symbols of a joint's pose (and of the lengths of overlapping parts), and the components ``needs`` of f_c, m_c from the
+    reaction N (6) on the joint's child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)
@@ -141,7 +141,8 @@ def span() -> Primitive:
 
 @cache
 def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Reaction N on the child (6), pose (and overlapping lengths) → the needed components of f_c, m_c; 0 for the span."""
+    """Reaction N on the child (6), pose (and lengths of overlapping parts) → the components ``needs`` of f_c, m_c; the span is
+    0."""
     N = SX.sym("N", 6)
     ins, out = pin_components(kind, forward, fit, needs, N)
     words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.label, *needs]
@@ -167,7 +168,7 @@ def along(kind: str, forward: bool, k: int) -> Primitive:
 
 @cache
 def at_least() -> Primitive:
-    """value, least → the larger one."""
+    """value, least → max(value, least)."""
     value, least = SX.sym("value"), SX.sym("least")
     return expression_primitive("s_at_least", {"value": value, "least": least}, {"out": ca.fmax(value, least)})
 

@@ -28,7 +28,7 @@ from trunnion.system.structure.loop_joints import NO_SIZE
 
 
 def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], cutting.Cut]:
-    """Symbols, inputs and frames of a cut joint, without rows."""
+    """Symbols, inputs and frames of a cut joint, without constraint rows."""
     n = ParameterCounter()
     frames, points = [n.take(9), n.take(9)], [n.take(3), n.take(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
@@ -47,8 +47,8 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
 
 @cache
 def bearing(kind: str, ground: str) -> Primitive:
-    """Cam: numbers (27), motions → angle at which the profile is read. Curve: numbers (24), motions → point in the curve's plane
-    (2)."""
+    """Cam: numbers (27), motions → angle at which the profile is evaluated. Curve: numbers (24), motions → point in the curve's
+    plane (2)."""
     sym, ins, c = _closing(kind, ground)
     at = point_on_curve_constraint.spot(c) if c.joint.kind.follows == "curve" else cam_follower_constraint.bearing(sym, c)
     return expression_primitive(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": at})
@@ -58,8 +58,8 @@ def bearing(kind: str, ground: str) -> Primitive:
 def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
-    Inputs: numbers (two frames, two points: 24; wheels: module, teeth, phase: 4 more; cams: middle of the profile, roller: 3
-    more); motions ``inb`` and ``out`` (except that of ``ground``); the active piece of a cam's profile, or the foot on a curve.
+    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 3 more for cams: middle of the profile,
+    roller); motions ``inb`` and ``out`` (not of the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row),
     and on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
     force along each freedom (win, wout, wat); pose; point on the outboard part.
@@ -91,8 +91,9 @@ def _beside(columns: list[SX]) -> SX:
 
 @cache
 def tie(follower: str, leader: str) -> Primitive:
-    """A freedom that follows another: numbers (two frames and two points of each joint, ratio, offset: 50), coordinates and rates
-    of both (2), motions of the four bodies → residual, rate and ξ of the row, its wrenches on the four bodies."""
+    """Coupling of a freedom that follows another freedom. Inputs: numbers (50: two frames and two points of each joint, ratio,
+    offset), coordinates and rates of the two freedoms (2 each), motions of the four bodies. Outputs: residual, rate and ξ of the
+    constraint row, and its wrenches on the four bodies."""
     n, q, v = ParameterCounter(), SX.sym("q", 2), SX.sym("v", 2)
     ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}
     motions = [unpack_motion(ca.vertsplit(m)) for m in ends.values()]
@@ -125,7 +126,8 @@ def _posed() -> tuple[SX, SX, SX, SX, SX]:
 
 @cache
 def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Wrench on the outboard part (6), pose (and overlapping lengths) → the needed components of f_c, m_c; 0 for the span."""
+    """Wrench on the outboard part (6), pose (and lengths of overlapping parts) → the components ``needs`` of f_c, m_c; the span
+    is 0."""
     ft, pose, Ein, Eout, s = _posed()
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, True)
     ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
@@ -137,8 +139,8 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
 
 @cache
 def weighed(sign: int) -> Primitive:
-    """Wrench on the outboard part (6), its point (3), motion and numbers of one body, half the trace of its inertia → the wrench
-    scaled by mass and inertia (6). Without friction it selects the reactions of redundant loops."""
+    """Wrench on the outboard part (6), the joint's point (3), motion and numbers of one body, half the trace of the body's inertia
+    → the wrench scaled by mass and inertia (6). Without friction, scaled wrenches select the reactions of redundant loops."""
     count = ParameterCounter()
     body = a_body(count)
     sym, ft, point = PrimitiveSymbols(count.count), SX.sym("ft", 6), SX.sym("point", 3)
@@ -152,7 +154,8 @@ def weighed(sign: int) -> Primitive:
 
 @cache
 def arm(bodies: int) -> Primitive:
-    """Half the trace of the inertia, and mass, of each body of a joint → half length of its contacts without friction."""
+    """Half the trace of the inertia, and the mass, of each body of a joint → half length of the joint's contacts. This length is
+    for joints without friction."""
     spin, mass = SX.sym("spin", bodies), SX.sym("mass", bodies)
     square = sum((spin[k] / mass[k] for k in range(bodies)), SX(0)) / bodies
     return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass}, {"out": PART * ca.sqrt(square + NO_SIZE)})
@@ -161,7 +164,8 @@ def arm(bodies: int) -> Primitive:
 @cache
 def sprung(kind: str, fit: Fit, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Primitive:
     """Wrench on the outboard part (6), pose, sizes of the contact element (and the joint's stiffness), arm → forces of the
-    contacts as springs. With friction on loops they select the reactions. sizes: names, empty without friction."""
+    contacts, modelled as springs. If loops have friction, these forces select the reactions of redundant loops. sizes: names of the
+    sizes; empty without friction."""
     ft, pose, Ein, Eout, s = _posed()
     n = ParameterCounter()
     friction = FrictionElement("", "", False, tuple((name, n.take_one()) for name in sizes), ()) if sizes else None

@@ -1,7 +1,7 @@
-"""Precompiled primitives of the bytecode: from the installation, from this machine's cache, or built on the spot.
+"""Precompiled primitives of the bytecode: from the installation, from this machine's cache, or built when needed.
 
-A key is the digest of a recipe: module, function and arguments that build the primitive. Only a primitive that is in neither place
-is written with symbols and compiled."""
+A key is the digest of a recipe: module, function and arguments that build the primitive. Only a primitive that is neither installed
+nor cached is derived symbolically and compiled."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def key_of(*recipe: Hashable) -> str:
 
 
 def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
-    """Build the primitive with symbols. SceneError where the packages that write and compile C are not installed."""
+    """Build the primitive symbolically. SceneError if the packages that write and compile C are not installed."""
     c_compiler.needed("this scene", f"a part that did not come with the installation ({module}.{name})")
     from trunnion.recursion.casadi_operators import direct_operators
 
@@ -84,7 +84,7 @@ def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
 
 
 def _installed(key: str) -> Primitive | None:
-    """A primitive of the installation's library, which also holds its facts."""
+    """An installed primitive, or None. The installed library also holds the facts of its primitives."""
     library = prebuilt_libraries.library("parts")
     if library is None:
         return None
@@ -101,7 +101,7 @@ def facts_symbol(key: str) -> str:
 
 
 def facts_of(primitive: Primitive) -> dict[str, Any]:
-    """Operands and sizes of a primitive, which programs read (JSON)."""
+    """Operands and sizes of a primitive, as JSON data. Programs need them for calls of the primitive."""
     return {"operands": primitive.operands, "sizes": primitive.sizes}
 
 
@@ -117,13 +117,13 @@ def toolchain() -> tuple[str, ...]:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of all that decides primitives' code: sources, symbolic library, compiler."""
+    """Digest of all that influences the code of primitives: sources, symbolic library, compiler."""
     sources = [f.read_bytes() for f in sorted(FOLDER.rglob("*.py"))]
     return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"), *toolchain())
 
 
 def compiled_interpreter() -> Path:
-    """The interpreter's library, compiled once a machine."""
+    """The interpreter's library, which a machine compiles once."""
     name = f"interpreter{c_compiler.library_suffix()}"
     key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *toolchain())
 
@@ -135,12 +135,12 @@ def compiled_interpreter() -> Path:
 
 
 def _facts_folder() -> Path:
-    """Folder with the facts of the primitives that these sources built, a file each."""
+    """Folder with one file of facts for each primitive that these sources built."""
     return library_cache.entry(f"known-{primitives_key()}", lambda _: None)[0]
 
 
 def _cached(key: str) -> Primitive | None:
-    """A primitive that this machine has compiled."""
+    """A primitive that this machine has compiled, or None."""
     try:
         facts = json.loads((_facts_folder() / f"{key}.json").read_text())
     except (OSError, ValueError):
@@ -149,12 +149,12 @@ def _cached(key: str) -> Primitive | None:
     if not (folder / "complete").exists():
         return None
     with suppress(OSError):
-        os.utime(folder)  # pruning removes what is unused for longest
+        os.utime(folder)  # pruning removes the least recently used entries
     return _from_facts(facts, key, _library_in(folder))
 
 
 def _store_facts(primitive: Primitive, library: Path) -> None:
-    """Store the facts of a compiled primitive. The file appears whole or not at all."""
+    """Store the facts of a compiled primitive in a file, atomically."""
     if not primitive.key:
         return
     temporary = _facts_folder() / f".{primitive.key}-{os.getpid()}"
@@ -173,7 +173,7 @@ def _load(library: str) -> ctypes.CDLL:
 
 
 def _compile(text: str) -> Path:
-    """The library of a primitive's C text, compiled once a machine."""
+    """The library of a primitive's C text, which a machine compiles once."""
     from trunnion.kernel.c_code.code_generator import MATH
 
     def make(folder: Path) -> None:
@@ -196,7 +196,7 @@ def _pruned(libraries: set[str]) -> set[str]:
 
 
 def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
-    """The libraries of primitives. Those that are missing are compiled side by side, and cached."""
+    """The libraries of primitives. Missing libraries are compiled in parallel and cached."""
     pruned = _pruned({p.library for p in primitives})
     new = [i for i, p in enumerate(primitives) if not p.library or p.library in pruned]
     texts = {i: primitives[i].text or build_primitive(*primitives[i].recipe).text for i in new}

@@ -28,8 +28,7 @@ class Expressions:
 def expression_primitive(
     name: str, inputs: dict[str, SX], outputs: Mapping[str, SX | Sequence[SX]], added: Sequence[str] = ()
 ) -> Primitive:
-    """The primitive ``name``. Operands: inputs, then outputs; those of length 0 have none. added: outputs that add to their
-    slot."""
+    """The primitive ``name``. Operands: inputs, then outputs, without empty vectors. added: outputs that add to their slot."""
     ins = {k: v for k, v in inputs.items() if v.numel()}
     outs = {k: v if isinstance(v, SX) else ca.vertcat(SX(0, 1), *v) for k, v in outputs.items()}
     outs = {k: ca.vec(ca.densify(v)) for k, v in outs.items() if v.numel()}

@@ -1,4 +1,5 @@
-"""Keys that decide a primitive's code: of a body with its joint, of a joint's friction. This module needs no symbolic library."""
+"""Keys that decide the code of primitives: primitives of a body with its joint, and of a joint's friction. This module needs no
+symbolic library."""
 
 from __future__ import annotations
 
@@ -16,30 +17,32 @@ from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.parameter_table import Leaves, Param
 
 POSE = 21
-"""Numbers of a joint's pose: inboard and outboard frame in the world (9 each, column-major), s = p_out − p_in (3)."""
+"""Count of numbers of a joint's pose: inboard and outboard frame in the world (9 each, column-major), s = p_out − p_in (3)."""
 AROUND = "d_"
 """Prefix of operands that are tangents."""
 VECTOR = "typedef double tr_vec __attribute__((vector_size(32),aligned(8)));\n"
 """First line of C text with tangents (``runtime/base/compiler.h``)."""
 PIECE, PIECE_SIZE = "piece", 5
-"""Operand of the active piece of a cam's profile (start, 4 coefficients), or of a curve's foot; size of a piece."""
+"""``PIECE``: operand for the active piece of a cam's profile (start, 4 coefficients), or for the foot on a curve. ``PIECE_SIZE``:
+size of a piece."""
 OUT = "out_"
-"""Begins the names of a column primitive's outputs."""
+"""Prefix of the outputs of a column primitive."""
 PIN_OUT, PIN_IN = "pin_out", "pin_in"
-"""Structures of a column's operand ``reaction_arm``: the part that carries the pin."""
+"""Structures of the column operand ``reaction_arm``: whether the outboard or the inboard part is the pin."""
 KEPT = "kept"
 """Operand of the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
-"""Outputs of a cut joint's primitive by variant: all, or what stepping or closing needs where nothing acts along its freedoms."""
+"""Outputs of a cut joint's primitive by variant: all (None), or those that stepping ("moving") or closure ("closed") needs. The
+last two variants are for joints without forces along their freedoms."""
 
 
 @dataclass(frozen=True)
 class Primitive:
     """A precompiled primitive: one op, or several that share code.
 
-    operands: names of each op's operands, in order. sizes: counts of numbers by kind. text: C text of a primitive built now. key:
-    digest of its recipe. library: path. recipe: module, function and arguments that build it. expressions: of a primitive with one
-    op, built now."""
+    operands: names of each op's operands, in order. sizes: counts of numbers by kind. key: digest of the recipe. library: path.
+    recipe: module, function and arguments that build the primitive. Only a primitive built in this process has a text (C text)
+    and, if it is one op, expressions."""
 
     operands: Mapping[str, tuple[str, ...]]
     sizes: Mapping[str, int] = field(default_factory=dict)
@@ -51,7 +54,7 @@ class Primitive:
 
     @property
     def first(self) -> str:
-        """The first op, whose name no other primitive has."""
+        """Name of the first op. The name is unique among all primitives."""
         return next(iter(self.operands))
 
 
@@ -59,8 +62,9 @@ class Primitive:
 class BodyKey:
     """Decides the primitive of a body and its joint.
 
-    forward: direction of the recursion over the joint. driven: freedoms with prescribed motion. rubbed: friction is solved along
-    the recursion. looped: also multipliers of loops. rotors: freedoms turn inertias beside the bodies."""
+    forward: direction of the recursion across the joint. driven: freedoms with prescribed motion. rubbed: whether friction is
+    solved along the recursion. looped: whether there are also multipliers of loops. rotors: whether freedoms turn rotor
+    inertias."""
 
     kind: str
     forward: bool
@@ -95,7 +99,7 @@ class FrictionKey:
         f = self.joint.friction
         assert f is not None
         words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
-        curve = {name for pair in BY_SPEED[1:] for name in pair}  # one stands for all
+        curve = {name for pair in BY_SPEED[1:] for name in pair}  # BY_SPEED[0] represents the curve
         return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers if name not in curve)]))
 
 
@@ -116,7 +120,7 @@ def rubbing(e: Element) -> FrictionKey:
 
 
 class ParameterCounter:
-    """Numbers a primitive's parameters."""
+    """Assigns consecutive indices to a primitive's parameters."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -132,5 +136,5 @@ class ParameterCounter:
 
 
 def sized(contact: str) -> tuple[str, ...]:
-    """Labels of a contact element's sizes that decide how its contacts bear, given or not."""
+    """Labels of a contact element's sizes that decide how its contacts carry load, whether a scene gives these sizes or not."""
     return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

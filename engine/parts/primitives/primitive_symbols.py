@@ -14,11 +14,11 @@ from trunnion.system.structure.bodies_and_joints import Body, Device, Fit, Joint
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 PRESCRIBED = Device(drive=Signal("value", (0.0,)))
-"""A freedom with prescribed motion, by any drive."""
+"""Device of a freedom with prescribed motion. The drive is arbitrary."""
 
 
 class PrimitiveSymbols(Symbols):
-    """Symbols of a primitive with this count of numbers. Coordinates and rates include prescribed ones."""
+    """Symbols of a primitive with this count of numbers. Coordinates and rates include those of prescribed freedoms."""
 
     def __init__(self, numbers: int, kind=None):
         self.p = SX.sym("p", numbers)

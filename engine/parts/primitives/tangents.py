@@ -21,14 +21,16 @@ from trunnion.recursion.vector_algebra import SX
 APART = {"sliding", "dN", "out_watched"}
 """Outputs without derivatives."""
 FIXED = {"flags", "modes", PIECE}
-"""Inputs that change at events alone, or have no effect to first order."""
+"""Inputs that change only at events, or that have no first-order effect."""
 
 
 @cache
 def tangent(module: str, function: str, which: tuple[Hashable, ...], numbers: bool = False) -> Primitive:
-    """Tangents of the primitive with one op that a function of a module builds from ``which``. numbers: also along its numbers.
+    """Tangents of the one-op primitive that a function of a module builds from ``which``. numbers: whether directions also change
+    the operand ``numbers``.
 
-    Sizes: of all inputs, outputs and stored values; "out NAME" marks an output, "added NAME" one that adds to its slot."""
+    sizes: sizes of all inputs, outputs and stored values. "out NAME" marks an output, "added NAME" an output that adds to its
+    slot."""
     expressions: Expressions = getattr(import_module(f"trunnion.parts.primitives.{module}"), function)(*which).expressions
     seeded = [n for n in expressions.inputs if n not in FIXED and (numbers or n != "numbers")]
     outs = {n: v for n, v in expressions.outputs.items() if n not in APART}
@@ -71,14 +73,14 @@ def _numbered(name: str, text: str, every: list[str], sizes: dict[str, int]) -> 
 
 
 def vectors(text: str) -> str:
-    """The text of an op with vector variables and vector zeros."""
+    """The text of an op in which variables and zeros are vectors instead of doubles."""
     text = re.sub(r"\bdouble (?=v\d|s_)", "tr_vec ", text).replace("double*restrict s_", "tr_vec*restrict s_")
     text = text.replace(":0.0)", ":(tr_vec){0.0})")
     return re.sub(r"^(.*\]\+?=)(0\.0|\(-0\.0\));$", r"\1(tr_vec){0.0};", text, flags=re.MULTILINE)
 
 
 LINEAR = {"column": ("effort", "fc", "yc", "fq", "up"), "response": ("Z", "yc", "fc", "qdd", "Zo", "N")}
-"""Operands in which a body's function is linear: all but its stored values."""
+"""Operands in which a body's function is linear: all except stored values."""
 
 
 @cache

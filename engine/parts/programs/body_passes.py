@@ -19,7 +19,7 @@ class ScenePasses(JointForces):
     # -- the pass outward ---------------------------------------------------------------------------------------------------
 
     def outward(self, program: Program, allocate: Allocate, forces: bool = True) -> list[BodySlots]:
-        """Write motions of all bodies, outward. forces: also devices and loads."""
+        """Write the motions of all bodies, from the ground outward. forces: whether to write device forces and loads too."""
         out: list[BodySlots] = []
         bias = allocate(6 * (len(self.system.bodies) + 1))
         for i, j in enumerate(self.system.tree):
@@ -59,7 +59,7 @@ class ScenePasses(JointForces):
                 program.copy(moved.slice(source, 1), target)
         return q, v, known
 
-    # -- what acts ----------------------------------------------------------------------------------------------------------
+    # -- forces and energies -------------------------------------------------------------------------------------------------
 
     def _efforts(self, program: Program, j: Joint, m: BodySlots, allocate: Allocate) -> None:
         if self.acts(j):
@@ -76,7 +76,7 @@ class ScenePasses(JointForces):
             self.motor(program, d, rate, out.slice(k, 1))
 
     def closed(self, program: Program, moving: list[BodySlots], allocate: Allocate, forces: bool = True) -> list[CutJointSlots]:
-        """Write the cut joints, from the motions of all bodies. forces: also what their devices do to the bodies."""
+        """Write the cut joints, from the motions of all bodies. forces: whether to add their device forces to the bodies."""
         return [self._row(program, j, moving, allocate, forces) for j in self.system.cuts]
 
     def _row(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
@@ -114,7 +114,8 @@ class ScenePasses(JointForces):
         return made
 
     def outboard_wrench(self, program: Program, j: Joint, m: BodySlots | CutJointSlots, N: Slot, out: Slot) -> None:
-        """Write force and torque on a joint's outboard part; for a cut joint, its devices' part. N: reaction of a tree joint."""
+        """Write force and torque on a joint's outboard part. For a cut joint, write only the part that its devices cause. N:
+        reaction of a tree joint."""
         if isinstance(m, CutJointSlots):
             program.zero(out)
             program.call(Builtin.ADD_COLUMNS, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])
@@ -123,7 +124,7 @@ class ScenePasses(JointForces):
 
     @staticmethod
     def freedom_acceleration(j: Joint, k: int, m: BodySlots, qdd: Slot) -> Slot:
-        """Acceleration of freedom k of a tree joint: one of q̈ (nv), or prescribed."""
+        """Acceleration of freedom k of a tree joint: an entry of q̈ (nv), or the prescribed acceleration."""
         return qdd.slice(j.v0 + j.free.index(k), 1) if k in j.free else m.known.slice(k, 1)
 
     def force_on(self, program: Program, b: int, moving: list[BodySlots], allocate: Allocate) -> Slot:
@@ -153,8 +154,8 @@ class ScenePasses(JointForces):
     def balance(
         self, program: Program, moving: list[BodySlots], Z: list[Slot], closed: list[CutJointSlots], rows: dict[int, int]
     ) -> list[Slot]:
-        """Reaction N of every body, by the balance of each body (``accelerations``). rows: index in z of each row that has a
-        multiplier."""
+        """Write the reaction N of every body from the balance of each body. rows: maps each row that has a multiplier to its index
+        in z."""
         N = [program.scratch_slot(6) for _ in Z]
         for i, out in enumerate(N):
             program.zero(out)
@@ -169,7 +170,8 @@ class ScenePasses(JointForces):
         return N
 
     def drive_effort(self, program: Program, j: Joint, k: int, m: BodySlots, N: Slot, out: Slot) -> None:
-        """Write the effort of a drive: transmitted force along the freedom, minus devices, plus friction and rotor inertia."""
+        """Write the effort of a drive: transmitted force along the freedom, minus device forces, plus η (the friction force is
+        −η), plus the inertia force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(program, loads_and_scalars.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
@@ -191,7 +193,7 @@ class ScenePasses(JointForces):
         return Slot(Space.Z, self.multipliers + j.friction.eta[0], j.kind.nv)
 
     def add_wrenches(self, program: Program, c: CutJointSlots, g: str, rows: dict[int, int], out: Slot, sign: int) -> None:
-        """Add sign times the wrenches of a cut joint's multipliers and of its friction (−η)."""
+        """Add to ``out`` the wrenches g of a cut joint's multipliers and friction (−η), times ``sign``."""
         j = c.joint
         for k in range(j.kind.rows):
             if j.rows + k in rows:

@@ -1,5 +1,5 @@
-"""Operands of output columns as slots: a method for each operand in ``trunnion.columns.operands``. The passes behind an operand
-are written when a column needs them."""
+"""Operands of output columns as slots: one method for each operand in ``trunnion.columns.operands``. A pass that an operand needs
+is written when the first column needs the pass."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from trunnion.system.structure.parameter_table import Leaves
 
 
 class Provided(NamedTuple):
-    """An operand. slots: by name of the primitive's operand; "" stands for the parameter's name. structure: with the operand's
-    name, decides the primitive's code."""
+    """An operand. slots: a slot for each operand of the primitive; the key "" stands for the name of the column's operand.
+    structure: data that decide the primitive's code, in addition to the operand's name."""
 
     slots: dict[str, Slot]
     structure: Hashable = None
@@ -53,7 +53,7 @@ class ColumnOperands:
     # -- passes -------------------------------------------------------------------------------------------------------------
 
     def moving(self) -> list[BodySlots]:
-        """Motions of all bodies, and what acts on them."""
+        """Motions of all bodies, and the wrenches on them."""
         if not self._moving:
             self._moving = self.scene.outward(self.program, self.program.scratch_slot)
             closed = self.scene.closed(self.program, self._moving, self.program.scratch_slot)
@@ -84,14 +84,14 @@ class ColumnOperands:
         return self._N
 
     def once(self, key: Hashable, size: int, make: Callable[[Slot], None]) -> Slot:
-        """The slot of this key; the first request writes it."""
+        """The slot of this key. The first request calls ``make`` to write its values."""
         if key not in self._made:
             self._made[key] = self.program.scratch_slot(size)
             make(self._made[key])
         return self._made[key]
 
     def numbers(self, key: Hashable, leaves: Leaves) -> Slot:
-        """Numbers of the scene under this key; the first request gathers them."""
+        """The slot of this key for numbers of the scene. The first request gathers the numbers."""
         if key not in self._made:
             self._made[key] = self.scene.numbers(leaves)
         return self._made[key]
@@ -225,7 +225,7 @@ class ColumnOperands:
     def joint_multipliers(self, name: str) -> Provided:
         return sized(self.scene.eta(self.joints[name]))
 
-    # -- loads, the whole ---------------------------------------------------------------------------------------------------
+    # -- loads, and the whole scene -----------------------------------------------------------------------------------------
 
     def load_ends(self, i: int) -> Provided:
         moving = self.moving()

@@ -1,4 +1,5 @@
-"""Couplings between parts that other joints carry: piece of a cam's profile, foot on a curve, freedom that follows another."""
+"""Slots of couplings between parts that other joints carry: the piece of a cam's profile, the foot on a curve, and a freedom that
+follows another freedom."""
 
 from __future__ import annotations
 
@@ -15,11 +16,11 @@ if TYPE_CHECKING:
     from trunnion.parts.layout.scene_tables import SceneTables
 
 OF = ("inb", "out", "inb2", "out2")
-"""Motions of the inboard and outboard body: of the follower, then of the leader."""
+"""Operands: motions of the inboard and outboard body of the follower's joint, then of the leader's joint."""
 
 
 def piece(s: SceneTables, program: Program, profile: Profile, bearing: Primitive, /, **operands: Slot) -> Slot:
-    """The active piece of a cam's profile. bearing: primitive that computes the angle at which the profile is read."""
+    """The active piece of a cam's profile. bearing: primitive that computes the angle at which the profile is evaluated."""
     angle, out = program.scratch_slot(1), program.scratch_slot(PIECE_SIZE)
     s.call(program, bearing, angle=angle, **operands)
     kept = s.constant([*profile.starts, *(x for each in profile.pieces for x in each)])

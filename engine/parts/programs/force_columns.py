@@ -1,7 +1,7 @@
-"""Columns of the affine maps. The force of each multiplier is reduced inward along the path of its joint; accelerations and
-reactions follow outward over the branch.
+"""Columns of the affine maps. The unit force of each multiplier is reduced inward, from its joint to the ground. An outward pass
+over the branch then computes accelerations and reactions.
 
-Every column uses the same calls per body, on shared scratch; the results are copied into the maps."""
+Every column uses the same calls per body, on shared scratch. The results are copied into the maps."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ForceColumns:
                 self._of_friction(e, k)
 
     def _force(self, i: int) -> Slot:
-        """Force column on a body; that on the ground is unused."""
+        """Slot of the force column on a body. The slot of the ground is unused."""
         return self.forces.slice(6 * (i if i != GROUND else len(self.system.bodies)), 6)
 
     def _column(self, i: int) -> list[int]:
@@ -65,7 +65,7 @@ class ForceColumns:
         return one.code
 
     def _found(self, e: Element, N: Slot) -> list[int]:
-        """Calls that copy a joint's reaction components and accelerations into those of the column."""
+        """Calls that copy a joint's reaction components and accelerations into the slots of the current column."""
         one, j = Program(), e.joint
         self.stepping.pin(one, e, N, self.rows.slice(e.n0, len(e.needs)), whole=False)
         for f in j.free if self.maps.held else ():
@@ -73,7 +73,7 @@ class ForceColumns:
         return one.code
 
     def _transmitted(self, j: Joint, N: Slot) -> tuple[list[int], Slot]:
-        """Calls that compute the wrench on a joint's outboard part, and its slot."""
+        """Calls that compute the wrench on a joint's outboard part, and the slot of this wrench."""
         one, ft = Program(), self.program.scratch_slot(6)
         self.scene.outboard_wrench(one, j, self.stepping.moving[j.child], N.slice(6 * j.child, 6), ft)
         return one.code, ft
@@ -108,7 +108,7 @@ class ForceColumns:
         self._keep(column)
 
     def _of_friction(self, e: Element, k: int) -> None:
-        """Write the column of friction along freedom k of a joint. It is 0 for a prescribed freedom."""
+        """Write the column of friction along freedom k of a joint. The column of a prescribed freedom is 0."""
         program, m, j = self.program, self.maps, e.joint
         column = m.active + e.eta[0] + k
         self._empty()
@@ -136,13 +136,13 @@ class ForceColumns:
         self.program.zero(own)
 
     def _empty(self) -> None:
-        """Zero all results."""
+        """Zero the slots of the current column."""
         self.own, self.branch = {}, []
         for block in (self.y, self.fq, self.forces, self.rows, *([self.held] if self.maps.held else [])):
             self.program.zero(block)
 
     def _move(self, begin: list[int], column: int) -> None:
-        """Reduce inward from the bodies that the force acts on, then go outward over all bodies that move."""
+        """Write the inward pass from the bodies on which the force acts, then the outward pass over all bodies that move."""
         program = self.program
         path, branch = self._way(begin)
         for i in path:
@@ -159,7 +159,7 @@ class ForceColumns:
                 self.stepping.along_cut(program, self.stepping.closing(e.joint), Z, self.held.slice(e.eta[0], e.joint.kind.nv))
 
     def _constrain(self, out: Slot, count: int) -> None:
-        """Write the products of the column with the first rows of the constraint equations."""
+        """Write the products of the column with the first ``count`` rows of the constraint equations."""
         nv = self.system.nv
         self.program.zero(out)
         self.program.call(Builtin.ADD_ROW_DOTS, [self.pressed, self.y, out], [nv, count, nv, 1])
@@ -181,7 +181,7 @@ class ForceColumns:
         return self.transmitted[j.child][1] if j.child in self.branch else None
 
     def _way(self, begin: list[int]) -> tuple[list[int], list[int]]:
-        """Bodies from those given to the ground, outermost first; all bodies of the branches that these belong to."""
+        """Bodies on the paths from ``begin`` to the ground, outermost first; and all bodies of the branches with these paths."""
         path: set[int] = set()
         for i in begin:
             while i != GROUND:

@@ -15,11 +15,11 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 from trunnion.system.structure.parameter_table import Leaf
 
 SLIDING = 3
-"""Numbers in a ``tr_sliding`` and in a ``tr_hold``."""
+"""Count of numbers in a ``tr_sliding`` and in a ``tr_hold``."""
 
 
 def write(s: ScenePasses, redundant: bool = False) -> None:
-    """Write all of them. redundant: also ``pressed``."""
+    """Write all programs of this module for a kernel. redundant: whether to write ``pressed`` too."""
     if redundant:
         _pressed(s)
     for alone in (False, True):
@@ -32,7 +32,7 @@ def write(s: ScenePasses, redundant: bool = False) -> None:
 
 
 def _states(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
-    """Operands of an element: numbers, modes, bristle states. These states follow the rates in R."""
+    """Operands of an element: numbers, modes, bristle states. The bristle states follow the rates in R."""
     operands = element_operands(s, program, e, *more)
     if e.friction.bristles:
         rates = sum(o.joint.kind.nv for o in elements(s.system))
@@ -69,7 +69,7 @@ def _held(s: ScenePasses, alone: bool) -> None:
 
 
 def _pressed(s: ScenePasses) -> None:
-    """Write what friction changes in the scaled reactions of joints on loops."""
+    """Write the change that friction causes in the scaled reactions of joints on loops."""
     program, at, dn = s.program("pressed"), 0, 0
     for e, _, count in rubbing_on_loops(s.system):
         n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
@@ -81,7 +81,7 @@ def _pressed(s: ScenePasses) -> None:
 
 
 def _closure(s: ScenePasses) -> None:
-    """Write residuals of all rows of cut joints, then their rates."""
+    """Write the residuals of all rows of cut joints, then the rates of these residuals."""
     program, rows = s.program("closure"), s.system.rows
     moving = s.outward(program, program.scratch_slot, forces=False)
     for c in s.closed(program, moving, program.scratch_slot, forces=False):
@@ -113,7 +113,8 @@ def _events(s: ScenePasses) -> None:
 
 
 def _depths(s: ScenePasses, program: Program, d: Device, q: Slot, rate: Slot) -> None:
-    """Write how deep stops and latch are pressed; behind these, how far stops are from release, and a hook is lifted."""
+    """Write the depths by which stops and latch are compressed. Behind all depths, write how far each stop is from release, and how
+    far a hook is lifted."""
     for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
         if bound is not None and d.stop:
             out = Slot(Space.OUT, d.stop.flags[upper], 1)

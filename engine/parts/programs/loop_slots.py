@@ -15,8 +15,8 @@ from trunnion.system.structure.loop_matrix_fill import path
 
 @dataclass
 class CutJointFriction:
-    """Friction of a cut joint with nv freedoms and n multipliers λ. Reaction components of its law: f = p0 + ``by_rows`` λ −
-    ``by_friction`` η. With the law's derivative: −η = ``inverse`` (−e) + ``less`` + ``turned`` λ."""
+    """Friction of a cut joint with nv freedoms and n multipliers λ. The reaction components that the law needs are f = p0 +
+    ``by_rows`` λ − ``by_friction`` η. The linearised law then gives −η = ``inverse`` (−e) + ``less`` + ``turned`` λ."""
 
     element: Element
     by_rows: Slot
@@ -30,11 +30,12 @@ class CutJointFriction:
 
 @dataclass
 class LoopPath:
-    """A loop along its path.
+    """A loop and the bodies on its path.
 
-    rows: indices of its n multipliers in λ. own: their numbers among the joint's rows. at: start of each body's free rates among
-    those of the path (``size``). free: start among all free rates, and count. y: accelerations along the freedoms that the columns
-    cause. along: forces along the freedoms (size × n each). pressed: force columns on the bodies, on the ground last (6 each × n).
+    rows: indices of the loop's n multipliers in λ. own: indices of these rows among the rows of the cut joint. at: for each body,
+    the start of its free rates among the ``size`` free rates of the path. free: for each body, the start of its free rates among
+    all free rates, and their count. y, along: accelerations and forces along the freedoms (size × n each). pressed: force columns
+    (6 × n) on each body, then on the ground.
     """
 
     closed: CutJointSlots
@@ -52,19 +53,20 @@ class LoopPath:
 
     @property
     def stride(self) -> int:
-        """Numbers of a force column on all bodies."""
+        """Count of numbers of a force column on all bodies."""
         return 6 * (len(self.at) + 1)
 
     def on(self, of: Slot, i: int, k: int) -> Slot:
-        """Column or row k on body i."""
+        """The part of column or row k on body i (6)."""
         return of.slice(self.stride * k + self.offsets[i], 6)
 
     def of(self, lam: Slot) -> Slot:
-        """This loop's multipliers among all."""
+        """This loop's part of the multipliers λ of all loops."""
         return lam.slice(self.rows[0], len(self.rows))
 
     def runs(self, other: LoopPath | None = None) -> list[tuple[int, int, int]]:
-        """Contiguous bodies of the path (shared with another): the first, their count, their free rates."""
+        """Runs of consecutively numbered bodies on the path (with ``other``: on both paths): first body, count of bodies, count of
+        free rates."""
         out: list[tuple[int, int, int]] = []
         for i in self.at:
             if other is not None and i not in other.at:
@@ -77,7 +79,7 @@ class LoopPath:
         return out
 
     def respond(self, program: Program, lam: Slot, y: Slot) -> None:
-        """Add the accelerations that these multipliers (of all loops) cause along the path to y (nv)."""
+        """Add to y (nv) the accelerations that this loop's multipliers cause along the path. lam: multipliers of all loops."""
         for first, _, n in self.runs():
             if n:
                 own = self.y.slice(self.at[first], self.y.size - self.at[first])
@@ -91,7 +93,7 @@ class LoopPath:
 def path_slots(
     stepping: StepPasses, c: CutJointSlots, rows: list[int], allocate: Allocate
 ) -> tuple[Any, Any, Any, Any, Any, Slot, Slot, Slot]:
-    """Arguments of a LoopPath, with new slots: y is kept for other functions, ``allocate`` returns the rest."""
+    """Arguments of a LoopPath. The slot y is in W, for other functions of the kernel; ``allocate`` provides all other slots."""
     tree, at, size, n = stepping.system.tree, {}, 0, len(rows)
     for i in path(stepping.system, c.joint):
         at[i] = size
@@ -104,14 +106,14 @@ def path_slots(
 
 @dataclass
 class FrictionLoop(LoopPath):
-    """A loop in a mechanism with friction. sensed: its constraint equations on the bodies, laid out as ``pressed``, which friction
-    makes different. friction: of its cut joint."""
+    """A loop in a mechanism with friction. sensed: rows of the loop's constraint equations on the bodies, laid out as ``pressed``;
+    friction makes the two differ. friction: friction of the loop's cut joint."""
 
     sensed: Slot
     friction: CutJointFriction | None = None
 
     def meet(self, program: Program, other: FrictionLoop, S: Slot, stride: int) -> None:
-        """Write the blocks of S of this loop with another one (or itself), if a body with freedoms is on both paths."""
+        """Write the blocks of S between this loop and ``other`` (or itself), if a body with freedoms is on both paths."""
         shared = [run for run in self.runs(other) if run[2]]
         for one, two in ((self, other), (other, self)) if other is not self else ((self, self),):
             out = S.slice(one.rows[0] + stride * two.rows[0], 1)

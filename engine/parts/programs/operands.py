@@ -25,7 +25,8 @@ def element_operands(s: ScenePasses, program: Program, e: Element, *more: Leaf) 
 
 
 def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequence[Leaf]) -> Slot:
-    """Numbers of an element. Those that follow time or an input are evaluated (``recursion.complement_equation_terms``)."""
+    """Parameters of an element. Parameters that depend on time or an input are evaluated
+    (``recursion.complement_equation_terms``)."""
     fixed = s.numbers([*(0.0 if isinstance(x, Signal) else x for _, x in f.numbers), *more])
     if not f.varies:
         return fixed
@@ -50,7 +51,7 @@ def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequenc
 
 
 def lengths_of(s: ScenePasses, j: Joint) -> dict[str, Slot]:
-    """Lengths of two parts that touch where they overlap; no operand for other joints."""
+    """Operand with the lengths of two parts that touch along their overlap. For other joints, there is no such operand."""
     f = j.friction
     return {"lengths": s.numbers([f.number(n.name) for n in LENGTHS])} if f and j.fit.ends == OVERLAP else {}
 
@@ -62,13 +63,13 @@ def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str],
 
 
 def write_pin(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], ft: Slot, pose: Slot, out: Slot) -> None:
-    """Write the needed components of f_c, m_c from the wrench on the outboard part; 0 for the span."""
+    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. The span is set to 0."""
     if needs:
         s.call(program, loop_joint.pin(j.kind_name, j.fit, tuple(needs)), ft=ft, pose=pose, out=out, **lengths_of(s, j))
 
 
 def coordinate_rates(s: ScenePasses, program: Program, v: Slot, out: Slot) -> None:
-    """Write q̇ of all state coordinates: copied rates, then those of quaternions."""
+    """Write q̇ of all state coordinates: a copy of the rates v, except for quaternions, which have a primitive."""
     runs: list[tuple[int, list[int]]] = []
     for j in s.system.tree:
         states, own = state_coordinates(j), v.slice(j.v0, len(j.free))

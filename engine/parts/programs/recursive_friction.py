@@ -1,5 +1,5 @@
-"""Programs of friction solved along the recursion without maps: motion, articulated inertias with ∂law/∂N
-(``articulated_inertias``), reactions to frictions, ẏ. For trees; ``recursive_friction_loops`` adds loops."""
+"""Programs that solve friction along the recursion, without maps. They compute motion, articulated inertias with ∂law/∂N
+(``articulated_inertias``), reactions to friction, and ẏ. This module handles trees; ``recursive_friction_loops`` adds loops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element
 
 INERTIA = 36
-"""Numbers of an unsymmetric inertia."""
+"""Count of numbers of an unsymmetric inertia."""
 
 
 class RecursiveFriction:
@@ -36,7 +36,7 @@ class RecursiveFriction:
         stepping.write_derivative(self.scene.program("derive"), self.qdd, self.Z)
 
     def _begin(self) -> None:
-        """Write motion and forces, as stage 1 begins, and rates."""
+        """Write motion and forces, like the start of stage 1, and the rates."""
         program = self.scene.program("begin")
         program.code += self.stepping.begun.code
         program.scratch = self.stepping.begun.scratch
@@ -48,7 +48,7 @@ class RecursiveFriction:
         coordinate_rates(self.scene, program, Slot(Space.Y, nq, self.system.nv), Slot(Space.DY, 0, nq))
 
     def _own(self, j: Joint, which: Space, program: Program) -> Slot:
-        """A joint's free freedoms among all multipliers."""
+        """The part of an array of friction multipliers that belongs to a joint's free freedoms."""
         all_of = Slot(which, min(self.element[j.child].eta), j.kind.nv)
         if len(j.free) == j.kind.nv:
             return all_of
@@ -84,7 +84,7 @@ class RecursiveFriction:
             self.coupled.narrow(program)
 
     def _along(self, program: Program, j: Joint, m: BodySlots, less: Slot | None) -> Slot:
-        """Forces along a joint's free freedoms: devices, and friction beyond its law's derivative (−e)."""
+        """Forces along a joint's free freedoms: device forces, and the remainder −e (``less``) of the linearised friction law."""
         if less is not None and not self.scene.acts(j):
             return less
         out = program.scratch_slot(len(j.free))
@@ -94,7 +94,7 @@ class RecursiveFriction:
         return out
 
     def _respond(self) -> None:
-        """Write reaction components N, transmitted forces along freedoms minus devices, accelerations."""
+        """Write the reaction components N, the transmitted forces along freedoms minus device forces, and the accelerations."""
         program, s, scene = self.scene.program("respond"), self.stepping, self.scene
         count = len(self.system.bodies)
         handed = program.scratch_slot(6 * (count + 1))
@@ -141,7 +141,7 @@ class RecursiveFriction:
             program.copy(self.scene.freedom_acceleration(j, k, m, self.qdd), Slot(Space.A, first + k, 1))
 
     def _answer(self) -> None:
-        """Write reaction components and accelerations for given frictions (−η), by the reduction without friction."""
+        """Write reaction components and accelerations for given friction forces −η, by the reduction without friction."""
         program, s, scene = self.scene.program("answer"), self.stepping, self.scene
         efforts: list[Slot] = []
         for i, j in enumerate(self.system.tree):

@@ -1,8 +1,9 @@
-"""Multipliers of cut joints in programs of friction along the recursion; each loop follows its own path (theory, "Friction along
-the recursion").
+"""Multipliers of cut joints in programs that solve friction along the recursion. The columns and rows of a loop extend over its own
+path (theory, "Friction along the recursion").
 
-With friction, the response to a multiplier and its row of the constraint equations are not transposes. So there are force columns
-and rows, and S is unsymmetric. A cut joint's own friction changes only the columns of its multipliers."""
+With friction, the response to a multiplier is not the transpose of its row of the constraint equations. So force columns and
+constraint rows are stored separately, and S is unsymmetric. A cut joint's own friction changes only the columns of its
+multipliers."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from trunnion.system.structure.loop_matrix_fill import fill, rows_by_loop
 
 class LoopFriction:
     """The loops of a scene whose friction is solved along the recursion. slim: values that ``narrow`` stores for each body. y
-    (nv), F (6 per body): results of the inward pass, to which the loops' multipliers add."""
+    (nv), F (6 per body): results of the inward pass, to which this class adds the effect of the loops' multipliers."""
 
     def __init__(self, stepping: StepPasses, slim: list[Slot], y: Slot, F: list[Slot]):
         self.stepping, self.slim, self.y, self.F = stepping, slim, y, F
@@ -35,7 +36,7 @@ class LoopFriction:
         self.loops: list[FrictionLoop] = [self._loop(self.stepping.closing(c), rows) for c, rows in found]
         self.pivots = Slot(Space.OUT, len(self.system.bodies), len(self.stepping.elements) + a)
 
-    # -- what there is ------------------------------------------------------------------------------------------------------
+    # -- slots and coefficients ---------------------------------------------------------------------------------------------
 
     def _loop(self, c: CutJointSlots, rows: list[int]) -> FrictionLoop:
         room, n = self.stepping.kept_slot, len(rows)
@@ -49,7 +50,7 @@ class LoopFriction:
         return made
 
     def begin(self, program: Program) -> None:
-        """Write the coefficients of reactions of cut joints with friction."""
+        """Write p0, ``by_rows`` and ``by_friction`` of cut joints with friction (``CutJointFriction``)."""
         for loop in self.loops:
             r, c = loop.friction, loop.closed
             if not r:
@@ -64,8 +65,8 @@ class LoopFriction:
     # -- with the laws' derivatives -----------------------------------------------------------------------------------------
 
     def narrow(self, program: Program) -> None:
-        """Write columns, rows and the factors of S, with the laws' derivatives. Pivots follow those of the bodies: of each
-        element, of S."""
+        """Write columns, rows and the factors of S, with the laws' derivatives. The pivots of the elements and of S follow the
+        pivots of the bodies."""
         count, dn, at = len(self.stepping.elements), {}, 0
         program.copy(self.scene.constant([1.0] * count), self.pivots)
         for e in self.stepping.elements:
@@ -81,7 +82,7 @@ class LoopFriction:
         program.call(Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], self.listed)
 
     def _wrenches(self, program: Program, loop: FrictionLoop, dn: dict[str, Slot]) -> None:
-        """Write columns and rows on the two bodies of the cut joint. They differ by the friction of the cut joint itself."""
+        """Write columns and rows on the two bodies of the cut joint. Columns and rows differ by the cut joint's own friction."""
         c, j, r = loop.closed, loop.closed.joint, loop.friction
         how = [loop.stride, loop.offsets[j.inb], loop.offsets[j.out], len(loop.own), *loop.own]
         for out in (loop.pressed, loop.sensed):
@@ -111,10 +112,10 @@ class LoopFriction:
     def _call(self, program: Program, i: int, name: str, **operands: Slot) -> None:
         self.scene.body_call(program, i, name, work=self.stepping.moving[i].work, slim=self.slim[i], **operands)
 
-    # -- an answer ----------------------------------------------------------------------------------------------------------
+    # -- solution for the multipliers -----------------------------------------------------------------------------------------
 
     def forces(self, program: Program) -> list[Slot]:
-        """Wrench on each body with the known part of the cut joints' friction."""
+        """Wrench on each body, including the known part of the cut joints' friction."""
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             r = loop.friction
@@ -132,14 +133,15 @@ class LoopFriction:
                 program.call(Builtin.ADD_COLUMNS, [c.blocks[w], less, self._own(program, found, body)], [6, c.joint.kind.nv])
 
     def _own(self, program: Program, found: list[Slot], i: int) -> Slot:
-        """Wrench on a body, copied to a slot of its own before the first change."""
+        """Slot of the wrench on a body. Before the first change, the wrench is copied to a new slot."""
         if found[i] is self.stepping.moving[i].force:
             found[i] = program.scratch_slot(6)
             program.copy(self.stepping.moving[i].force.slice(0, 6), found[i])
         return found[i]
 
     def solve(self, program: Program) -> None:
-        """Write λ from S λ + g = 0, g from the accelerations y without multipliers; add their effect to y and F."""
+        """Write λ from S λ + g = 0, where g follows from the accelerations y without multipliers. Add the effect of λ to y and
+        F."""
         base = len(self.system.bodies)
         for loop in self.loops:
             n, g = len(loop.rows), loop.of(self.gap)
@@ -157,8 +159,8 @@ class LoopFriction:
         self._add(program, self.lam)
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
-        """Correct the multipliers once by the remaining residual, if all loops meet; returns whether it did. A ladder with a
-        hundred rungs has a condition of 1e8."""
+        """If all loops share bodies, correct the multipliers once by the remaining residual. Returns whether there is a correction.
+        For a ladder with a hundred rungs, the condition number of S is 1e8."""
         if self.refines:
             self._left(program, self.gap, Z)
             program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, self.gap, self.more], self.listed)
@@ -175,7 +177,7 @@ class LoopFriction:
                           [6 * count, len(loop.rows), loop.stride])  # fmt: skip
 
     def found(self, program: Program, Z: list[Slot]) -> None:
-        """Write λ, and reaction components and accelerations of cut joints with friction."""
+        """Write λ, and the reaction components and accelerations of cut joints with friction."""
         program.copy(self.lam, Slot(Space.OUT, self.system.neta, self.active))
         for loop in self.loops:
             if loop.friction:
@@ -199,10 +201,10 @@ class LoopFriction:
     def _ends(self, c: CutJointSlots, Z: list[Slot]) -> list[Slot]:
         return [self.scene.acceleration(Z, b) for b in (c.joint.inb, c.joint.out)]
 
-    # -- beside it ----------------------------------------------------------------------------------------------------------
+    # -- given multipliers, and shift of rates --------------------------------------------------------------------------------
 
     def given(self, program: Program) -> list[Slot]:
-        """Wrench on each body with given multipliers λ and frictions −η."""
+        """Wrench on each body, including given multipliers λ and friction forces −η."""
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             c, j, lam = loop.closed, loop.closed.joint, self._given(loop)
@@ -217,7 +219,8 @@ class LoopFriction:
         return Slot(Space.U, self.system.neta + loop.rows[0], len(loop.rows))
 
     def gaps(self, program: Program, Z: list[Slot]) -> None:
-        """Write residuals of all rows under accelerations Ż (after those of the freedoms), and the results of cut joints."""
+        """Write the residuals of all rows under accelerations Ż, after the accelerations of the freedoms. Also write the reaction
+        components and accelerations of cut joints with friction."""
         self._left(program, Slot(Space.A, self.system.neta, self.active), Z)
         for loop in self.loops:
             if loop.friction:
@@ -235,7 +238,7 @@ class LoopFriction:
                     program.call(Builtin.ADD_DOT, [c.row(which, row), z, own.slice(k, 1)], [6, 1])
 
     def shift(self, program: Program) -> None:
-        """Write rates (nv) that change the rows by −gap with the least change in the mass metric."""
+        """Write the rates (nv) of least norm in the mass metric that change the rows by −gap."""
         nv = self.system.nv
         program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, Slot(Space.U, 0, self.active), self.lam], self.listed)
         y, Z = program.scratch_slot(nv), [program.scratch_slot(6) for _ in self.system.bodies]

@@ -15,7 +15,7 @@ from trunnion.system.structure.loop_joints import NO_SIZE, loop_joints, rows_of,
 
 
 class ScaledReactions:
-    """Writes them. size: their count."""
+    """Writes the scaled reactions of a scene. size: their count."""
 
     def __init__(self, scene: ScenePasses):
         self.scene, self.system = scene, scene.system
@@ -39,7 +39,7 @@ class ScaledReactions:
         ft: Callable[[Joint], Slot | None],
         out: Slot,
     ) -> None:
-        """Write all of them. ft: wrench that a joint transmits to its outboard part; None: zero."""
+        """Write all scaled reactions. ft: returns the wrench that a joint transmits to its outboard part; None means zero."""
         at = 0
         for j in self.joints:
             own = out.slice(at, self.rows[j.name])

@@ -18,8 +18,8 @@ from trunnion.system.structure.loop_matrix_fill import fill
 
 
 class StepPasses:
-    """The outward and inward pass at the start of stage 1. active: rows of cut joints with a multiplier; redundant: with the
-    scaled reactions."""
+    """The outward and inward pass at the start of stage 1. active: rows of cut joints with a multiplier; redundant: whether the
+    maps contain the scaled reactions."""
 
     def __init__(self, scene: ScenePasses, active: Sequence[int] = (), redundant: bool = False):
         self.scene, self.system = scene, scene.system
@@ -52,14 +52,15 @@ class StepPasses:
         return self._closing[j.name]
 
     def kept_slot(self, size: int) -> Slot:
-        """A slot in W, which other functions of the kernel read too."""
+        """A slot in W, which other functions of the kernel can read."""
         self.nw += size
         return Slot(Space.W, self.nw - size, size)
 
     def write_inward(
         self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
     ) -> tuple[Slot, list[Slot]]:
-        """Write the inward pass with these forces along freedoms (and on bodies): y (nv), and the wrench on each body (6)."""
+        """Write the inward pass with these forces along freedoms (and on bodies). Returns y (nv) and the wrench on each body
+        (6)."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
         handed = [program.scratch_slot(HANDED) for _ in range(n + 1)]
@@ -75,7 +76,7 @@ class StepPasses:
     def accelerate(
         self, program: Program, y: Slot, F: list[Slot], function: str, bodies: Iterable[int], base: Slot
     ) -> tuple[Slot, list[Slot], list[Slot]]:
-        """Write the outward pass from accelerations y: q̈ (nv), Ż and N of each body."""
+        """Write the outward pass from accelerations y. Returns q̈ (nv), and Ż and N of each body."""
         s, n = self.scene, len(self.system.bodies)
         qdd = program.scratch_slot(self.system.nv)
         Z, N = ([program.scratch_slot(6) for _ in range(n)] for _ in range(2))
@@ -108,20 +109,20 @@ class StepPasses:
         return ft
 
     def along_cut(self, program: Program, c: CutJointSlots, Z: Sequence[Slot], out: Slot) -> None:
-        """Add to accelerations of a cut joint's freedoms the part of its two bodies' accelerations Z."""
+        """Add to ``out``, accelerations of a cut joint's freedoms, the part that the accelerations Z of its two bodies cause."""
         for which, z in zip(("win", "wout"), Z, strict=True):
             program.call(Builtin.ADD_ROW_DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
 
     def pin_of_cut(self, program: Program, e: Element, ft: Slot, out: Slot, whole: bool = True) -> None:
-        """Write the needed components of f_c, m_c of a cut joint from the wrench on its outboard part. whole: not the wrench of
-        one multiplier."""
+        """Write the components of f_c, m_c that a cut joint's law needs, from the wrench on the joint's outboard part. whole:
+        whether this is the full wrench, not that of one multiplier."""
         j, pose = e.joint, self.closing(e.joint).pose
         write_pin(self.scene, program, j, e.needs, ft, pose, out)
         if whole:
             write_span(self.scene, program, j, e.needs, pose, out)
 
     def pin(self, program: Program, e: Element, N: Slot, out: Slot, whole: bool = True) -> None:
-        """Write the needed components of f_c, m_c of a tree joint from N. whole: as in ``pin_of_cut``."""
+        """Write the components of f_c, m_c that a tree joint's law needs, from the reaction N. whole: as in ``pin_of_cut``."""
         j, pose = e.joint, self.moving[e.joint.child].pose
         if e.needs:
             primitive = loads_and_scalars.pin(j.kind_name, j.forward, j.fit, e.needs)

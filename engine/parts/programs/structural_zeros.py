@@ -1,5 +1,5 @@
-"""Structural zeros of loop equations: rows without multipliers, and couplings by friction. A scene with all rows is evaluated at
-random numbers; a structural zero vanishes at every one."""
+"""Structural zeros of loop equations: rows that need no multiplier, and absent couplings by friction. The maps with all rows are
+evaluated at random states. An entry that vanishes at every state is a structural zero."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
 
 ROUND_OFF = 1e-12
-"""Largest residue of a sum that vanishes; numbers are of order one, and terms of oblique axes are not zero themselves."""
+"""Largest round-off of a sum that is zero in exact arithmetic. The terms are of order one; with oblique axes, they cancel only in
+the sum."""
 TRIALS = 3
-"""Random states. At a single state a number may vanish by chance."""
+"""Count of random states. At a single state a nonzero entry may vanish by chance."""
 
 
 class StructureProbe:
-    """Maps of a scene with all rows at random numbers. table: of its kernel; call: calls a function of it."""
+    """Maps of a scene with all rows at random states. table: record of the scene's kernel; call: calls a function of this
+    kernel."""
 
     def __init__(self, system: System, table: Any, maps: Maps, call: Callable[..., None]):
         self.system, self.table, self.maps, self.call = system, table, maps, call
@@ -46,7 +48,7 @@ class StructureProbe:
         return maps, turns
 
     def active(self) -> list[int]:
-        """Rows that are not empty by structure."""
+        """Rows that are not structurally zero."""
         a, e = self.maps.active, self.maps.ne
         filled = np.zeros(a, bool)
         for maps, _ in self.made:
@@ -58,7 +60,7 @@ class StructureProbe:
         return [int(k) for k in np.flatnonzero(filled)]
 
     def coupled(self, active: list[int]) -> bool:
-        """Whether friction couples the multipliers that the motion leaves open to the others
+        """Whether friction couples the multipliers of inactive rows, which the motion leaves undetermined, to the others
         (``redundancy.inactive_rows_couple``)."""
         inactive = [k for k in range(self.maps.active) if k not in active]
         return bool(inactive) and any(self._couples(maps, turns, inactive) for maps, turns in self.made)

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 COLUMNS = 3
 WIDTH, CURVE, PROFILE = 9.0, 2.6, 2.5
 ABOVE = 1.6
-"""Largest rise of a profile that is drawn, over the threshold."""
+"""Largest drawn rise of a profile, divided by the threshold."""
 MOST = 6
-"""Curves and profiles drawn, at most; the title has the number of the others."""
+"""Largest count of curves, and of profiles, that are drawn. The title states how many are left out."""
 
 
 @dataclass(frozen=True)
 class Compare:
-    """A measured curve and the model's (n values each). time: s. noise: standard deviation of the measurement."""
+    """A measured curve and the model's curve (n values each). time: s. noise: standard deviation of the measurement."""
 
     title: str
     unit: str
@@ -40,8 +40,8 @@ class Compare:
 class Profile:
     """A parameter's profile.
 
-    value: the estimate. deviation: its local standard deviation (infinite: none). values, rises: points of the profile (k each).
-    ends, kinds: of the interval; an end of kind "found" is where the profile crosses the threshold.
+    value: the estimate. deviation: the local standard deviation (infinite if there is none). values, rises: points of the profile
+    (k each). ends, kinds: both ends of the interval, and their kinds. At an end of kind "found", the profile crosses the threshold.
     """
 
     path: str
@@ -59,7 +59,7 @@ def draw_fit(
 ) -> Figure:
     """Curves with their misfits, profiles with the threshold ``rise`` of the given level, and the correlation of the parameters.
 
-    correlation: m × m; drawn for several parameters.
+    correlation: m × m; drawn only if there are several parameters.
     """
     from matplotlib.figure import Figure
 
@@ -118,7 +118,7 @@ def _profile(axes: Axes, p: Profile, short: str, rise: float, level: float) -> N
     if fine[-1] > fine[0]:
         axes.set_xlim(fine[0] - 0.05 * (fine[-1] - fine[0]), fine[-1] + 0.05 * (fine[-1] - fine[0]))
     axes.set_xlabel(with_unit(short, p.unit), fontsize=8)
-    axes.set_ylabel(f"rise; line: {100 * level:g} %", fontsize=8)
+    axes.set_ylabel(f"rise (line: {100 * level:g} % level)", fontsize=8)
     axes.locator_params(axis="x", nbins=4)
     axes.legend(fontsize=6.5, frameon=False, loc="upper center")
     _draw_grid(axes)

@@ -63,7 +63,8 @@ def _result_label(of: str, sweep: Sweep) -> str:
 
 
 def draw_refinement(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
-    """The cases over one number and the result, or over two numbers: outcomes by colour and mark, boundaries shaded."""
+    """The cases, plotted over one number and the result, or over two numbers. Outcomes have colours and marks; boundaries are
+    shaded."""
     paths, of = sweep.plan.cases.paths, answer["of"]
     fig = _figure(4.5 if len(paths) == 1 else 6.0)
     axes = fig.add_subplot()
@@ -76,7 +77,7 @@ def draw_refinement(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
         up, label = np.zeros(len(x)), ""
     else:
         up, label = table[of].to_numpy().astype(float), _result_label(of, sweep)
-        up = np.where(np.isnan(up), np.nanmin(up) - 0.04 * np.ptp(up[~np.isnan(up)]), up)  # along the lower end
+        up = np.where(np.isnan(up), np.nanmin(up) - 0.04 * np.ptp(up[~np.isnan(up)]), up)  # at the lower edge
     for k, outcome in enumerate(dict.fromkeys(["done", *outcomes.tolist()])):
         here = outcomes == outcome
         mark, color = MARKS[k % len(MARKS)], COLORS[k % len(COLORS)]

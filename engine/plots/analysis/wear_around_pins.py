@@ -1,4 +1,4 @@
-"""Wear around pins: a circle for each contact; the wear depths of pin and bearing are drawn outward from it."""
+"""Wear around pins: a circle for each contact; the wear depths of pin and bearing are drawn outward from the circle."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 COLUMNS = 4
 SWELL = 0.5
-"""Distance of the deepest wear from the circle over the circle's radius."""
+"""Distance of the deepest wear from the circle, divided by the circle's radius."""
 MICRO = 1e6
 
 Around = tuple[str, np.ndarray, np.ndarray, np.ndarray]

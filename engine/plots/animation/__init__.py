@@ -1,1 +1,1 @@
-"""A run as a page to turn and play, or as a film."""
+"""A run as an interactive page, or as a film."""

@@ -1,4 +1,4 @@
-"""Triangles and lines to pixels by depth: films are drawn without a browser."""
+"""Draws triangles and lines into pixels with a depth buffer, so that films need no browser."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LIGHT = np.array([-0.35, 0.75, 0.6]) / np.linalg.norm([-0.35, 0.75, 0.6])
 DARK, DULL, BRIGHT = 0.38, 0.68, 0.36
 """Brightness of edges and of an unlit face, and the brightness that light adds."""
 NEARER = 2e-3
-"""Lines lie on faces: they count as nearer by this part of the picture's width."""
+"""Lines lie on faces, so they are shifted towards the viewer by this fraction of the picture's width."""
 CREASE = np.cos(np.radians(40.0))
 
 
@@ -35,7 +35,7 @@ class Solid:
 
     @classmethod
     def made(cls, mesh: Mesh) -> Solid:
-        """The solid of a mesh. Vertices at one place count as one."""
+        """The solid of a mesh. Vertices at the same place are merged."""
         vertices, ids = np.unique(mesh.vertices.round(9), axis=0, return_inverse=True)
         faces = [[int(ids[i]) for i in f] for f in mesh.faces]
         triangles = [((f[0], f[k], f[k + 1]), n) for n, f in enumerate(faces) for k in range(1, len(f) - 1)]
@@ -71,8 +71,8 @@ class Sheet:
     def solid(self, s: Solid, corners: np.ndarray, turn: np.ndarray, color: np.ndarray, edges: bool = True) -> None:
         """Draw a mesh.
 
-        corners: its vertices in the picture (n × 3: right, down, towards the viewer, pixels). turn: rotation from the axes of the
-        mesh to those of the picture (right, up, towards).
+        corners: vertices of the mesh in the picture (n × 3: right, down, towards the viewer, pixels). turn: rotation from the axes
+        of the mesh to the axes of the picture (right, up, towards the viewer).
         """
         normals = s.normals @ turn.T
         light = DULL + BRIGHT * np.maximum(normals @ LIGHT, 0.0)
@@ -125,7 +125,8 @@ class Sheet:
 
 
 def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
-    """The colours of two sheets: the nearer one in each pixel. Pixels of ``above`` behind ``below`` get the opacity ``hidden``."""
+    """The colours of two sheets: in each pixel, of the nearer sheet. Pixels of ``above`` behind ``below`` get the opacity
+    ``hidden``."""
     picture, there = below.shade.copy(), np.isfinite(above.depth)
     front = there & (above.depth >= below.depth)
     picture[front] = above.shade[front]

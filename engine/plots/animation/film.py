@@ -17,20 +17,20 @@ SUFFIXES = (".gif", ".webp", ".mp4")
 SIZE = (720, 540)
 """Width and height, pixels."""
 FPS = 15
-"""Frames a second."""
+"""Frames per second."""
 SHORTEST, LONGEST = 2.0, 12.0
-"""Seconds of a run between which a film shows it at its own speed; other runs take ``USUAL`` seconds."""
+"""A film shows a run with a duration between these limits, s, in real time. The film of any other run takes ``USUAL`` seconds."""
 USUAL = 8.0
 COLORS = 128
 """Colours of a GIF, the same for all frames: a palette for each frame would flicker."""
 QUALITY = 80
 SAMPLES = 6
-"""Frames from which the colours are taken."""
+"""Count of frames from which the palette is computed."""
 Tell = Callable[[float, float], None]
 
 
 def pace(result: Result) -> tuple[np.ndarray, float]:
-    """(times of the frames, s; speed over the run's own)."""
+    """(times of the frames, s; simulated time divided by the film's time)."""
     start, end = float(result.time[0]), float(result.time[-1])
     length = end - start
     seconds = length if SHORTEST <= length <= LONGEST else USUAL
@@ -43,7 +43,7 @@ def film(
 ) -> None:
     """Write a film in the format of the suffix. tell: called with (time of the frame, last time), s, after each frame.
 
-    SceneError with the command that installs PyAV, for MP4 without it.
+    For MP4 without PyAV: SceneError with the command that installs PyAV.
     """
     write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
     write(path, _pictures(Frames(result, size, aside), *pace(result), tell))

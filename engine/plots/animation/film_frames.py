@@ -42,7 +42,7 @@ def rgb(color: str) -> np.ndarray:
 
 
 def ramp(x: float) -> np.ndarray:
-    """Colour of a pressure over the largest one."""
+    """Colour of a pressure. x: pressure divided by the largest pressure."""
     stops = [rgb(c) for c in PRESSURE]
     place = min(max(x, 0.0), 1.0) * (len(stops) - 1)
     k = min(int(place), len(stops) - 2)

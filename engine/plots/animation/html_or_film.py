@@ -1,4 +1,4 @@
-"""Animation of a run: one HTML file with data, style and viewer, which fetches nothing; or a film."""
+"""Animation of a run: a film, or one HTML file that contains data, style and viewer and fetches nothing."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCRIPTS = (
     "run_data.js", "camera.js", "triangles_and_edges.js", "shaders.js", "webgl.js", "webgl_scene.js", "point_paths.js",
     "canvas_fallback.js", "frame_and_labels.js", "value_panel.js", "playback_clock.js", "user_controls.js",
 )  # fmt: skip
-"""Scripts in order: each uses names that earlier ones define."""
+"""Scripts in order: each script uses names that earlier scripts define."""
 
 
 def animate(result: Result, path: str | os.PathLike[str], tell: Callable[[float, float], None] | None = None) -> Path:

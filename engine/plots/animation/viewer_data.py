@@ -26,14 +26,14 @@ from trunnion.plots.style.captions import caption, event_text
 from trunnion.simulation.results.result import Result
 
 MOST_BYTES = 1_800_000
-"""Bytes of rows; as text they are a third longer."""
+"""Largest size of the rows, bytes. As text, the rows are a third longer."""
 MOST_ROWS = 3000
 MOST_EVENTS = 300
 MOST_PANELS = 4
 
 
 class _Channels:
-    """Columns of the page's rows, each once."""
+    """Columns of the page's rows, without repetition."""
 
     def __init__(self, result: Result):
         self.result = result
@@ -46,7 +46,7 @@ class _Channels:
         return len(self.columns) - len(values)
 
     def named(self, *names: str) -> int | None:
-        """Append columns of the result. Returns the index of the first, or None when the result lacks one."""
+        """Append columns of the result. Returns the index of the first, or None if the result lacks a column."""
         if any(n not in self.result for n in names):
             return None
         if names[0] not in self.places:
@@ -99,7 +99,7 @@ def _hex(color: str) -> str:
 
 
 class _Meshes:
-    """Meshes as flat lists of numbers, each once."""
+    """Meshes as flat lists of numbers, without repetition."""
 
     def __init__(self) -> None:
         self.data: list[dict[str, Any]] = []
@@ -116,7 +116,7 @@ class _Meshes:
 
 
 def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -> dict[str, Any]:
-    """Data of joint j: its pins, its contacts and the values of its label."""
+    """Data of joint j: its pins, its contacts, and the values in the panel."""
     contacts = []
     for c in j.contacts:
         force = channels.named(f"{c.columns}.normal_force")
@@ -142,7 +142,7 @@ SHOWN = ("q[*]", "offset[*]", "turn[*]", "friction.torque[*]", "friction.force",
 
 
 def _values(j: JointMark, result: Result, channels: _Channels) -> list[dict[str, Any]]:
-    """Coordinates, friction and contacts of a joint, in degrees where they are angles."""
+    """Coordinates, friction and contacts of a joint. Angles are in degrees."""
     names = [n for p in SHOWN for n in result.matching(f"{j.name}.{p}") if result.units[n] != "1"]
     out = []
     quaternion = [f"{j.name}.q[{k}]" for k in (1, 2, 3, 4)]
@@ -189,7 +189,7 @@ def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
 
 
 def _speeds(result: Result) -> dict[str, Any]:
-    """Speeds to choose from, and the first one: 1 for a run of 2 s to a minute, else the run lasts about 10 s."""
+    """Speeds to choose from, and the initial speed: 1 for a run of 2 s to 60 s, else such that playback takes about 10 s."""
     ladder = [k * 10.0**n for n in range(-6, 4) for k in (1, 2, 5)]
     length = float(result.time[-1] - result.time[0]) or 1.0
     wanted = 1.0 if 2.0 <= length <= 60.0 else length / 10.0

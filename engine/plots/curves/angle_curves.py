@@ -14,10 +14,10 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """(time, degrees) of an angle (rad) as a curve without false lines.
+    """(time, degrees) of an angle (rad) as a curve without lines between unrelated points.
 
     Where two rows differ by more than half a turn, the curve leaves at ±180°, has a gap (NaN), and enters at ∓180°. At the times
-    ``jumps`` (reversals, separations) it has a gap, because a line would show values that never occurred.
+    ``jumps`` (reversals, separations) the curve has a gap, because a line would show values that never occurred.
     """
     w = wrapped(np.asarray(angle, float))
     t = np.asarray(time, float)
@@ -34,7 +34,7 @@ def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> 
 
 
 def _gap(t: np.ndarray, w: np.ndarray, i: int, wraps: bool) -> np.ndarray:
-    """(times, angles) between rows i and i + 1: a NaN, and where the angle wraps the crossings of ±π on both sides of it."""
+    """(times, angles) between rows i and i + 1: a NaN. If the angle wraps, the crossings of ±π stand before and after the NaN."""
     if not wraps:
         return np.array([[t[i]], [np.nan]])
     edge = np.copysign(np.pi, w[i])

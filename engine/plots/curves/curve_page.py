@@ -25,9 +25,9 @@ WIDTH, HEIGHT = 5.2, 2.05
 LEFT, RIGHT, TOP, BOTTOM = 0.85, 0.25, 0.95, 0.65
 GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
 TALL = 9
-"""A page with more rows of two panels has three columns."""
+"""A page that would have more rows than this in two columns has three columns."""
 FEW_EVENTS, MANY_EVENTS = 20, 120
-"""More events than the first number have fainter lines; of more than the second number, only so many are drawn."""
+"""With more events than ``FEW_EVENTS``, event lines are fainter. At most ``MANY_EVENTS`` events are drawn."""
 TITLE_LINE = 46
 """Characters of labels that fit beside a panel's title; a longer legend is inside the axes."""
 
@@ -35,9 +35,8 @@ TITLE_LINE = 46
 def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None) -> Figure:
     """A page of curves: friction, accelerations, contact angles and normal forces of joints, then motion and energy.
 
-    Reversals of sliding are thin vertical lines; at each the contact angle jumps from ○ to ●. joints: those to draw (default: the
-    first ones with friction). between: the part of the run to show, s.
-    """
+    Reversals of sliding are thin vertical lines; at each reversal the contact angle jumps from ○ to ●. joints: names of the joints
+    to draw (default: the first joints with friction). between: the part of the run to show, s. """
     shown = window(result, between) if between else result
     return page(shown, sections(shown, joints), between)
 
@@ -116,7 +115,7 @@ def _draw(axes: Axes, panel: Panel, scale: float, unit: str, span: tuple[float, 
 
 
 def thousands(panel: Panel) -> int:
-    """Power of ten, a multiple of three, that divides the values for an axis with short numbers."""
+    """Power of ten (multiple of three) by which values are divided, so that the numbers at the axis are short."""
     tops = [float(np.max(np.abs(c.values[np.isfinite(c.values)]), initial=0.0)) for c in panel.curves]
     top = max(tops, default=0.0)
     return 0 if panel.unit == "°" or top == 0.0 or 1e-2 <= top < 1e5 else 3 * math.floor(math.log10(top) / 3)

@@ -1,4 +1,5 @@
-"""Errors in panels: a band about each curve, and its largest width as a number, since most bands are narrower than a line."""
+"""Errors in panels: a band about each curve. Most bands are narrower than a line, so the largest error is also written as a
+number."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 FAINT = 0.25
 UNKNOWN = "#f7efe2"
-"""Background from the time on for which no error is promised."""
+"""Background colour of the time range for which no error is promised."""
 
 
 def errors(axes: Axes, panel: Panel, scale: float, power: int, until: float) -> None:

@@ -15,11 +15,11 @@ from trunnion.simulation.results.event import Event
 from trunnion.simulation.results.result import Result
 
 NEGLIGIBLE = 1e-7
-"""Size over the largest of a family below which a component is not drawn: in plane motion most components are zero."""
+"""A component below this fraction of the largest component in its family is not drawn. In plane motion most components are zero."""
 MOST_CURVES = 8
 MOST_JOINTS = 4
 NAMED = 3
-"""Joints that a figure leaves out and names, at most."""
+"""Largest count of left-out joints that a figure names."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Curve:
     time: np.ndarray
     values: np.ndarray
     error: np.ndarray | None = None
-    """Errors of the values, where they are stated; NaN where no error is promised."""
+    """Errors of the values, or None. NaN where no error is promised."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def frictional(result: Result) -> list[str]:
 
 
 def moving(result: Result) -> list[str]:
-    """Joints without a drive, except the cut joints of loops without friction: their motion follows from the others."""
+    """Joints without a drive, except cut joints without friction: the motion of those follows from the other joints."""
     from trunnion.system.construction.spanning_tree import span
 
     cut = span(result.scene).cut
@@ -114,7 +114,7 @@ def _heading(result: Result, joint: str) -> str:
 
 
 def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[list[Curve], int]:
-    """(curves of a family of columns without negligible ones, number of curves left out)."""
+    """(curves of a family of columns without negligible columns, number of curves left out)."""
     here = [n for n in names if n in result]
     sizes = [float(np.max(np.abs(result[n][np.isfinite(result[n])]), initial=0.0)) for n in here]
     largest = max(sizes, default=0.0)
@@ -124,7 +124,7 @@ def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[li
 
 
 def _error(result: Result, name: str, scale: float) -> np.ndarray | None:
-    """The error of a column, scaled, where it has one."""
+    """The scaled error of a column, or None if the column has no error."""
     c = result.certainty
     return c[name] * scale if c is not None and np.isfinite(c[name]).any() else None
 
@@ -132,7 +132,7 @@ def _error(result: Result, name: str, scale: float) -> np.ndarray | None:
 def _panel(
     result: Result, title: str, quantity: str, names: Iterable[str], events: Sequence[Event] = (), degrees: bool = False
 ) -> Iterator[Panel]:
-    """Yields one panel of columns that share a unit; none when the result has no such column."""
+    """Yields one panel of columns that share a unit, if the result has such columns."""
     curves, hidden = family(result, names, float(np.degrees(1.0)) if degrees else 1.0)
     if curves:
         unit = result.units[curves[0].label]
@@ -179,7 +179,7 @@ def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
 
 
 def _turns(result: Result, name: str) -> bool:
-    """Whether the contact can be anywhere on its circle; others only change sides."""
+    """Whether the contact can be anywhere on its circle. Other contacts only change sides."""
     return _element(result, name.split(".contact[")[0]).anywhere
 
 
@@ -240,7 +240,7 @@ def _balls(result: Result) -> Iterator[Panel]:
 
 
 def _energy(result: Result) -> Iterator[Panel]:
-    """Energies, and the residual of their balance on its own scale."""
+    """A panel of the energies, and a panel of the residual of their balance."""
     names = [f"energy.{n}" for n in ("kinetic", "potential", "dissipated")]
     yield from _panel(result, "Energy", "energy", names)
     yield from _panel(result, "Residual of the energy balance", "residual", ["energy.residual"])

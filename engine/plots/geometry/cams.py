@@ -15,9 +15,9 @@ from trunnion.system.construction.joint_frames import frame, matrix
 STATIONS = 120
 """Corners of a drawn cam."""
 THICK = 0.2
-"""Thickness of a disc over its largest radius."""
+"""Thickness of a disc, divided by its largest radius."""
 HUB = 0.3
-"""Radius of a disc's hole over its smallest radius."""
+"""Radius of a disc's hole, divided by the disc's smallest radius."""
 
 
 def cams(scene: sm.Scene) -> list[Wheel]:
@@ -46,7 +46,8 @@ def mounted(s: JointSide, mesh: Mesh) -> Mesh:
 
 
 def outline(j: sm.Joint) -> np.ndarray:
-    """The edge of a cam along e2 and e3 (n×2), m: the follower's path less the roller, or the envelope of a flat follower."""
+    """The edge of a cam along e2 and e3 (n×2), m: the follower's path minus the roller's radius, or the envelope of a flat
+    follower."""
     given = j.profile
     assert given is not None
     curve = profile(given, 0.0)

@@ -1,4 +1,4 @@
-"""Contacts of joints: the place of each on its pin, and the patch that shows it."""
+"""Contacts of joints: the place of each contact on its pin, and the patch that shows the contact."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from trunnion.simulation.results.result import Result
 class Patch:
     """The drawn surface around a contact point.
 
-    area: projected area on which the contact bears, m². shape: of the pin ("sphere", "cylinder", "box"). inward: direction to the
-    pin's middle along the axis (±1; 0: the pin has no ends). wide: length along the pin, m. tall: half width on a flat pin, m.
-    """
+    area: projected area that carries the contact force, m². shape: shape of the pin ("sphere", "cylinder", "box"). inward:
+    direction to the pin's middle along the axis (±1, or 0 if the pin has no ends). wide: length of the patch along the pin, m.
+    tall: half width of the patch on a flat pin, m. """
 
     area: float
     shape: str
@@ -26,7 +26,8 @@ class Patch:
 
     @classmethod
     def at(cls, p: Place, shape: str) -> Patch:
-        """The patch of a place: as wide as the pin is thick, at most half of the way to the pin's middle."""
+        """The patch of a place. Its length is the pin's diameter if the pin has no ends; else the pin's radius, but at most half of
+        the distance to the pin's middle."""
         if p.along == 0:
             return cls(p.area, shape, 0, 2 * abs(p.arm), abs(p.arm))
         wide = min(abs(p.arm), 0.5 * abs(p.along))
@@ -38,8 +39,8 @@ class ContactMark:
     """A place where pin and bearing touch: ``base`` on part ``part``, plus ``arm`` times the outward normal.
 
     columns: prefix of the contact's columns. state: column of its friction state. axis: axis of the pin in the part's axes.
-    follows: for overlapping parts, where the contact moves along ``axis``: column of the travel, lengths of the inboard and the
-    outboard part, end (±1).
+    follows: only for overlapping parts, whose contacts move along ``axis``. It holds the column of the travel, the lengths of the
+    inboard and the outboard part, and the end (±1).
     """
 
     columns: str

@@ -19,16 +19,16 @@ from trunnion.system.construction.wheel_placement import stands
 FACE = 8.0
 """Width of a toothed wheel, in modules."""
 THIN = 0.3
-"""Width over radius of a wheel without teeth; the largest one of a wheel with teeth."""
+"""Width divided by radius: its value for a wheel without teeth, its largest value for a wheel with teeth."""
 RIM = 0.35
-"""Depth of a drawn rim over its radius."""
+"""Depth of a drawn rim, divided by its radius."""
 STATIONS = ((-0.29, -1.1), (-0.13, 0.95), (0.13, 0.95), (0.29, -1.1))
-"""Outline of a tooth: angle over the pitch angle, height above the pitch circle in modules."""
+"""Outline of a tooth: angle divided by the pitch angle, height above the pitch circle in modules."""
 
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel: its body, the first pair that has it, and its mesh in the frame of the body."""
+    """A wheel: its body, the first pair that contains the wheel, and its mesh in the frame of the body."""
 
     body: str
     pair: str
@@ -36,7 +36,7 @@ class Wheel:
 
 
 def wheels(scene: sm.Scene) -> list[Wheel]:
-    """The wheels of all pairs. A wheel that rolls on several others is drawn once."""
+    """The wheels of all pairs. A wheel that rolls on several other wheels is drawn once."""
     pairs = {name: j for name, j in scene.joints.items() if REGISTRY[j.type].rolls is not None}
     if not pairs:
         return []
@@ -78,15 +78,15 @@ def _pair(j: sm.Joint, spots: list[tuple[np.ndarray, np.ndarray]]) -> Iterator[t
 
 
 def _reach(a: np.ndarray, b: np.ndarray, module: float, teeth: tuple[float, float], k: int) -> float:
-    """Distance of a bevel wheel's middle from where the axes meet."""
+    """Distance of a bevel wheel's middle from the intersection of the axes."""
     sine, cosine = float(np.linalg.norm(np.cross(a, b))), float(a @ b)
     mine, other = 0.5 * module * teeth[k], 0.5 * module * teeth[1 - k]
     return (other + mine * cosine) / sine
 
 
 def rim(radius: float, teeth: int, module: float, width: float, inside: bool, reach: float, angle: float) -> Mesh:
-    """A toothed rim about x, m. reach: distance of the middle from the tip of a cone (0: no cone). angle: of the middle of a tooth,
-    from y towards z."""
+    """A toothed rim about x, m. reach: distance of the middle from the tip of a cone (0 if there is no cone). angle: angle of the
+    middle of a tooth, from y towards z."""
     pitch = 2 * np.pi / teeth
     sign = -1.0 if inside else 1.0
     turns = np.array([angle + pitch * (n + s) for n in range(teeth) for s, _ in STATIONS])

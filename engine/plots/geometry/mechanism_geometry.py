@@ -29,14 +29,14 @@ from trunnion.system.construction.load_builder import as_joint
 
 ON_GROUND = -1
 RUBBER = 0.05
-"""Radius of a drawn bushing over the mechanism's length."""
+"""Radius of a drawn bushing, divided by the mechanism's length."""
 STOUT = 12.0
-"""The pin of a joint without sizes is drawn as in a mechanism of this many thicknesses of the thinner body, at most."""
+"""The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A body: mesh and named points from its mass centre, in its axes."""
+    """A body: mesh and named points, relative to the body's mass centre and in its axes."""
 
     name: str
     color: str
@@ -46,9 +46,9 @@ class Part:
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint or bushing: its parts (−1: ground), points and frames (columns e1, e2, e3) on both, inboard first.
+    """A joint or bushing: its parts (−1: ground), and points and frames (columns e1, e2, e3) on the two parts, inboard first.
 
-    side: 0 when the inboard part carries the pin, 1 when the outboard part does. pins: (part, mesh in that part's axes).
+    side: 0 if the inboard part carries the pin, 1 if the outboard part carries it. pins: (part, mesh in that part's axes).
     """
 
     name: str
@@ -65,7 +65,7 @@ class JointMark:
 class Scenery:
     """All parts, joints and springs of a scene. size: length of a typical body, m. up: unit vector against gravity.
 
-    springs: the two ends of each, (part, point from the part's mass centre).
+    springs: for each spring, its two ends: (part, point relative to the part's mass centre).
     """
 
     parts: tuple[Part, ...]
@@ -93,18 +93,18 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
 
 
 def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:
-    """Joint points of a body, from its mass centre."""
+    """Joint points of a body, relative to its mass centre."""
     sides = [s for j in scene.joints.values() for s in sides_of(scene, j)]
     return [_from_center(scene, body, s.point) for s in sides if s.body == body]
 
 
 def _point(scene: sm.Scene, end: str) -> np.ndarray:
-    """The point of a spring's end, from the body's mass centre, in the body's axes."""
+    """The point of a spring's end, relative to the body's mass centre, in the body's axes."""
     return _from_center(scene, *point_of(scene, end))
 
 
 def _from_center(scene: sm.Scene, body: str, p: tuple[float, float, float]) -> np.ndarray:
-    """A point of a body from its mass centre (of the ground: from the origin), in the body's axes."""
+    """A point of a body relative to its mass centre (for the ground: to the origin), in the body's axes."""
     center = (0.0, 0.0, 0.0) if body == GROUND else scene.bodies[body].center
     return np.array(p, float) - np.array(center, float)
 
@@ -196,12 +196,12 @@ def _bushing(scene: sm.Scene, name: str, f: sm.Bushing, index: dict[str, int], s
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
     """Sizes of an element by label, m: those of the scene, else fractions of the mechanism's size."""
     given = sizes_given(f, element) if f is not None else {}
-    usual = [s for s in element.sizes if f is None or not s.ends]  # without those of the other choice of where contacts sit
+    usual = [s for s in element.sizes if f is None or not s.ends]  # without sizes for contacts at other places
     return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 
 def _pins(m: JointMark, j: sm.Joint, size: float, grain: Grain) -> Iterator[tuple[int, Mesh]]:
-    """(part, mesh) of each piece of the pin: true to size where friction gives one, else a small symbol.
+    """(part, mesh) of each piece of the pin. The pin is true to size if friction gives its size, else it is a small symbol.
 
     A joint type without friction gets the pin of a journal.
     """

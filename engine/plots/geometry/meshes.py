@@ -10,9 +10,9 @@ import numpy as np
 ROUND = 20
 """Sides of a cylinder, meridians of a sphere."""
 SHARP = np.cos(np.deg2rad(40))
-"""Two triangles meet in an edge where the cosine of their angle is smaller."""
+"""Two triangles meet in an edge if the cosine of the angle between their normals is smaller."""
 PIECES = 8
-"""Pieces along the longer edge of a face, at most: crossing bodies then hide each other rightly."""
+"""Largest count of pieces along the longer edge of a face. With small pieces, crossing bodies hide each other correctly."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Grain:
 
 
 SORTED, FINE = Grain(), Grain(around=48, pieces=1)
-"""Grain for drawing back to front, and for drawing by depth: there long faces do no harm and roundness shows."""
+"""Grain for drawing from back to front, and for drawing with a depth buffer, where long faces are harmless."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def surface(points: np.ndarray, faces: np.ndarray) -> Mesh:
 def ring(outlines: Sequence[np.ndarray], inside: bool = False) -> Mesh:
     """A ring about x between four closed outlines (n×3 each): the hole and the rim at its low end, then at its high end.
 
-    inside: the rim is the inner outline. Edges are drawn along the rim alone.
+    inside: whether the rim is the inner outline. Edges are drawn only along the rim.
     """
     count, faces = len(outlines[0]), []
     for i in range(count):

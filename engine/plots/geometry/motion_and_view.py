@@ -14,7 +14,7 @@ from trunnion.simulation.results.result import Result
 NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
 """Patterns of the columns that an animation needs."""
 VIEW = (24.0, 16.0)
-"""Angles of the viewer to the left of the motion's front and above its level, degrees."""
+"""Angles of the viewer, degrees: to the left of the motion's front, and above the horizontal."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,10 @@ def bounds(scene: Scenery, moved: Motion, rows: int = 60) -> tuple[np.ndarray, n
 
 
 def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(middle of the motion in the world's axes; its width and height in a view's axes; those of the mechanism).
+    """(middle of the motion in the world's axes; width and height of the motion in a view's axes; width and height of the
+    mechanism).
 
-    The mechanism's are the largest over a sample of rows, about the mean of its mass centres.
+    The mechanism's width and height are measured about the mean of its mass centres. They are the largest over a sample of rows.
     """
     chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
     low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
@@ -105,7 +106,7 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tu
 def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[float, float] = VIEW) -> np.ndarray:
     """The view as a 3×3 matrix whose rows point right, up and towards the viewer.
 
-    The viewer looks along the level direction in which the motion is thinnest, turned by the angles ``aside``.
+    The viewer looks along the horizontal axis in which the motion is thinnest, turned by the angles ``aside`` (``VIEW``).
     """
     level = [k for k in range(3) if abs(up[k]) < 0.9]
     thin = min(level, key=lambda k: high[k] - low[k])
@@ -121,10 +122,10 @@ def first_view(up: np.ndarray, low: np.ndarray, high: np.ndarray, aside: tuple[f
 
 @dataclass(frozen=True)
 class Framing:
-    """View and place of a moving picture. view: of ``first_view``; centre, wide, near: of ``reach``.
+    """View and position of an animation. view: result of ``first_view``; centre, wide, near: results of ``reach``.
 
-    follows: whether the picture moves with the mechanism, because the motion is much wider. floor: height of the ground, m.
-    """
+    follows: whether the picture moves with the mechanism, because the motion is much wider than the mechanism. floor: height of the
+    ground, m. """
 
     view: np.ndarray
     centre: np.ndarray
@@ -135,7 +136,7 @@ class Framing:
 
 
 def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIEW) -> Framing:
-    """The framing in which the whole motion is seen."""
+    """The framing in which the whole motion is visible."""
     low, high = bounds(scene, moved)
     view = first_view(scene.up, low, high, aside)
     centre, wide, near = reach(scene, moved, view)
@@ -145,13 +146,14 @@ def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIE
 
 
 def arrow_scale(result: Result, scene: Scenery) -> float:
-    """Length of arrows, m/N: the 98th percentile of the forces is 0.45 of a typical body long. 0 without contacts."""
+    """Length of arrows per force, m/N. The arrow of the forces' 98th percentile is 0.45 times as long as a typical body. 0 without
+    contacts."""
     top = _largest_usual([force for _, force in _normal_forces(result, scene)])
     return 0.45 * scene.size / top if top > 0 else 0.0
 
 
 def pressure_scale(result: Result, scene: Scenery) -> float:
-    """98th percentile of the nominal pressures (normal force over projected area), Pa. 0 without contacts."""
+    """98th percentile of the nominal pressures (normal force per projected area), Pa. 0 without contacts."""
     return max(0.0, _largest_usual([force / area for area, force in _normal_forces(result, scene) if area > 0]))
 
 

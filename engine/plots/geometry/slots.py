@@ -16,9 +16,9 @@ from trunnion.system.construction.point_curve_spline import along
 STATIONS = 8
 """Corners of a wall between two points of a curve."""
 PIN = 0.03
-"""Radius of a drawn pin over the extent of its curve."""
+"""Radius of a drawn pin, divided by the extent of its curve."""
 WALL, DEEP = 0.6, 5.0
-"""Thickness and depth of a wall over the radius of the pin."""
+"""Thickness and depth of a wall, divided by the radius of the pin."""
 
 
 def slots(scene: sm.Scene) -> list[Wheel]:

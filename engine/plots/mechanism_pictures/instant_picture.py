@@ -26,22 +26,23 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Depth between bodies of one plane in the sorting, over a body's length: without it they would show in stripes."""
+"""Difference of depth between bodies in one plane when they are sorted, divided by a body's length. Without this difference the
+bodies would show in stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
 COILS, WIDTH = 9, 0.05
-"""Corners of a spring's zigzag; its half width over its length."""
+"""Count of corners of a spring's zigzag; half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
-"""Parts of the end time for which a scene is run: to show it at time 0, and to show its assembled start."""
+"""Fractions of the end time up to which a scene is run, for its picture at time 0 and for the picture of its assembled start."""
 ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
 
 
 def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, aside: tuple[float, float] = VIEW) -> Figure:
     """A picture of the mechanism at ``time``, s: of the nearest row of a result, or of a scene simulated up to that time.
 
-    aside: angles of the viewer to the left of the motion's front and above its level, degrees.
+    aside: angles of the viewer, degrees: to the left of the motion's front, and above the horizontal.
     """
     from matplotlib.figure import Figure
 
@@ -69,8 +70,8 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
 
 
 def assemble_start(scene: Scene, where: str) -> Result:
-    """A result with the start's row and all columns of pictures. where: place named in problems. SceneError when the scene cannot
-    be assembled."""
+    """A result with one row, the start, and all columns that pictures need. where: place named in problems. SceneError if the scene
+    cannot be assembled."""
     from trunnion.simulation.results.summary import has_motion
     from trunnion.simulation.run import simulate
 
@@ -133,7 +134,7 @@ def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> Non
 
 
 def draw_bodies(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int, opaque: float = 1.0) -> np.ndarray:
-    """Draw bodies as polygons from back to front, and their pins over them. Returns the corners in the picture."""
+    """Draw bodies as polygons from back to front, then pins over the bodies. Returns the corners in the picture."""
     from matplotlib.collections import PolyCollection
 
     bodies: list[Polygon] = []
@@ -155,7 +156,7 @@ def draw_bodies(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row
 
 
 def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, bias: float) -> list[Polygon]:
-    """Faces that look at the viewer and their edges. A face has an outline in its own colour, so that no seams show."""
+    """Faces that face the viewer, and their edges. A face has an outline in its own colour, so that no seams are visible."""
     from matplotlib.colors import to_rgb
 
     spots = (mesh.vertices @ r.T + p) @ view.T

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from trunnion.plots.geometry.motion_and_view import Motion
 
 NEAR = 0.02
-"""Distance over the picture's width: places closer to each other share one label."""
+"""Distance, divided by the picture's width. Places closer to each other than this distance share one label."""
 LONGEST = 30
-"""Characters in a line of several names, at most."""
+"""Largest count of characters in a line of several names."""
 SIZES = {"joint": 7.0, "body": 8.0}
 """Font size of each kind of label, points."""
 SPACING, PAD = 1.45, 1.0
-"""Line height over font size; margin around a label, points, since a renderer rounds letters to pixels."""
+"""Line height divided by font size; margin around a label, points. A renderer rounds letters to pixels, hence the margin."""
 RINGS, AROUND = 16, 16
 """Candidate places around a named place: rings, and places on each ring."""
 RING = 9.0
@@ -30,11 +30,12 @@ RING = 9.0
 GAP = 8.0
 """Distance from the named place to the first ring, points."""
 LED = 14.0
-"""Distance from the named place to its label beyond which a line joins them, points."""
+"""If a label is farther from the named place than this distance, points, a line joins the two."""
 ASIDE = 0.1
-"""Weight of the distance to a label's middle beside that to its nearest edge."""
+"""Weight of the distance to a label's middle. The distance to the label's nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
-"""Costs of a place, points of distance: overlap with a label by one letter's square, a covered named place, the picture's edge."""
+"""Costs of a place, in points of distance: overlap with a label by the square of the font size; each covered named place; a label
+beyond the picture's edge."""
 
 
 @dataclass
@@ -76,8 +77,8 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
 
 
 def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
-    """The names, each with its box at the cheapest place beside the earlier ones. frame: left, bottom, right and top of the
-    picture, points."""
+    """The names, each with its box at the cheapest place, in view of the boxes of earlier names. frame: left, bottom, right and top
+    of the picture, points."""
     spots = np.array([n.at for n in names])
     for k, name in enumerate(names):
         options = _places(name)
@@ -85,7 +86,7 @@ def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
         cost = _gap(options, name.at) + ASIDE * np.linalg.norm((options[:, :2] + options[:, 2:]) / 2 - name.at, axis=1)
         cost += HIDDEN / (SIZES[name.kind] ** 2) * _shared(options, others).sum(axis=1)
         inside = (spots[None] > options[:, None, :2]) & (spots[None] < options[:, None, 2:])
-        inside[:, k] &= name.kind == "joint"  # a body's own name may stand on it
+        inside[:, k] &= name.kind == "joint"  # a body's own name may cover its place
         cost += COVERED * inside.all(axis=2).sum(axis=1)
         cost += OUTSIDE * ((options[:, :2] < frame[:2]) | (options[:, 2:] > frame[2:])).any(axis=1)
         name.box = options[int(np.argmin(cost))]
@@ -133,7 +134,7 @@ def _name(at: np.ndarray, words: list[str], kind: str) -> Name:
 
 
 def _gathered(axes: Axes, named: list[tuple[np.ndarray, str]]) -> list[tuple[np.ndarray, list[str]]]:
-    """The names at each place of the picture; places nearer than ``NEAR`` are one."""
+    """The names at each place of the picture. Places closer to each other than ``NEAR`` are merged."""
     left, right = axes.get_xlim()
     places: list[tuple[np.ndarray, list[str]]] = []
     for at, name in named:

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INSTANT = 1e-9
-"""Length of a run that stands for a pose, s."""
+"""Duration of a run that stands for a pose, s."""
 COLUMNS = 4
 FAINT = 0.25
 
 
 def draw_mode_shapes(rest: Scene, away: Sequence[tuple[str, Scene, Scene]]) -> Figure:
-    """A panel for each (title, one extreme, the other): the pose of rest, with both extremes faint behind it."""
+    """A panel for each (title, one extreme, the other extreme): the pose of rest, and faintly both extremes."""
     fig, panels = make_panels(len(away), COLUMNS, (3.2, 3.2))
     for axes, (title, *extremes) in zip(panels, away, strict=True):
         axes.axis("off")

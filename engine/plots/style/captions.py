@@ -10,7 +10,7 @@ from trunnion.simulation.results.result import Result
 
 
 def caption(result: Result) -> str:
-    """One line: friction laws with their numbers, method, tolerance, outcome."""
+    """One line: friction laws with their parameters, method, tolerance, outcome."""
     scene, used = result.scene, result.settings
     frictions = [j.friction for j in scene.joints.values() if j.friction is not None]
     laws = {scene.law_of(f) for f in frictions}

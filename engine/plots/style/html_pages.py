@@ -14,7 +14,7 @@ from trunnion.simulation.results.csv_and_parquet import finite
 def make_html_page(template: Path, style: str, scripts: Sequence[str], title: str, data: Any) -> str:
     """The template with its marks ``{{title}}``, ``{{style}}``, ``{{data}}``, ``{{script}}`` filled.
 
-    style, scripts: names of files beside the template. data: plain data, written as JSON; NaN and infinity become null.
+    style, scripts: names of files in the template's folder. data: plain data, written as JSON; NaN and infinity become null.
     """
     folder = template.parent
     texts = {

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
 
 
 def make_panels(count: int, columns: int, size: tuple[float, float], **look: Any) -> tuple[Figure, list[Axes]]:
-    """A figure with a grid of panels in at most so many columns. size: width and height of a panel, inches; look: of its axes."""
+    """A figure with a grid of panels in at most ``columns`` columns. size: width and height of a panel, inches; look: arguments of
+    each panel's axes."""
     from matplotlib.figure import Figure
 
     columns = max(1, min(columns, count))
@@ -26,7 +27,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def shorten_paths(paths: Sequence[str]) -> dict[str, str]:
-    """Path → the fewest last words that tell the paths apart."""
+    """Path → the fewest last words that distinguish the paths."""
     parts = {p: p.split(".") for p in paths}
     for n in range(1, max(map(len, parts.values())) + 1):
         short = {p: ".".join(x[-n:]) for p, x in parts.items()}

@@ -1,8 +1,8 @@
 // The camera: axes of the view, fit of the motion into the free part of the window, points to pixels.
 "use strict";
 
-const FIELD = Math.tan(0.5 * 22 * Math.PI / 180); // half the visible height over the distance
-const NEAREST = 0.02, EMPTY = 1e-9; // near plane over the distance; smallest extent, m
+const FIELD = Math.tan(0.5 * 22 * Math.PI / 180); // half of the visible height, divided by the distance of the eye
+const NEAREST = 0.02, EMPTY = 1e-9; // near plane, divided by the distance of the eye; smallest extent, m
 const look = { names: false, xray: false, follow: run.follow, arrows: 1, traces: false, parallel: false, cut: "", cutAt: 0.5 };
 let view = firstView();
 
@@ -24,7 +24,7 @@ const boxes = run.meshes.map((mesh) => {
   return Array.from({ length: 8 }, (_, k) => [0, 1, 2].map((i) => (k >> i & 1 ? high : low)[i]));
 });
 
-// Corners of boxes, ends of springs and arrows at up to 60 instants: in the world, and relative to the centre at their instant.
+// Corners of boxes, ends of springs and arrows at up to 60 instants: in the world, and relative to ``centre`` at that instant.
 const swept = (() => {
   const all = [], near = [], count = Math.min(60, last + 1);
   for (let k = 0; k < count; k++) {
@@ -77,15 +77,16 @@ function middle(m) {
   return look.follow ? add(at, centre(m)) : at;
 }
 
-// The camera at a moment. matrix: column-major, from the world to clip space. eye: place of the eye and 1, or the direction towards
-// it and 0. project: point → pixels from the left and from the top, metres towards the viewer, depth.
+// The camera at a moment. matrix: column-major, from the world to clip space. eye: (position of the eye, 1), or in parallel
+// projection (direction towards the eye, 0). project: point → pixels from the left and from the top, metres towards the viewer,
+// depth.
 function camera(m) {
   const w = window.innerWidth, h = window.innerHeight, f = free(), s = scale(), o = middle(m);
   const x0 = f.x + f.w / 2, y0 = f.y + f.h / 2, distance = h / (2 * s * FIELD), span = 4 * distance + 40 * run.size;
   const eye = look.parallel ? [...view.toward, 0] : [...add(o, view.toward, distance), 1];
   const row = (a, k) => [...a.map((x) => k * x), -k * dot(a, o)];
   const right = row(view.right, 2 * s / w), up = row(view.up, 2 * s / h), toward = row(view.toward, 1);
-  // Depth in units of the distance, 1 at the middle point. The middle of the picture differs from that of the window.
+  // Depth in units of the distance, 1 at the middle point. The middle of the picture is not the middle of the window.
   const deep = look.parallel ? [0, 0, 0, 1] : toward.map((x, k) => (k === 3 ? 1 : 0) - x / distance);
   const shift = [2 * x0 / w - 1, 1 - 2 * y0 / h], near = NEAREST, far = span / distance;
   const line = look.parallel
@@ -106,7 +107,7 @@ function rotate(v, axis, angle) {
   return [0, 1, 2].map((i) => v[i] * c + w[i] * s + axis[i] * k);
 }
 
-// Turn about the vertical and tilt about the level axis, radians; a tilt over the top is ignored.
+// Turn about the vertical axis, and tilt about the view's horizontal axis, radians. A tilt over the top is ignored.
 function turn(around, over) {
   for (const k of ["right", "up", "toward"]) view[k] = rotate(view[k], run.up, -around);
   const tilted = rotate(view.up, view.right, -over);
@@ -120,7 +121,7 @@ function shift(dx, dy) {
   view.shift = add(add(view.shift, view.right, -dx / s), view.up, dy / s);
 }
 
-// Return the view, after taking over an earlier one: a page that shows a changed scene keeps the user's view.
+// Return the view. If ``before`` is given, it first becomes the view: a page that shows a changed scene keeps the user's view.
 function standing(before) {
   if (before) { view = { ...firstView(), ...before }; refresh(); }
   return view;
@@ -128,7 +129,7 @@ function standing(before) {
 
 function zoom(k) { view.zoom = Math.min(60, Math.max(0.05, view.zoom * k)); }
 
-// View along an axis. The front view looks along the level axis that is nearest to the first view's direction.
+// View along an axis. The front view looks along the horizontal axis that is nearest to the first view's direction.
 function along(which) {
   const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].filter((e) => Math.abs(dot(e, run.up)) < 0.9), first = run.view[2];
   const e = axes.reduce((a, b) => (Math.abs(dot(b, first)) > Math.abs(dot(a, first)) ? b : a));

@@ -1,10 +1,10 @@
-// One picture: by WebGL, or flat without it; names and axes over both.
+// One picture: with WebGL, or flat without WebGL. Names and axes are drawn over the picture.
 "use strict";
 
 const over = document.getElementById("over"), paint = over.getContext("2d");
 const AXES = [["x", "#d55e00"], ["y", "#009e73"], ["z", "#0072b2"]];
 
-// Choose WebGL, or the flat picture for ?flat=1 and browsers without WebGL 2.
+// Choose WebGL. For ?flat=1, and in browsers without WebGL 2, choose the flat picture.
 function equip(refused) {
   card = null;
   try {
@@ -18,7 +18,7 @@ function equip(refused) {
   document.getElementById("note").hidden = Boolean(card);
 }
 
-// On narrow windows the panel of values is above the controls, whatever their height.
+// Give the height of the controls to the style sheet: in narrow windows the panel of values is above the controls.
 function settle() {
   document.documentElement.style.setProperty("--foot", $("foot").offsetHeight + "px");
 }
@@ -77,7 +77,7 @@ function draw(t) {
   return { m, cam, places };
 }
 
-// Write names, each at a free place near its body or joint; a line joins them when they are far apart.
+// Write names, each at a free place near its body or joint. A line joins a name to a distant body or joint.
 function names(m, cam, places, ink) {
   const taken = places.map(([x, y]) => [x - 4, y - 4, x + 4, y + 4]), dark = ink.paper[0] < 0.5;
   const wanted = run.parts.map((part, i) => [part.name, cam.project(m.poses[i].p), css(ink.ink), "600 12px system-ui, sans-serif", 0])

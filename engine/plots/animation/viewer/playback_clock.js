@@ -1,4 +1,4 @@
-// The clock: current time, speed of playback, and redrawing at most once a frame of the screen.
+// The clock: current time, speed of playback, and redrawing at most once per frame of the screen.
 "use strict";
 
 const $ = (id) => document.getElementById(id);

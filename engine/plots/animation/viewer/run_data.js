@@ -6,7 +6,7 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
 const unit = (a) => { const n = Math.hypot(...a) || 1; return a.map((x) => x / n); };
-// A unit vector across a unit vector.
+// A unit vector perpendicular to a unit vector.
 const perpendicular = (e) => unit(cross(e, Math.abs(e[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0]));
 const apply = (m, v) => [0, 3, 6].map((i) => m[i] * v[0] + m[i + 1] * v[1] + m[i + 2] * v[2]);
 
@@ -44,7 +44,8 @@ function value(w, channel) {
 const nearest = (w, channel) => at(w.f < 0.5 ? w.i : w.i + 1, channel);
 const three = (w, channel) => [0, 1, 2].map((k) => value(w, channel + k));
 
-// Rotation matrix (row-major) of the quaternion at a channel; between two rows along the shorter rotation.
+// Rotation matrix (row-major) of the quaternion at a channel. Between two rows, the quaternion is interpolated along the shorter
+// rotation.
 function turned(w, channel) {
   let q = [0, 1, 2, 3].map((k) => at(w.i, channel + k));
   if (w.f > 0) {

@@ -1,4 +1,4 @@
-// Shapes as triangles with normals and edges: creases are always drawn, smooth edges where they are on the outline.
+// Shapes as triangles with normals and edges. Creases are always drawn; smooth edges are drawn only on the outline.
 "use strict";
 
 const CREASE = Math.cos(40 * Math.PI / 180), LEVEL = 0.99999;
@@ -10,7 +10,7 @@ function newell(spots) {
   return n;
 }
 
-// Number of each vertex; vertices at one place have one number.
+// Number of each vertex. Vertices at the same place have the same number.
 function merged(v) {
   const places = new Map(), ids = [];
   for (let i = 0; i < v.length; i += 3) {
@@ -21,7 +21,7 @@ function merged(v) {
   return ids;
 }
 
-// Arrays of a mesh {v, f}. surface: place and normal of each triangle's corners; creases: EDGE numbers each; smooth: SMOOTH each.
+// Arrays of a mesh {v, f}. surface: place and normal of each triangle's corners; creases, smooth: EDGE or SMOOTH numbers per edge.
 function solid(mesh) {
   const v = mesh.v, ids = merged(v), spot = (i) => [v[3 * i], v[3 * i + 1], v[3 * i + 2]];
   const normals = mesh.f.map((face) => newell(face.map(spot))), units = normals.map(unit);
@@ -51,8 +51,8 @@ function solid(mesh) {
   return { surface: new Float32Array(surface), creases: new Float32Array(creases), smooth: new Float32Array(smooth) };
 }
 
-// The smooth edges on the outline: one of their faces looks at the eye, the other does not. eye: place and 1, or direction and 0,
-// in the shape's axes.
+// The smooth edges on the outline: one of the two faces at the edge faces the eye, the other does not. eye: (position, 1) or
+// (direction, 0), in the shape's axes.
 function rim(smooth, eye) {
   const out = [], [x, y, z, w] = eye;
   for (let i = 0; i < smooth.length; i += SMOOTH) {
@@ -82,8 +82,8 @@ function turnedShape(rings, n = 20) {
 
 const SHAFT = turnedShape([[0, 0], [0, 1], [1, 1], [1, 0]]), HEAD = turnedShape([[0, 0], [0, 1], [1, 0]], 24);
 
-// The mesh of a contact's patch on its pin, from the place on the pin's axis, in the axes outward normal, across, along the pin. It is
-// an oval: the contact point is on its rim, or in its middle where the pin has no ends.
+// The mesh of a contact's patch on its pin. Its origin is on the pin's axis; its axes are outward normal, across, along the pin.
+// The patch is an oval: the contact point is on the oval's rim, or in its middle if the pin has no ends.
 function patchOf(mark) {
   const rings = 6, n = 28, v = [], f = [], lift = 1.006 * mark.arm, wide = mark.wide;
   for (let i = 0; i <= rings; i++) {

@@ -4,7 +4,7 @@
 const pointers = new Map();
 const PHONE = window.matchMedia("(max-width: 760px)"), DARK = window.matchMedia("(prefers-color-scheme: dark)");
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
-const TURN = 0.008, STEP = 0.12, MOVE = 40; // radians a pixel, radians a key, pixels a key
+const TURN = 0.008, STEP = 0.12, MOVE = 40; // radians per pixel, radians per key, pixels per key
 
 // Show the values of the joint under the pointer.
 function pointAt(x, y, near) {
@@ -111,7 +111,7 @@ function typed(e) {
   act(e);
 }
 
-// Apply options in the order: those written into the page, the address after ?, the address after #. Each overrides earlier ones. The
+// Apply the options in the page, then those in the address after ?, then after #. Later options override earlier options. The
 // options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title, no
 // legend) and flat (no WebGL).
 function parameters() {

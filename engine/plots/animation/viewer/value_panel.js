@@ -1,7 +1,8 @@
 // The panel beside the picture: values of joints with small curves; the legend.
 "use strict";
 
-const SPARK = { width: 84, height: 20, points: 84 }, NOISE = 1e-7; // NOISE: over the largest value of the joint in that unit, below which a value is 0, since rows are float32
+// NOISE: a value below this fraction of the joint's largest value in the same unit is shown as 0, because rows are float32
+const SPARK = { width: 84, height: 20, points: 84 }, NOISE = 1e-7;
 
 function shownNumber(x) {
   if (!Number.isFinite(x)) return "–";
@@ -44,7 +45,7 @@ function table(joint, curves) {
   return box;
 }
 
-// Fill the panel with all joints that have values. The first ones with friction are open, else the first ones.
+// Fill the panel with all joints that have values. The first joints with friction are open; without friction, the first joints.
 function panel() {
   const told = run.joints.filter((j) => j.values.length), boxes = told.map((j) => {
     const box = made("details", { open: j.panel }, made("summary", {}, made("b", { textContent: j.name }), " " + j.type)), fill = () => {
@@ -57,7 +58,7 @@ function panel() {
     return box;
   });
   const closed = told.filter((j) => !j.panel).length;
-  const note = closed ? [made("p", { className: "note", textContent: `${closed} of ${told.length} joints are closed below: open them, or point at them.` })] : [];
+  const note = closed ? [made("p", { className: "note", textContent: `${closed} of ${told.length} joints are folded below: unfold them, or point at a joint in the picture.` })] : [];
   $("values").replaceChildren(...note, ...boxes);
 }
 
@@ -72,7 +73,7 @@ function update(box) {
   }
 }
 
-// Show the values of the joint under the pointer beside it.
+// Show the values of the joint under the pointer, beside the pointer.
 function tip() {
   const box = $("tip");
   box.hidden = !hover;
@@ -104,7 +105,7 @@ function legend() {
   if (run.pressure > 0) {
     const bar = made("i", { className: "ramp" });
     bar.style.background = `linear-gradient(90deg, ${run.colors.ramp.join()})`;
-    box.append(made("div", { title: "normal force over the projected area on which a contact bears" }, "nominal pressure: 0 ", bar, ` ${shownNumber(run.pressure / 1e6)} MPa`));
+    box.append(made("div", { title: "normal force divided by the projected area of the contact" }, "nominal pressure: 0 ", bar, ` ${shownNumber(run.pressure / 1e6)} MPa`));
   }
   const metres = run.force * run.arrow * look.arrows;
   box.append(made("div", { textContent: `arrow: normal force on the pin, ${run.force} N is ${shownNumber(metres)} m long` }));

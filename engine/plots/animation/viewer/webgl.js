@@ -3,7 +3,7 @@
 
 const OFF = [0, 0, 0, 1];
 
-// A program with a setter for its uniforms by name; attributes have fixed places.
+// A program, with a function that sets its uniforms by name. Attributes have fixed locations.
 function program(gl, vertex, fragment, attributes) {
   const made = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -27,7 +27,7 @@ function program(gl, vertex, fragment, attributes) {
   return { made, put: (values) => { gl.useProgram(made); for (const k in values) if (set[k]) set[k](values[k]); } };
 }
 
-// Each edge six times, for the corners of its two triangles. In software rendering this is faster than instances.
+// Each edge six times, for the corners of its two triangles. In software rendering this is faster than instancing.
 function corners(data) {
   const out = new Float32Array(6 * data.length);
   for (let i = 0; i < data.length; i += EDGE) for (let k = 0; k < 6; k++) out.set(data.subarray(i, i + EDGE), 6 * i + EDGE * k);
@@ -68,7 +68,7 @@ function graphics(canvas) {
     return { ...array(() => attributes(gl, corners(data), [[0, 3, 0], [1, 3, 3]], EDGE, usage)), count: data.length / EDGE };
   }
 
-  // Buffers of a mesh {v, f}, and its smooth edges, of which each picture draws those on the outline.
+  // Buffers of a mesh {v, f}, and its smooth edges. Each picture draws only the smooth edges on the outline.
   function shape(mesh) {
     const s = solid(mesh);
     return { ...array(() => attributes(gl, s.surface, [[0, 3, 0], [1, 3, 3]], 6)), count: s.surface.length / 6, creases: lines(s.creases), smooth: s.smooth };
@@ -95,7 +95,8 @@ function graphics(canvas) {
   };
 }
 
-// Column-major 4×4 matrix of a rotation (row-major 3×3), a place and factors along the three axes; the 3×3 matrix of normals.
+// placed: column-major 4×4 matrix of a rotation (row-major 3×3), a place and factors along the three axes. turning: the
+// column-major 3×3 matrix of the rotation, for normals.
 const placed = (r, p, k = [1, 1, 1]) => [
   k[0] * r[0], k[0] * r[3], k[0] * r[6], 0, k[1] * r[1], k[1] * r[4], k[1] * r[7], 0, k[2] * r[2], k[2] * r[5], k[2] * r[8], 0, ...p, 1,
 ];

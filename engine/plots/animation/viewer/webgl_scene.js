@@ -1,4 +1,4 @@
-// The picture with depth: ground and shadow, bodies, pins and contacts; bodies hide pins and contacts only in part.
+// The picture with depth: ground and shadow, bodies, pins and contacts; bodies hide pins and contacts only partly.
 "use strict";
 
 const stage = document.getElementById("stage");
@@ -16,7 +16,7 @@ function inks() {
   return { paper: get("--paper"), ink: get("--ink"), grid: get("--grid"), line: get("--line") };
 }
 
-// Colour of a pressure over the largest one: amber, crimson, violet.
+// Colour of a pressure, from amber over crimson to violet. x: pressure divided by the largest pressure.
 const RAMP = run.colors.ramp.map(rgb);
 function ramp(x) {
   const s = Math.min(1, Math.max(0, x)) * (RAMP.length - 1), k = Math.min(RAMP.length - 2, Math.floor(s));
@@ -58,8 +58,8 @@ function coil(p, q) {
   return strip([...points, q]);
 }
 
-// The plane that cuts bodies (normal, level): facing the view at the time of the choice, or across an axis. Points beyond it are
-// not drawn.
+// The plane that cuts bodies (normal, level). It faces the viewer at the time when the user chose it, or is perpendicular to an
+// axis. Points beyond the plane are not drawn.
 function cutting() {
   if (!look.cut) return OFF;
   const n = look.cut === "view" ? look.cutFrom : [0, 1, 2].map((k) => (k === "xyz".indexOf(look.cut) ? 1 : 0));
@@ -156,7 +156,7 @@ function drawJoints(m, cam, alpha, ink) {
   }
 }
 
-// Axes (row-major) of a contact's arrow: the first points against the normal.
+// Axes (row-major) of a contact's arrow. The first axis points against the normal.
 function arrowTurn(n) {
   const e = n.map((x) => -x), u = perpendicular(e), w = cross(e, u);
   return [e[0], u[0], w[0], e[1], u[1], w[1], e[2], u[2], w[2]];
