@@ -76,7 +76,7 @@ def command(
 
 
 def export_and_report(scene: SceneData, target: str, how: dict[str, Any], as_json: bool) -> int:
-    """Export with a progress bar and print what was written; the exit code. how: arguments of ``export``."""
+    """Export with a progress bar, print a summary and return the exit code. how: arguments of ``export``."""
     from dataclasses import asdict
 
     from trunnion.cli.output.exit_codes import DONE
