@@ -105,7 +105,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     reductions: list[PlainText] = Field(
         default_factory=list,
         max_length=500,
-        description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, …, any); error:… of any of these.",
+        description="max:PATTERN, min:, mean:, final: of columns; first:EVENT, count:EVENT (stick, …, any); error:… of each.",
     )
     trajectories: list[PlainText] = Field(
         default_factory=list,
