@@ -80,7 +80,7 @@ def _of(candidates: tuple[str, ...], member: str, kind: str, names: set[str]) ->
 
 
 def _input_of(model: Model, signal: object) -> str:
-    """The name of the input that a signal is; "" for other signals."""
+    """The name of the input if the signal is an input, else ""."""
     inputs = list(model.system.inputs)
     if getattr(signal, "kind", "") != "table" or getattr(signal, "index", len(inputs)) >= len(inputs):
         return ""

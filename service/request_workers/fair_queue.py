@@ -32,7 +32,7 @@ class FairQueue(Generic[Slot]):
         self.busy: Counter[str] = Counter()
 
     def _may_take(self, who: str) -> bool:
-        """Whether a caller may take one more slot. A caller may have all slots but one, and at least one."""
+        """Whether a caller may take one more slot. A caller may have at most max(1, count − 1) slots."""
         return self.busy[who] < max(1, self.count - 1)
 
     async def take(self, who: str, begun: bool = False) -> Slot:

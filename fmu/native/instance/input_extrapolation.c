@@ -1,7 +1,7 @@
 /* Extrapolation of inputs between communication points, and motions that follow inputs. */
 
-#define CARRIED 0.2 /* largest product of bandwidth and sample time. With a larger product, the motion jerks at every sample, and a
-                     * host that feeds the force back to the source of the input amplifies the jerks */
+#define CARRIED 0.2 /* largest product of bandwidth and sample time. With a larger product, the motion jerks at every sample.
+                     * A host that feeds the force back to the source of the input then amplifies the jerks */
 #define IN_A_ROW 2  /* changes at so many consecutive communication points make an input sampled; a single change is a step input */
 
 /* Whether an input is sampled: its value changes at consecutive communication points, and the host does not give its acceleration.
