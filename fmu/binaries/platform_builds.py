@@ -79,7 +79,7 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
             name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
         name = also.get(name, name)
         if name in PLATFORMS and name not in folders:
-            raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "--fmi 3 has")])
+            raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "choose --fmi 3")])
         if name != "all" and name not in folders:
             known = f"all, host, {', '.join(folders)}"
             raise SceneError([Problem("--platform", f"{name!r} is not a supported platform", known)])
