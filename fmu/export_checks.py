@@ -12,7 +12,7 @@ from trunnion.simulation.settings.run_settings import ALONE
 
 FLAVOURS = ("native", "python")
 STANDARDS = {2: "2.0", 3: "3.0"}
-"""FMI versions by the option's value."""
+"""FMI version by value of the option ``--fmi``."""
 
 
 def apart(
@@ -24,8 +24,8 @@ def apart(
     sources: str | None = None,
     certify: bool = False,
 ) -> list[Problem]:
-    """Problems of the requested standard and type, and of options that these exclude. sources: the kernel, if sources are
-    requested; certify: whether errors are requested."""
+    """Problems of the requested standard and type, and of options that exclude each other. sources: the kernel, if C sources are
+    requested, else None. certify: whether error estimates are requested."""
     wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
     exchange = kind in KINDS and does(kind, "me")
     if fmi not in STANDARDS:

@@ -1,4 +1,4 @@
-"""``export``: a scene as an FMU."""
+"""Export of a scene as an FMU."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ from trunnion.simulation.settings.realtime_steps import most_operations, promise
 from trunnion.simulation.settings.run_settings import KERNELS
 
 EVERYTHING = ("*",)
-"""Outputs of a scene that names none."""
+"""The value of ``outputs`` in a scene that does not select output columns."""
 WHOLE = ("gravity*", "bodies.*", "forces.*")
-"""Vectors that ``whole_vectors`` makes parameters with all components, including those that are 0."""
+"""Patterns of vectors. With ``whole_vectors``, all components of these vectors are parameters, including components that are 0."""
 Progress = Callable[[str, int, int], None]
-"""progress(present work, parts done, number of parts)."""
+"""A callback with the arguments: text of the present work, number of finished parts, number of all parts."""
 
 
 @dataclass(frozen=True)
 class Export:
-    """An exported FMU: file, bytes, GUID, variables by causality, platforms, notes. operations: most floating-point operations of a
-    bounded step; None without bounds."""
+    """An exported FMU. bytes: size of the file. variables: number of variables by causality. operations: upper bound of the
+    floating-point operations of a real-time step; None if the scene has no bounded steps."""
 
     file: Path
     bytes: int
@@ -83,13 +83,15 @@ def export(
 ) -> Export:
     """Write an FMU.
 
-    scene, overrides, outputs: as in ``trunnion.simulate``; when neither scene nor outputs name columns, a few are outputs and the
-    rest local. flavour: native or python. platform: host, all, or names (linux64, win64, darwin64, aarch64-darwin; the python
-    flavour has the first two). step: default of solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest
-    export), or auto (by the structure, for long runs). whole_vectors: components that are 0, normally left out of the equations,
-    become parameters. fmi: 2 or 3; 3 is native only. parameters: SSV file for their values (FMI 2.0). sources: include the C
-    sources (native). kind: cs, me or both: co-simulation, model exchange (native). certify: add ``solver.errors``, which makes
-    outputs their own errors. SceneError for wrong input, SimulationError when the scene cannot start."""
+    scene, overrides, outputs: as in ``trunnion.simulate``. When neither the scene nor ``outputs`` selects columns, the most used
+    columns become outputs and all others local variables. flavour: native or python. platform: host, all, or names: linux64, win64,
+    darwin64, aarch64-darwin, with FMI 3.0 also aarch64-linux; the python flavour supports linux64 and win64. step: default of
+    solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest export), or auto (chosen by the structure of
+    the scene, for long runs). whole_vectors: vector components that are 0 also become parameters; normally the equations omit these
+    components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
+    2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
+    only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. SceneError
+    for wrong input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify)])
@@ -116,13 +118,13 @@ def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) ->
 
 
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
-    """The requested platforms that a flavour has."""
+    """The requested platforms that the flavour supports."""
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), standard)
     return [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
 
 
 def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
-    """Compiled libraries by platform."""
+    """The compiled libraries by platform."""
     libraries: dict[str, bytes] = {}
     platforms.prepare(names, made.sources, made.standard)
     for i, name in enumerate(names):
@@ -132,7 +134,7 @@ def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, by
 
 
 def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
-    """Binaries and their files by path in the archive. libraries: compiled, by platform."""
+    """The binaries and the files that they need, by path in the archive. libraries: compiled libraries by platform."""
     if flavour == "python":
         return python_flavour.contents(made.identifier, made.guid, libraries)
     folders = platforms.NAMES[made.standard]
@@ -140,7 +142,7 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
 
 
 def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
-    """The model and the first millionth of its run; SimulationError when the scene cannot start."""
+    """The model, and the result of the first millionth of its run. SimulationError when the scene cannot start."""
     c_compiler.needed("an FMU", "C code for its hosts")
     model = Model(scene, outputs, kernel, inf)
     sim = scene.simulation
@@ -189,7 +191,7 @@ class Made:
         return model_description3(self.scene, given, self.identifier, guid, self.step)
 
     def _units(self) -> dict[str, str]:
-        """C texts of the generated units."""
+        """The C texts of the generated units, by name."""
         kernel = self.model.kernel
         if isinstance(kernel, PartsKernel):
             return self._of_parts(kernel)
@@ -214,7 +216,7 @@ class Made:
         return made
 
     def _of_parts(self, kernel: PartsKernel) -> dict[str, str]:
-        """C texts of the tables of a parts kernel and of its parts."""
+        """The C texts of the tables and of the parts of a parts kernel, by name."""
         kernel.jacobian()
         if self.model.system.inputs or does(self.kind, "me"):
             kernel.linear(self.model.columns)
@@ -222,7 +224,8 @@ class Made:
         return texts | parts_texts(kernel.units.values())
 
     def documents(self, flavour: str, sources: bool = False) -> dict[str, bytes]:
-        """Files by path in the archive: model description, picture, documentation page, licences; sources."""
+        """The files by path in the archive: model description, picture, documentation page, licences, and C sources if
+        requested."""
         picture = documentation_page.picture(self.first)
         pictures = {"model.png": picture} if self.standard == "2.0" else {
             "documentation/diagram.png": picture, **icons(picture),
@@ -237,7 +240,7 @@ class Made:
         return with_sources(plain, self) if sources else plain
 
     def titled(self) -> list[tuple[str, Variable]]:
-        """The variables by their displayed names."""
+        """The variables with their displayed names."""
         if self.standard == "2.0":
             return [(v.name, v) for v in (*self.listed, *self.exchanged.states, *self.exchanged.rates)]
         whole = [replace(f.first, description=f.description) for f in self.faces]

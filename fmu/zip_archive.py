@@ -1,4 +1,4 @@
-"""The FMU file: a zip whose bytes depend on nothing but its contents."""
+"""Writer of the FMU file, a zip archive whose bytes depend only on its contents."""
 
 from __future__ import annotations
 

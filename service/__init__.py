@@ -1,2 +1,2 @@
-"""Trunnion as a service: batches over REST, stored in a database, run on Dask, with a web page. Start it with ``trunnion
-serve``."""
+"""The simulation server. Clients submit batches by a REST interface or a web page. The server stores the batches in a database and
+runs them on Dask. The command ``trunnion serve`` starts the server."""

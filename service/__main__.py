@@ -1,4 +1,4 @@
-"""``python -m trunnion.service`` is ``trunnion serve``."""
+"""``python -m trunnion.service`` does the same as ``trunnion serve``."""
 
 import sys
 
@@ -6,7 +6,7 @@ from trunnion.cli import main as trunnion
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the server until it receives the signal to end; the exit code."""
+    """Run the server until it receives the signal to end. Returns the exit code."""
     return trunnion(["serve", *(sys.argv[1:] if arguments is None else arguments)])
 
 

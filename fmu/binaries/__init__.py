@@ -1,1 +1,1 @@
-"""Libraries of an FMU, per platform and flavour."""
+"""The shared libraries of an FMU, for each platform and flavour."""

@@ -1,4 +1,5 @@
-"""Libraries of an exported model for all platforms; ``ziglang`` builds each from any other."""
+"""Builds the shared libraries of an exported model for all platforms. The compiler ``ziglang`` compiles for each platform on any
+other platform."""
 
 from __future__ import annotations
 
@@ -21,12 +22,14 @@ NATIVE = Path(__file__).resolve().parents[1] / "native"
 FLAGS = (*(f for f in c_compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-s")
 
 PARTS: dict[str, tuple[str, ...]] = {"parts": (), "long_parts": c_compiler.STRAIGHT}
-"""Units of parts, and their flags in addition to ``FLAGS``, as in the engine (``c_compiler.part_flags``)."""
+"""The generated files that hold parts, and their compiler flags in addition to ``FLAGS``: the flags of the engine
+(``c_compiler.part_flags``)."""
 
 
 @dataclass(frozen=True)
 class Platform:
-    """A folder of ``binaries``: suffix of its library and compiler targets (two are joined into one file)."""
+    """A platform, which has one folder in ``binaries``. suffix: file suffix of its library. targets: (compiler target, CPU); the
+    libraries of two targets are joined into one file."""
 
     suffix: str
     targets: tuple[tuple[str, str], ...]
@@ -49,15 +52,17 @@ NAMES = {
         "aarch64-linux": "aarch64-linux",
     },
 }
-"""Names of platforms in each standard."""
+"""For each standard: the name of each platform's folder."""
 SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
-"""Linker options for the system's C library, without the compiler's start files and libraries: for Windows, building these takes
-over a minute. ``native/windows_libc.c`` holds the needed functions."""
+"""Linker options by operating system. They use the system's C library and omit the compiler's own start files and libraries, which
+would take over a minute to build for Windows. ``native/windows_libc.c`` defines the functions that are then missing on Windows."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
-"""Macro that is defined when ``native/shell.c`` is compiled, by kind of export: a standard, or a plain C library."""
+"""The macro that is defined when ``native/shell.c`` is compiled. The key is the kind of export: an FMI version, or a plain C
+library.
+"""
 HOSTS = {
     ("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64",
     ("Darwin", "x86_64"): "darwin64", ("Darwin", "arm64"): "darwin64",
@@ -65,7 +70,7 @@ HOSTS = {
 
 
 def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
-    """Platforms for the given words ("host", "all", names of either standard); SceneError for others."""
+    """The platforms for ``names``: "host", "all", and platform names of FMI 2.0 or 3.0. SceneError for any other name."""
     out: list[str] = []
     folders = NAMES[standard]
     also = {folder: name for name, folder in NAMES["3.0"].items()}
@@ -74,7 +79,7 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
             name = HOSTS.get((platform.system(), platform.machine()), f"{platform.system()} {platform.machine()}".lower())
         name = also.get(name, name)
         if name in PLATFORMS and name not in folders:
-            raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "--fmi 3 has")])
+            raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "choose --fmi 3")])
         if name != "all" and name not in folders:
             known = f"all, host, {', '.join(folders)}"
             raise SceneError([Problem("--platform", f"{name!r} is not a supported platform", known)])
@@ -83,7 +88,7 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
 
 
 def headers() -> Path:
-    """Folder of the FMI headers, which fmpy provides."""
+    """The folder of the FMI headers, which the package fmpy contains."""
     found = importlib.util.find_spec("fmpy")
     if found is None or found.origin is None:
         missing = "fmpy, which brings the FMI headers, is not installed"
@@ -92,14 +97,16 @@ def headers() -> Path:
 
 
 def library(name: str, identifier: str, sources: dict[str, str], standard: str = "2.0") -> bytes:
-    """Library of a platform, cached or built: a standard's shell, the runtime, and ``sources``."""
+    """The shared library for a platform, from the cache or built. It contains the shell of the standard, the runtime, and
+    ``sources``.
+    """
     place = PLATFORMS[name]
     parts = [_part(target, cpu, identifier, sources, place.suffix, standard) for target, cpu in place.targets]
     return parts[0] if len(parts) == 1 else fat(parts)
 
 
 def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0") -> None:
-    """Compile the objects of several platforms in parallel; cached ones cost nothing. Ctrl-C ends all compilers."""
+    """Compile the object files of several platforms in parallel, except those in the cache. Ctrl-C ends all compilers."""
     targets = list(dict.fromkeys(t for n in names for t in PLATFORMS[n].targets))
     files = [f for f in sources if f != "model"]
     with side_by_side(os.cpu_count() or 1) as submit:
@@ -113,7 +120,7 @@ def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0"
 
 
 def shell_key() -> str:
-    """Digest of the constant C sources of shell and runtime."""
+    """Digest of the C sources of shell and runtime, which do not depend on the model."""
     return library_cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.rglob("*.[ch]"))), *FLAGS)
 
 
@@ -142,7 +149,7 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
 
 def _object(target: str, cpu: str, file: str, text: str) -> Path:
-    """Object of a generated file other than the model's tables, cached or compiled."""
+    """The object file of a generated file other than ``model``, from the cache or compiled."""
     if file in PARTS:
         return _parts(target, cpu, file, text)
     return _kept(target, cpu, file, text, c_compiler.optimised_flags(file, text))
@@ -154,7 +161,7 @@ def _unit(target: str, cpu: str, folder: Path, file: str, text: str, flags: Sequ
 
 
 def _kept(target: str, cpu: str, file: str, text: str, flags: Sequence[str]) -> Path:
-    """Object of a generated file that FMUs of both standards share."""
+    """The object file of a generated file, which FMUs of both standards share."""
 
     def make(folder: Path) -> None:
         _unit(target, cpu, folder, file, text, flags)
@@ -163,7 +170,7 @@ def _kept(target: str, cpu: str, file: str, text: str, flags: Sequence[str]) -> 
 
 
 def _constant(target: str, cpu: str) -> Path:
-    """Folder of generated headers and the runtime's objects, which all FMUs of a target share."""
+    """The folder with the generated headers and the object files of the runtime. All FMUs for a target share this folder."""
 
     def make(folder: Path) -> None:
         write_headers(folder)
@@ -175,7 +182,7 @@ def _constant(target: str, cpu: str) -> Path:
 
 
 def _shell(target: str, cpu: str, standard: str) -> Path:
-    """Folder of the object of a standard's shell, which all FMUs of a target share."""
+    """The folder with the object file of a standard's shell. All FMUs of that standard for a target share this folder."""
     name = SHELL_NAMES[standard]
 
     def make(folder: Path) -> None:
@@ -186,7 +193,8 @@ def _shell(target: str, cpu: str, standard: str) -> Path:
 
 
 def loader(name: str) -> bytes:
-    """Library of the python flavour that hosts load (``native/pythonfmu_loader.c``), the same in every FMU of a platform."""
+    """The library that a host loads from an FMU of the python flavour (``native/pythonfmu_loader.c``). All FMUs for a platform have
+    the same library."""
     place, ((target, cpu),) = PLATFORMS[name], PLATFORMS[name].targets
     more = ["-lkernel32"] if _system(target) == "windows" else ["-ldl"]
 
@@ -203,7 +211,7 @@ def loader(name: str) -> bytes:
 
 
 def _interpreter(target: str, cpu: str) -> Path:
-    """Folder of the interpreter's objects, for models made of parts."""
+    """The folder with the object files of the bytecode interpreter, which models made of parts need."""
 
     def make(folder: Path) -> None:
         for source in (f for f in INTERPRETER if f.suffix == ".c"):
@@ -216,7 +224,7 @@ def _interpreter(target: str, cpu: str) -> Path:
 
 
 def _parts(target: str, cpu: str, file: str, text: str) -> Path:
-    """Object of a model's parts, shared by models with the same kinds of parts."""
+    """The object file of a model's parts. Models with the same kinds of parts share this object file."""
     flags = PARTS[file]
 
     def make(folder: Path) -> None:
@@ -232,12 +240,12 @@ def _parts(target: str, cpu: str, file: str, text: str) -> Path:
 
 
 def _system(target: str) -> str:
-    """Operating system of a target: "linux" of "x86_64-linux-gnu.2.17"."""
+    """The operating system of a compiler target; for "x86_64-linux-gnu.2.17" the result is "linux"."""
     return target.split("-")[1].partition(".")[0]
 
 
 def _compile(target: str, cpu: str, generated: Path, arguments: list[str]) -> None:
-    """Run the compiler with the common options of a target; ``generated``: folder of generated headers."""
+    """Run the compiler with the common options of a target. generated: the folder of generated headers."""
     include = [f"-I{p}" for p in (RUNTIME, NATIVE, generated, headers())]
     c_compiler.run(["-target", target, f"-mcpu={cpu}", *FLAGS, *arguments, *include], library_cache.cache_folder())
 
@@ -246,7 +254,8 @@ CPU_TYPES = {b"\x07\x00\x00\x01": 0x01000007, b"\x0c\x00\x00\x01": 0x0100000C}
 
 
 def fat(parts: list[bytes]) -> bytes:
-    """Mach-O files of several processors as one universal file: a header of big-endian (type, subtype, offset, size, alignment)."""
+    """Mach-O files for several processors, joined into one universal file. Its header has one record for each processor: CPU type,
+    CPU subtype, offset, size and alignment, all big-endian."""
     align = 14
     offset, records, body = 1 << align, b"", b""
     for part in parts:

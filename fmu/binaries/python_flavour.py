@@ -1,4 +1,5 @@
-"""The python flavour: built with pythonfmu; its slave needs the standard library only and calls the native library beside it."""
+"""FMUs of the python flavour, built with pythonfmu. The Python slave needs only the standard library; it calls the native library,
+which is in the same folder."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ PLATFORMS = ("linux64", "win64")
 SLAVE = Path(__file__).with_name("python_flavour_slave.py.txt")
 DEPENDENCIES = """This FMU runs Python code in its host's process.
 
-Linux: libpython (3.9 or newer) in the process, as in a Python host; another host finds one on its library path, or preloads it:
+Linux: the process must contain libpython (3.9 or newer). A Python host contains it. Another host must have libpython on its library
+path or preload it:
     LD_PRELOAD=libpython3.11.so.1.0 host …
 Windows: python3.dll must be on the PATH.
 No Python packages are needed beyond the standard library.
@@ -26,7 +28,7 @@ REQUIREMENTS = "# the standard library only\n"
 
 
 def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
-    """Files of the FMU by path in the archive, without its description and documents."""
+    """The files of the FMU by path in the archive, without the model description and the documentation."""
     try:
         from pythonfmu.builder import FmuBuilder
     except ImportError as e:

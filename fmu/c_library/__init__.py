@@ -1,1 +1,2 @@
-"""Exported models as C99 for any compiler: runtime, generated units and a shell, without arrays of variable length."""
+"""Exported models as C99 for any compiler. The sources hold the runtime, the generated units and a shell, and use no
+variable-length arrays."""

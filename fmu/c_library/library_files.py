@@ -1,4 +1,4 @@
-"""A scene as a plain C library: C files, header, example, build instructions."""
+"""Export of a scene as a plain C library: C files, header, example, build instructions."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ WORDS = (
     "model math string stdio stdlib stddef stdarg stdint time web "
     "class new delete template this namespace private public operator try catch bool true false"
 )  # fmt: skip
-"""Reserved words of C or C++."""
+"""Reserved words of C or C++, and names of files of the library. The prefix of a library must not be any of these."""
 STATUSES = ("OK", "WARNING", "REFUSED", "ERROR")
 EXAMPLE_STEPS = 100
 
 
 @dataclass(frozen=True)
 class Library:
-    """The C files of a mechanism by name, and its variables by C constants. name: prefix of files and functions; bytes: of its
-    struct; step: s; first: the first rows of its run; operations, promise: of bounded steps
-    (``simulation.settings.realtime_steps``)."""
+    """A mechanism as a C library. name: prefix of files and functions. files: texts by file name. called: variables by the names of
+    their C constants. bytes: size of the struct. step: communication step of the example, s. first: result of a short run from the
+    start. operations, promise: bounds of real-time steps (``simulation.settings.realtime_steps``)."""
 
     name: str
     files: dict[str, str]
@@ -53,9 +53,9 @@ def library(
     step: float = 0.0,
     checked: bool = False,
 ) -> Library:
-    """A scene as C. overrides, outputs: as in ``trunnion.simulate``; step: default of solver.step, s (0: error control). checked:
-    check array lengths at run time (``constant_length_arrays.fixed``). SceneError for wrong input, SimulationError when the scene
-    cannot start."""
+    """Export a scene as a C library. overrides, outputs: as in ``trunnion.simulate``. step: default of solver.step, s (0: error
+    control). checked: check array lengths at run time (``constant_length_arrays.fixed``). SceneError for wrong input,
+    SimulationError when the scene cannot start."""
     model, first = started(scene_given(scene, overrides), outputs, "compiled")
     made = Made(model, first, step)
     name = library_name(made.identifier)
@@ -72,7 +72,7 @@ def library(
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, each whole or not at all; SceneError on failure."""
+    """Write files into a folder, each atomically; SceneError on failure."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
@@ -85,13 +85,13 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def library_name(identifier: str) -> str:
-    """Prefix of files and functions."""
+    """The prefix of files and functions for a model identifier."""
     name = identifier.lower()
     return f"m_{name}" if name in WORDS.split() else name
 
 
 def names_in_c(name: str, listed: Sequence[Variable]) -> dict[str, Variable]:
-    """Variables by C constants, in order of their numbers."""
+    """The variables by the names of their C constants, in the order of the constants' values."""
     out: dict[str, Variable] = {}
     taken = set(STATUSES)
     for v in listed:
@@ -110,12 +110,12 @@ def _numbered(word: str) -> Iterator[str]:
 
 
 def filled(template: str, given: Mapping[str, str]) -> str:
-    """A template with the texts between @ filled in."""
+    """The text of a template in which each ``@word@`` is replaced by ``given[word]``."""
     return re.sub(r"@(\w+)@", lambda found: given[found[1]], (Path(__file__).parent / "templates" / f"{template}.txt").read_text())
 
 
 def plain(text: str) -> str:
-    """A text safe in C comments and strings."""
+    """The text, changed where it would end a C comment or string, and in ASCII."""
     return text.encode("ascii", "replace").decode().replace("*/", "* /").replace('"', "'").replace("\\", "/")
 
 
@@ -125,7 +125,7 @@ def _row(constant: str, v: Variable, first: bool) -> str:
 
 
 def _given(name: str, called: Mapping[str, Variable], doubles: int, made: Made) -> dict[str, str]:
-    """Texts of the templates for a mechanism."""
+    """The replacements in the templates for a mechanism, by word."""
     shown = next((c for c, v in called.items() if v.name.endswith(".q[1]")), next(iter(called)))
     return {
         "name": name, "NAME": name.upper(), "scene": plain(made.scene.name), "doubles": str(doubles), "bytes": str(8 * doubles),

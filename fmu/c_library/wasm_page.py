@@ -1,4 +1,5 @@
-"""A scene as WebAssembly in a page that steps and draws the mechanism: one file, without server or network."""
+"""Export of a scene as a web page that simulates and draws the mechanism by WebAssembly. The page is one file and needs no server
+or network."""
 
 from __future__ import annotations
 
@@ -25,13 +26,13 @@ TARGET = ("-target", "wasm32-wasi", "-mexec-model=reactor")
 FLAGS = ("-std=c99", "-O2", "-fno-sanitize=all", "-g0", "-s", "-w")
 FUNCTIONS = ("init", "set", "get", "start", "step", "time", "why")
 ALL = ("*",)
-"""Columns of the page, which needs the poses of all bodies."""
+"""Output columns of the page: all, because drawing needs the poses of all bodies."""
 DIGITS = 6
 SETTINGS = "solver."
 
 
 def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 0.0) -> dict[str, bytes]:
-    """The files of the page: the page with its module inside, and the module alone. Errors as in ``library``."""
+    """Two files: the page, which contains the WebAssembly module, and the module alone. Errors as in ``library``."""
     made = library(scene, overrides, ALL, step)
     module = wasm(made)
     given = {"title": escape(made.first.scene.title or made.first.scene.name), "wasm": base64.b64encode(module).decode()}
@@ -40,7 +41,8 @@ def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 
 
 
 def wasm(made: Library) -> bytes:
-    """The module of a library, cached or compiled: ``web_init`` and others, for one mechanism, without imports."""
+    """The WebAssembly module of a library, from the cache or compiled. It exports ``web_init`` and the other ``FUNCTIONS``,
+    simulates one mechanism and imports nothing."""
     files = {n: t for n, t in made.files.items() if n.endswith((".c", ".h")) and n != "main.c"}
     files["web.c"] = filled("wasm_exports.c", {"name": made.name, "scene": plain(made.first.scene.name)})
     exported = [f"-Wl,--export=web_{name}" for name in FUNCTIONS]
@@ -60,7 +62,7 @@ def wasm(made: Library) -> bytes:
 
 
 def _model(made: Library) -> dict[str, Any]:
-    """Data of a mechanism for the page: drawing, controls, curves."""
+    """The data of a mechanism that the page reads: drawing, controls, curves."""
     variables = list(made.called.values())
     index = {v.name: i for i, v in enumerate(variables)}
     drawn = scenery(made.first.scene)
@@ -77,7 +79,7 @@ def _model(made: Library) -> dict[str, Any]:
 
 
 def _fastest(first: Result) -> str:
-    """The rate that changes most at the start; else the largest."""
+    """The rate with the largest acceleration at the start; among equal accelerations, the largest rate."""
     rates = [n for n in first.names if re.search(r"\.qd\[\d+\]$", n)]
     return max(rates, key=lambda n: (abs(float(first[n.replace(".qd[", ".qdd[")][0])), abs(float(first[n][0]))), default="")
 
@@ -91,7 +93,7 @@ def _offered(v: Variable) -> bool:
 
 
 def _control(v: Variable, index: int) -> dict[str, Any]:
-    """A slider with its range. live: the value acts during the run."""
+    """A slider with its range. live: a change of the value takes effect during the run, without a new start."""
     value = float(v.start or 0.0)
     low, high = sorted((0.0, 2.0 * value)) if value else (-1.0, 1.0)
     least, most = v.minimum, v.maximum
@@ -101,7 +103,7 @@ def _control(v: Variable, index: int) -> dict[str, Any]:
 
 
 def _parts(drawn: Scenery) -> list[dict[str, Any]]:
-    """Meshes of bodies and of the pins in them, in the axes of their bodies."""
+    """The meshes of bodies and of joint pins, each in the coordinates of its body."""
     meshes = [(i, p.mesh, p.color) for i, p in enumerate(drawn.parts)] + [
         (on, mesh, JOINT) for j in drawn.joints for on, mesh in j.pins
     ]
@@ -121,6 +123,6 @@ def _rgb(color: str) -> list[int]:
 
 
 def _view(made: Library, drawn: Scenery) -> list[float]:
-    """Rows of the view: right, up, towards the viewer."""
+    """The view matrix, row by row. The rows are the directions right, up, and towards the viewer."""
     moved = motion(made.first, [p.name for p in drawn.parts])
     return [float(x) for x in first_view(drawn.up, *bounds(drawn, moved)).ravel()]

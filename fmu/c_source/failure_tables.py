@@ -1,4 +1,4 @@
-"""C tables for failure messages, as in ``trunnion.simulation.execution.failure_diagnosis``."""
+"""C tables from which an FMU makes the failure messages of ``trunnion.simulation.execution.failure_diagnosis``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from trunnion.simulation.runtime_interface.friction_pair_names import slider_nam
 
 
 def cause_tables(model: Model) -> str:
-    """Outcomes by status and reason; joints of pairs, multipliers, loops, rates and stops; words of events."""
+    """The C tables of outcomes by status and by reason; of the joints of pairs, multipliers, loops, rates and stops; and of the
+    names of event kinds."""
     system, sizes = model.system, model.kernel.sizes
     joints = [j.name for j in system.frictional]
     etas = [-1] * sizes["neta"]
@@ -46,14 +47,15 @@ def cause_tables(model: Model) -> str:
 
 
 def causes(model: Model) -> list[str | int]:
-    """Values of the fields ``why`` to ``joints`` of ``fmu_model``: names of these tables, and counts."""
+    """The values of the fields ``why`` to ``joints`` of the C struct ``fmu_model``: names of tables from ``cause_tables``, and
+    counts."""
     rates = sum(len(j.free) for j in model.system.tree)
     tables = ["m_why", "m_pair_joint", "m_eta_joint", "m_row_loop", "m_loop"]
     return [*tables, rates, "m_rate", "m_joint_of", "m_event", len(model.system.frictional)]
 
 
 def _outcomes(named: Iterable[tuple[int, str]]) -> list[str]:
-    """Records of statuses or reasons: name and advice."""
+    """The C records (number, name, advice) of statuses or reasons."""
     return [f"{{{int(status)},{string(name)},{string(ADVICE[name])}}}" for status, name in named]
 
 

@@ -1,4 +1,4 @@
-"""Sizes of a mechanism as C macros for its sources."""
+"""The sizes of a mechanism, written as C macros for the exported sources."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from trunnion.simulation.run import Model
 from trunnion.system.signals.signal_tables import table_block
 
 SHELL, INPUT = 64 * 8, 24 * 8
-"""Bytes of ``fmu_state`` without its arrays, and of ``fmu_input``. The C text refuses to compile when they are too small."""
+"""Upper bounds of the sizes, in bytes, of ``fmu_state`` without its arrays, and of ``fmu_input``. The C sources do not compile when
+a bound is too small."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of a mechanism's units, and bytes of its simulation block (on 64 bits, the largest)."""
+    """The sizes in the C tables of a mechanism's units. block: size of the simulation block, bytes. The size is that of a 64-bit
+    platform, which is the largest."""
 
     kernel: dict[str, int]
     outputs: dict[str, int]
@@ -29,7 +31,7 @@ class Sizes:
     block: int
 
     def text(self) -> str:
-        """C definitions of the largest array lengths."""
+        """C macros ``TR_MAX_…`` with the largest array lengths."""
         k, o = self.kernel, self.outputs
         works, audit = k["npowers"] if o["works"] else 0, 2 if k["npowers"] else 0
         ny = k["nq"] + k["nv"] + k["nb"]
@@ -42,7 +44,7 @@ class Sizes:
 
 
 def sizes_of(units: Mapping[str, str], model: Model) -> Sizes:
-    """Sizes in the C texts of a model's units."""
+    """The sizes of a model, read from the C texts of its units."""
     kernel, outputs = _table(units["kernel"], KERNEL), _table(units["outputs"], OUTPUTS)
     jacobian = _table(units["jacobian"], JACOBIAN)
     linear = _table(units["linear"], LINEAR) if "linear" in units else {}
@@ -52,7 +54,7 @@ def sizes_of(units: Mapping[str, str], model: Model) -> Sizes:
 
 
 def _table(text: str, record: Record) -> dict[str, int]:
-    """Integers of a unit's table."""
+    """The integer fields of the C record in a unit's text; a missing field is 0."""
     found = re.search(rf"^const {record.tag} \w+=\{{(.*?)\}};", text, re.MULTILINE | re.DOTALL)
     assert found is not None
     said = dict(re.findall(r"\.(\w+)=(-?\d+)\b", found[1]))
@@ -62,7 +64,7 @@ def _table(text: str, record: Record) -> dict[str, int]:
 def _block(
     kernel: dict[str, int], outputs: dict[str, int], jacobian: dict[str, int], nbreaks: int, ntables: int, events: int
 ) -> int:
-    """Size of the simulation block that the runtime computes, bytes."""
+    """The size of the simulation block, bytes; the runtime computes it."""
     tables = [r.ctype(**n) for r, n in ((KERNEL, kernel), (OUTPUTS, outputs), (JACOBIAN, jacobian))]
     size = runtime().tr_size
     size.restype = ctypes.c_size_t

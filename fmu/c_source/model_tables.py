@@ -22,9 +22,9 @@ from trunnion.simulation.settings.realtime_steps import method_of
 from trunnion.system.signals.signal_tables import table_block
 
 FACES, FACES_OF_SCALARS = ("m_width", "m_type", "&m_clocks"), ("0", "0", "0")
-"""Tables of FMI 3.0: arrays, types, clocks."""
+"""The fields ``width``, ``type`` and ``clocks`` of ``fmu_model``: names of C tables for FMI 3.0, and 0 for FMI 2.0."""
 STACK = 256
-"""Stack depth of an expression (``FMU_STACK``)."""
+"""Largest stack depth of an expression (``FMU_STACK``)."""
 HEAD = (
     '#include <math.h>\n#include "instance/model_and_instance.h"\n'
     'extern const tr_kernel trunnion_kernel;\nextern const tr_outputs trunnion_outputs;\n'
@@ -33,7 +33,8 @@ HEAD = (
 
 
 def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
-    """C source that defines ``fmu_the_model``. faces: tables of FMI 3.0; "" for FMI 2.0. types: bits of ``KINDS``."""
+    """The C source that defines ``fmu_the_model``. faces: C text of the tables for FMI 3.0; "" for FMI 2.0. types: bits of
+    ``KINDS``."""
     n, sizes, sim = model.built.numbers, model.kernel.sizes, model.built.scene.simulation
     listed = all_.listed
     settings = [*(v for v in listed if v.causality == "parameter"), *all_.followers]
@@ -68,7 +69,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
 
 
 def _erring(model: Model, listed: list[Variable]) -> str:
-    """C table of the errors of outputs, for certified FMUs."""
+    """The C table of the error properties of all outputs; "" without the parameter ``solver.errors``."""
     if not any(v.role == ERRORS for v in listed):
         return ""
     k = kinds(model.columns, model.built.numbers)
@@ -81,7 +82,8 @@ def _erring(model: Model, listed: list[Variable]) -> str:
 
 
 def _certified(model: Model, listed: list[Variable]) -> tuple[str, str, str]:
-    """That table, the tolerance of the second run, and the factor of the difference."""
+    """The fields ``erring``, ``tighter`` and ``larger`` of ``fmu_model``: the table of ``_erring``; the tolerance of the run
+    divided by that of the second run; the factor from the difference of the two runs to the error."""
     if not any(v.role == ERRORS for v in listed):
         return "0", "1", "1"
     sim = model.built.scene.simulation
@@ -90,12 +92,12 @@ def _certified(model: Model, listed: list[Variable]) -> tuple[str, str, str]:
 
 
 def events_kept(watched: int) -> int:
-    """Events that a block can hold. watched: pairs and stops."""
+    """The number of events that a simulation block can store. watched: number of pairs and stops."""
     return 4 * watched + 16
 
 
 def _code(programs: list[list[str]]) -> str:
-    """C array of the code of all expressions."""
+    """The C array with the stack code of all expressions; SceneError when an expression needs too large a stack."""
     most = max((depth(p) for p in programs), default=1)
     if most > STACK:
         raise SceneError([Problem("parameters", f"an expression keeps {most} values, more than {STACK}", "give parts of it names")])
@@ -103,7 +105,7 @@ def _code(programs: list[list[str]]) -> str:
 
 
 def _settings(settings: list[Variable]) -> str:
-    """C table of parameters: role, bounds, words of refusal."""
+    """The C table of parameters: role, bounds, and the texts of error messages."""
     place = {v.name: i for i, v in enumerate(settings)}
     rows = ",\n".join(
         f"{{{v.role},{v.index},{v.also},{int(v.tunable)},{number(v.start or 0.0)},{number(v.bound.least)},{number(v.bound.most)},"
@@ -115,6 +117,6 @@ def _settings(settings: list[Variable]) -> str:
 
 
 def key(name: str) -> str:
-    """Name of a parameter in a refusal: the last key of its path."""
+    """The name of a parameter in an error message: the last key of its path."""
     path = parse_path(name)
     return last_key(path) if path else name

@@ -1,4 +1,4 @@
-"""C texts of an exported model; each includes no file of ours but ``NAME.h``."""
+"""The C files of an exported model. All project headers are expanded in each file; only the header ``NAME.h`` is still included."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from trunnion.runtime.abi.c_header import header
 from trunnion.runtime.integrators.method_c_code import header as tables
 
 LEFT = ("fmi2Functions.h", "fmi3Functions.h")
-"""Headers that compilers of an FMU provide (FMI 2.0, 2.3; 3.0, 2.5.1.2)."""
+"""Headers of the FMI standards, which are not expanded because the compiling tool provides them (FMI 2.0, section 2.3; FMI 3.0,
+section 2.5.1.2)."""
 UNUSED = ("hosts/batch.c", "hosts/batch_coroutines.c", "hosts/static_margin.c", "output/wear.c")
 """Files of the runtime that exported models do not call."""
 EXPORT = re.compile(r"^#if defined _WIN32\n#define FMU_EXPORT .*?^#endif\n", re.MULTILINE | re.DOTALL)
@@ -25,8 +26,8 @@ TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 
 
 def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checked: bool = False) -> dict[str, str]:
-    """C files by name. units: generated texts (``Made.sources``); kind: a key of SHELL_NAMES; prefix: begins the names that other
-    files see; checked: arrays of the runtime are held against the lengths they are asked for (``constant_length_arrays.fixed``)."""
+    """The C files by name. units: generated texts (``Made.sources``). kind: a key of SHELL_NAMES. prefix: beginning of all names
+    with external linkage. checked: check the array lengths of the runtime at run time (``constant_length_arrays.fixed``)."""
     shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
     runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
     made = {"runtime": runtime, "shell": shell} | {n: _unit(text) for n, text in units.items()}
@@ -40,20 +41,21 @@ def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checke
 
 
 def _begin(name: str, kind: str, prefix: str) -> str:
-    """First lines of the shell: for FMI, the prefix of function names."""
+    """The first line of a file. Only the shell has one: the include of the header, or for FMI the prefix of function names."""
     if name != "shell":
         return ""
     return f'#include "{prefix}.h"\n' if kind == "library" else f"#define FMI{kind[0]}_FUNCTION_PREFIX {prefix}_\n"
 
 
 def _unit(text: str) -> str:
-    """A generated file."""
+    """A generated unit as portable C99."""
     return finished(text.replace(MATH, "#include <math.h>\n").replace("__attribute__((noinline)) ", ""))
 
 
 @lru_cache(maxsize=8)
 def finished(start: str, shell: str = "", checked: bool = False) -> str:
-    """A C text and all it includes of ours as C99 for any compiler. shell: a name of ``native/shell.c``, where the text has one."""
+    """A C text with its project includes expanded, as C99 for any compiler. shell: the macro that selects the parts of
+    ``native/shell.c`` (a value of SHELL_NAMES)."""
     given = {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
     text = one_file(start, in_folders([RUNTIME, NATIVE], given, LEFT), shell)
     text = EXPORT.sub("#define FMU_EXPORT\n", re.sub(r"\brestrict\b", "TR_RESTRICT", text))
@@ -61,7 +63,7 @@ def finished(start: str, shell: str = "", checked: bool = False) -> str:
 
 
 def _seen(made: Mapping[str, str]) -> set[str]:
-    """Names visible to other files, without those of standards and libraries."""
+    """The names with external linkage, without the function names of FMI and of the C library interface."""
     functions = {d.name for text in made.values() for d in definitions(text) if not d.static}
     tables = {t for text in made.values() for t in TABLE.findall(text)}
     return {n for n in functions | tables if not n.startswith(("fmi2", "fmi3", "mechanism_"))}

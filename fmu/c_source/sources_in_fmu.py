@@ -1,4 +1,4 @@
-"""C sources inside an FMU, and the lines of the descriptions that list them."""
+"""The C sources inside an FMU, and their lists in ``modelDescription.xml`` or ``buildDescription.xml``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Exported(Protocol):
 
 
 def with_sources(documents: Mapping[str, bytes], made: Exported) -> dict[str, bytes]:
-    """The documents of an FMU with its C sources, listed where the standard requires."""
+    """The documents of an FMU and its C sources. The sources are listed in the file that the standard requires."""
     files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
     out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}
     if made.standard == "3.0":
@@ -35,7 +35,7 @@ def with_sources(documents: Mapping[str, bytes], made: Exported) -> dict[str, by
 
 
 def listing_sources(description: bytes, files: Sequence[str]) -> bytes:
-    """``modelDescription.xml`` of FMI 2.0 that lists the files to compile."""
+    """``modelDescription.xml`` of FMI 2.0 with the list of the C files to compile added."""
     root = fromstring(description)
     for interface in [e for e in root if e.tag in INTERFACES]:
         named = Element("SourceFiles")
@@ -53,7 +53,7 @@ def build_description(identifier: str, files: Sequence[str]) -> bytes:
     for file in files:
         SubElement(together, "SourceFile", {"name": file})
     alone = {"name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "value": "1", "optional": "true"}
-    SubElement(together, "PreprocessorDefinition", alone | {"description": "for a shared library: names without the model's"})
+    SubElement(together, "PreprocessorDefinition", alone | {"description": "for a shared library: names without a prefix"})
     SubElement(how, "Library", {"name": "m", "external": "false"})
     return _written(root)
 

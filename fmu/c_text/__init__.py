@@ -1,1 +1,1 @@
-"""Operations on C text."""
+"""Transformations of C source text."""

@@ -1,7 +1,8 @@
-"""Bounds of the runtime's array lengths that count parts of the mechanism.
+"""Upper bounds of the array lengths in the runtime, as C constants of the mechanism.
 
-Pairs at rest (``rest``, ``n``) are at most all pairs; multipliers of a group, or coming to rest, at most all; internal forces at
-most all rows of the loops. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
+The number of pairs at rest (``rest``, ``n``) is at most the number of all pairs. The number of multipliers in a group, or of
+multipliers that come to rest, is at most the number of all multipliers. The number of internal forces is at most the number of
+constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ CALLS = {
     "tr_state_width(s)": "TR_MAX_WIDTH", "tr_z_length(s)": "TR_MAX_NZ", "tr_solution_size(s)": "(2 + TR_MAX_NZ + TR_MAX_ACTIVE)",
     "tr_open_count(s)": "TR_MAX_ACTIVE", "fmu_states()": "TR_MAX_WIDTH",
 }  # fmt: skip
-"""Bounds of functions."""
+"""Upper bounds of the results of functions."""
 
 FIELDS = {
     "s->ny": "TR_MAX_NY", "c->s->ny": "TR_MAX_NY", "c->s->k->nv": "TR_MAX_NV", "s->nworks": "TR_MAX_NWORKS",
@@ -21,14 +22,14 @@ FIELDS = {
     "MODEL->kernel->nq": "TR_MAX_NQ", "MODEL->kernel->nv": "TR_MAX_NV", "MODEL->inputs": "TR_MAX_NINPUTS",
     "MODEL->outputs": "TR_MAX_NOUT", "MODEL->columns->nout": "TR_MAX_NOUT",
 }  # fmt: skip
-"""Bounds of fields; for friction problems (``c``, ``q``) by the counted quantity."""
+"""Upper bounds of struct fields. The fields of friction problems (``c``, ``q``) have the bound of the quantity that they count."""
 
 PAIRS, MULTIPLIERS = {"n": "TR_MAX_NSLIDERS"}, {"n": "TR_MAX_NETA"}
 OF_PAIRS = ("tr_minimise_stored_shares", "tr_onsets_newton_step", "tr_predict_modes", "tr_decide_by_cones", "tr_are_many_pairs",
             "tr_try_all_combinations")  # fmt: skip
 OF_MULTIPLIERS = ("tr_minimise_largest_share", "tr_share_loads", "tr_set_impending_axes", "tr_share_along_line",
                   "tr_share_by_lines", "tr_store_loads", "tr_share_group")  # fmt: skip
-"""Functions whose `n` counts pairs; functions whose `n` counts multipliers."""
+"""OF_PAIRS: functions in which `n` is a number of pairs. OF_MULTIPLIERS: functions in which `n` is a number of multipliers."""
 BOUNDS: dict[str, dict[str, str]] = {
     **dict.fromkeys(OF_PAIRS, PAIRS),
     **dict.fromkeys(OF_MULTIPLIERS, MULTIPLIERS),
@@ -38,4 +39,4 @@ BOUNDS: dict[str, dict[str, str]] = {
     "tr_multipliers_moved": {"ninputs": "TR_MAX_NINPUTS"},
     "tr_restore_shares_before": {"rows": "(TR_PAD(TR_MAX_NETA + 1) + TR_PAD(2 * TR_MAX_NETA + 1) + TR_MAX_NETA)"},
 }  # fmt: skip
-"""Bounds of a function's local counts."""
+"""Upper bounds of local variables, by function."""

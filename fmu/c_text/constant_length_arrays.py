@@ -1,7 +1,7 @@
-"""Arrays of variable length become arrays of their largest length, in C99 that every compiler accepts.
+"""Replaces variable-length arrays by arrays of their largest length, because not every C99 compiler accepts variable lengths.
 
-The length of an array is a number of the mechanism (``k->neta``), known at export, or a count with such a bound
-(``array_length_bounds``). Exported sources define these numbers as ``TR_MAX_NETA`` and so on."""
+The length of an array is a size of the mechanism, such as ``k->neta``, which is known at export. It can also be a count with such a
+size as its bound (``array_length_bounds``). Exported sources define these sizes as macros, such as ``TR_MAX_NETA``."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ WORD = re.compile(r"TR_DOUBLES\(\w+\)|(?:[A-Za-z]\w*(?:->|\.))*(?:[a-z]\w*\(\w*\
 
 
 class BoundMissing(ValueError):
-    """An array has a length without a known bound: add one in ``fmu/c_text/array_length_bounds.py``."""
+    """The length of an array has no known bound. Add a bound in ``fmu/c_text/array_length_bounds.py``."""
 
 
 @dataclass
 class Function:
-    """A C function. numbers: initial values of its constant local integers; lengths: original lengths of its arrays, by name."""
+    """A C function. numbers: initial values of its local integers that never change, by name. lengths: original lengths of its
+    arrays, by name."""
 
     name: str
     body: str
@@ -33,8 +34,8 @@ class Function:
 
 
 def fixed(text: str, checked: bool = False) -> str:
-    """The text without arrays of variable length. checked: add checks of each length against its bound by ``TR_FITS``, which the
-    compiler must define. BoundMissing for an unknown length."""
+    """The text without variable-length arrays. checked: check each length against its bound at run time by the macro ``TR_FITS``,
+    which must be defined when the text is compiled. BoundMissing for a length without a known bound."""
     out, at = [], 0
     for d in definitions(text):
         made = Function(d.name, text[d.body : d.end])
@@ -45,7 +46,7 @@ def fixed(text: str, checked: bool = False) -> str:
 
 
 def _numbers(body: str) -> dict[str, str]:
-    """Local integers with their initial values, if they never change."""
+    """The local integers that never change, with their initial values."""
     found: dict[str, str] = {}
     for declared in NUMBERS.finditer(body):
         for one in split(declared[1]):
@@ -59,12 +60,12 @@ def _numbers(body: str) -> dict[str, str]:
 
 
 def _assignments(body: str, name: str) -> str:
-    """The body without the declaration of a number."""
+    """The body, with the initialization of the variable ``name`` in its declaration removed."""
     return re.sub(rf"(int [^;]*?)\b{name} = ", r"\1", body, count=1)
 
 
 def split(declarators: str) -> list[str]:
-    """The parts between commas outside brackets."""
+    """The parts of a list that is separated by commas; commas inside brackets do not separate."""
     out, depth, begin = [], 0, 0
     for i, c in enumerate(declarators):
         depth += (c in "([{") - (c in ")]}")
@@ -97,7 +98,8 @@ def _without(made: Function, checked: bool) -> str:
 
 
 def _all_used(made: Function, body: str) -> str:
-    """The body with a use of each number that only array lengths used, so that compilers do not report it as unused."""
+    """The body, with a statement ``(void)x;`` for each variable x that only array lengths used. Without this statement, compilers
+    would report x as unused."""
     named = {w for length in made.lengths.values() for w in re.findall(r"(?<![\w>.])(?!size_t)[a-z]\w*\b(?!\()", length)}
     for word in sorted(named):
         it = rf"(?<![\w>.]){word}\b"
@@ -107,13 +109,14 @@ def _all_used(made: Function, body: str) -> str:
 
 
 def first(declarator: str) -> str:
-    """The first element of an array. It gets a value, so that compilers do not report the array as uninitialised."""
+    """The C expression for the first element of an array. This element is set, so that compilers do not report the array as
+    uninitialised."""
     name, *sizes = re.split(r"\[", declarator.partition("[TR_ROOM(")[0] + "[")
     return name + "[0]" * len(sizes)
 
 
 def _declarator(made: Function, one: str) -> str:
-    """One declarator with its length fixed, if it is an array whose length varies."""
+    """A declarator; if it declares a variable-length array, with a constant length."""
     found = re.match(r"(\w+)((?:\[\w+\])*)\[(.+?)\]( = .*)?$", one)
     if not found or re.fullmatch(r"[\dA-Z_ +*]*|TR_DOUBLES\(\w+\)|[A-Z_]+ \+ 1", found[3]):
         return one

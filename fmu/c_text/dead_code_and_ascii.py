@@ -1,4 +1,4 @@
-"""C text for any compiler: no unused code, ASCII only."""
+"""Removes unused code from C text and converts the text to ASCII, so that any compiler accepts it without warnings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIGNS = {
     "PARTIAL DIFFERENTIAL": "d", "SQUARE ROOT": "sqrt", "SUPERSCRIPT TWO": "^2", "SUPERSCRIPT THREE": "^3",
     "MODIFIER LETTER CAPITAL T": "^T", "SUPERSCRIPT PLUS SIGN": "^+", "SUPERSCRIPT MINUS": "^-",
 }  # fmt: skip
-"""Signs by Unicode name, in ASCII."""
+"""ASCII replacements of signs, by Unicode name."""
 PROTOTYPE = re.compile(COMMENT + r"^static [^;{}=#()]*\b(\w+)\([^;{}]*\);\n", re.MULTILINE)
 CONSTANT = re.compile(r"^static const [^=;(]*?\b(\w+)(?:\[\w*\])? = [^;]*;\n", re.MULTILINE)
 TOKEN = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/|[A-Za-z_]\w*', re.DOTALL)
@@ -28,7 +28,7 @@ STRING = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
 
 @dataclass(frozen=True)
 class Definition:
-    """Position of a function: comment, head, body, end; name and parameters."""
+    """A function definition. start, head, body, end: positions in the text of its comment, its head, its body and its end."""
 
     start: int
     head: int
@@ -49,7 +49,8 @@ def definitions(text: str) -> Iterator[Definition]:
 
 
 def _closing(text: str, at: int) -> int:
-    """Position after the end of the block that is open at a position, with the rest of an empty line."""
+    """The position behind the closing brace of the block that contains the position ``at``, and behind a line break after the
+    brace."""
     depth = 1
     for found in BRACE.finditer(text, at):
         depth += (found[0] == "{") - (found[0] == "}")
@@ -59,7 +60,7 @@ def _closing(text: str, at: int) -> int:
 
 
 def used_only(text: str) -> str:
-    """The text without unused static functions, their prototypes, and tables that only they use."""
+    """The text without unused static functions, their prototypes, and tables that only unused functions use."""
     while True:
         count = Counter(WORD.findall(STRING.sub("", text)))
         told = Counter(m[1] for m in PROTOTYPE.finditer(text))
@@ -74,13 +75,13 @@ def used_only(text: str) -> str:
 
 
 def _dropped(text: str, kind: re.Pattern[str], names: set[str]) -> str:
-    """The text without the matches of a pattern for these names."""
+    """The text without those matches of the pattern ``kind`` whose name is in ``names``."""
     return kind.sub(lambda found: "" if found[1] in names else found[0], text)
 
 
 def nothing_unused(text: str) -> str:
-    """The text in which every function uses all its parameters and generated arrays, so that compilers do not report unused ones.
-    """
+    """The text, with a statement ``(void)x;`` for each unused parameter and each generated array x, so that compilers do not report
+    x as unused."""
     out, at = [], 0
     for d in definitions(text):
         body = text[d.body : d.end]
@@ -93,7 +94,7 @@ def nothing_unused(text: str) -> str:
 
 
 def ascii_only(text: str) -> str:
-    """The text in ASCII: spelled out in comments, as bytes in strings."""
+    """The text in ASCII. In comments, other letters are spelled out; in strings, they become octal escapes of their bytes."""
 
     def spelt(found: re.Match[str]) -> str:
         part = found[0]
@@ -105,7 +106,7 @@ def ascii_only(text: str) -> str:
 
 
 def _in_ascii(letter: str) -> str:
-    """A letter in a comment: Greek letters by name, others without accents."""
+    """ASCII text for a letter in a comment: the name of a Greek letter, or the letter without its accent."""
     name = unicodedata.name(letter, "")
     if name.startswith("GREEK"):
         word = name.partition(" WITH ")[0].split()[-1].lower()
@@ -114,5 +115,5 @@ def _in_ascii(letter: str) -> str:
 
 
 def renamed(text: str, names: dict[str, str]) -> str:
-    """The text with renamed identifiers."""
+    """The text with identifiers renamed, except in strings and comments. names: new names by old names."""
     return TOKEN.sub(lambda found: names.get(found[0], found[0]), text)

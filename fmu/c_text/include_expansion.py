@@ -1,4 +1,4 @@
-"""Expansion of includes: several C files as one text."""
+"""Expansion of ``#include`` lines, which joins several C files into one text."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 INCLUDE = re.compile(r'^#include "([^"]+)"\n', re.MULTILINE)
 GUARD = re.compile(r"\A((?:/\*.*?\*/\s*)*)#ifndef (\w+_H)\n#define \2\n(.*)#endif\n\Z", re.DOTALL)
 SHELLS = ("FMU_FMI2", "FMU_FMI3", "FMU_ALONE")
-"""Names by which ``native/shell.c`` chooses its files."""
+"""Macros by which ``native/shell.c`` selects the files that it includes."""
 SYSTEM = re.compile(r"^#include <[^>]+>\n", re.MULTILINE)
 
 
 def one_file(start: str, find: Callable[[str], str | None], shell: str = "") -> str:
-    """The file ``start`` with its includes expanded. find: text of a file by its name, None to keep the include. shell: the name
-    in SHELLS that is defined."""
+    """The text ``start`` with its includes expanded. find: returns the text of a file by its name, or None to keep the include
+    line. shell: the macro in SHELLS that is defined; "" for none."""
     seen: set[str] = set()
 
     def text_of(found: re.Match[str]) -> str:
@@ -37,7 +37,8 @@ def one_file(start: str, find: Callable[[str], str | None], shell: str = "") -> 
 
 
 def in_folders(folders: Sequence[Path], made: Mapping[str, str], left: Sequence[str] = ()) -> Callable[[str], str | None]:
-    """A finder of files in ``made``, then in folders; names in ``left`` stay includes."""
+    """A function ``find`` for ``one_file``. It searches for a file in ``made``, then in the folders. It returns None for names in
+    ``left``, so that their include lines remain."""
 
     def find(name: str) -> str | None:
         if name in left:
@@ -50,7 +51,8 @@ def in_folders(folders: Sequence[Path], made: Mapping[str, str], left: Sequence[
 
 
 def decided(text: str, name: str, defined: bool) -> str:
-    """The text with ``#if defined NAME`` … ``#else`` … ``#endif`` decided; such blocks do not nest, and may lack the ``#else``."""
+    """The text in which each block ``#if defined NAME`` … ``#else`` … ``#endif`` is replaced by its active branch. The ``#else`` is
+    optional; the blocks must not be nested."""
     branch = re.compile(rf"^#if defined {name}\b[^\n]*\n(.*?)(?:^#else\n(.*?))?^#endif\n", re.MULTILINE | re.DOTALL)
     return branch.sub(lambda found: found[1 if defined else 2] or "", text)
 
@@ -62,6 +64,6 @@ def _unguarded(text: str) -> str:
 
 
 def _system_first(text: str) -> str:
-    """The text with the headers of the C library at its beginning, each once."""
+    """The text with the includes of C library headers moved to its beginning, each header once."""
     headers = sorted(set(SYSTEM.findall(text)))
     return "".join(headers) + SYSTEM.sub("", text)

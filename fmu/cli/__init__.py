@@ -1,1 +1,1 @@
-"""The commands ``fmu``, ``ssp``, ``export c`` and ``export web``, one a file."""
+"""The commands ``fmu``, ``ssp``, ``export c`` and ``export web``, one command in each file."""

@@ -1,4 +1,4 @@
-"""An export that ``export c`` or ``export web`` requests: its scene, its step, its folder."""
+"""Options and arguments that the commands ``export c`` and ``export web`` share: scene, step and folder."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def folder_option(name: str) -> Any:
-    """The option ``-o`` for a folder. name: the default."""
+    """The option ``-o`` for a folder. name: the default folder in the help."""
     return typer.Option("-o", "--output", metavar="DIR", help="Folder for the written files.", show_default=name)
 
 
@@ -26,7 +26,7 @@ WebFolder = Annotated[str | None, folder_option("NAME_web")]
 def read_export(
     ctx: typer.Context, scene: str | None, save: str | None, kind: str, changes: Sequence[str], step: str | None
 ) -> tuple[Scene, dict[str, Any], Path]:
-    """(the scene; overrides and step, s, of the export; the folder). SceneError with all mistakes."""
+    """The scene, the arguments ``overrides`` and ``step`` (s) of the export, and the folder. SceneError with all mistakes."""
     reader = ArgumentReader()
     values = reader.assignments(changes)
     length = reader.time(step, "--step", zero=True)

@@ -33,5 +33,5 @@ def command(
     write_files(folder, files)
     page, module = sorted(files)
     document = {"folder": str(folder), "files": [page, module], "bytes": sum(map(len, files.values()))}
-    size = f"{len(files[page]) / 1024:.0f} kB, {len(files[module]) / 1024:.0f} kB of WebAssembly in it"
+    size = f"{len(files[page]) / 1024:.0f} kB, {len(files[module]) / 1024:.0f} kB of WebAssembly in this file"
     return print_result(as_json, DONE, document, [f"{folder / page}: {size} (open it in a browser; {module} is the module alone)"])

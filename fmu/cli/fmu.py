@@ -26,8 +26,8 @@ FmuOutputs = Annotated[
 
 Save = Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write this .fmu.", show_default="NAME.fmu")]
 FLAVOUR = "native: runs on any host; python: the host needs a Python interpreter, and this export needs pythonfmu."
-WHOLE_VECTORS = "Make also those components of vectors parameters that are 0 in the scene."
-VALUES = "Also write the values of all parameters to this file: .ssv."
+WHOLE_VECTORS = "Offer also the vector components that are 0 in the scene as parameters."
+VALUES = "Also write the values of all parameters to this .ssv file."
 
 
 def command(
@@ -46,7 +46,7 @@ def command(
         bool, typer.Option("--sources", help="Include the C sources, so that importers can compile the FMU for other platforms.")
     ] = False,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Add the parameter solver.errors; with the value 1, each output is its own error.")
+        bool, typer.Option("--certify", help="Add the parameter solver.errors; if it is 1, each output is its error estimate.")
     ] = False,
     changes: Changes,
     outputs: FmuOutputs,
@@ -76,7 +76,7 @@ def command(
 
 
 def export_and_report(scene: SceneData, target: str, how: dict[str, Any], as_json: bool) -> int:
-    """Export with a progress bar and print what was written; the exit code. how: arguments of ``export``."""
+    """Export with a progress bar, print a summary and return the exit code. how: arguments of ``export``."""
     from dataclasses import asdict
 
     from trunnion.cli.output.exit_codes import DONE

@@ -1,1 +1,1 @@
-"""Description files of an FMU."""
+"""The files of an FMU that describe its contents."""

@@ -1,4 +1,4 @@
-"""Picture, documentation page and licences of an FMU."""
+"""The picture, the documentation page and the licences of an FMU."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAGE = Path(__file__).with_name("documentation_page.html")
 
 
 def picture(result: Result) -> bytes:
-    """The mechanism at its start as a PNG without metadata."""
+    """A PNG picture, without metadata, of the mechanism at its start."""
     from trunnion.kernel.interface.output_columns import columns, select
     from trunnion.plots.mechanism_pictures.instant_picture import mechanism, needed
     from trunnion.system.construction.system_builder import build
@@ -32,8 +32,8 @@ def picture(result: Result) -> bytes:
 
 @dataclass(frozen=True)
 class Page:
-    """Texts that differ between the standards. picture: path from the page; ends: behaviour of a run that cannot continue; events:
-    handling of events, as items of the list."""
+    """Texts of the page that differ between FMI versions. picture: path relative to the page. ends: what the FMU returns when a run
+    cannot continue. events: HTML list items about the handling of events."""
 
     standard: str
     picture: str
@@ -47,15 +47,15 @@ PAGES = {
     ),
     "3.0": Page(
         "3.0", "diagram.png", "returns fmi3Discard with\nterminateSimulation and lastSuccessfulTime",
-        "<li>Hosts that handle events and accept early returns stop at each stick, slip, reversal, separation and impact. The\n"
-        "clock of the joint and the kind of event ticks. Outputs have the values before the event, and after\n"
-        "fmi3UpdateDiscreteStates the values just after it.</li>",
+        "<li>In hosts that handle events and accept early returns, steps end at each stick, slip, reversal, separation and\n"
+        "impact. The clock for the joint and the kind of event then ticks. Outputs have the values just before the event; after\n"
+        "fmi3UpdateDiscreteStates, they have the values just after the event.</li>",
     ),
 }  # fmt: skip
 
 
 def page(result: Result, listed: Sequence[tuple[str, Variable]], flavour: str, guid: str, standard: str) -> bytes:
-    """documentation/index.html: picture, equations, variables, limits, scene. listed: variables by displayed names."""
+    """The page documentation/index.html. listed: the variables with their displayed names."""
     scene, about = result.scene, PAGES[standard]
     groups = {"outputs": "output", "locals": "local", "inputs": "input", "parameters": "parameter"}
     tables = {name: _table([(n, v) for n, v in listed if v.causality == c]) for name, c in groups.items()}
@@ -89,7 +89,7 @@ def licences(flavour: str) -> dict[str, bytes]:
 
 
 def _licence(name: str) -> bytes:
-    """Licence of an installed distribution (of a checkout: the file at its root)."""
+    """The licence of an installed distribution. For Trunnion in a source checkout, it is the file LICENSE at the root."""
     own = Path(__file__).resolve().parents[2] / "LICENSE"
     if name == "trunnion" and own.is_file():
         return own.read_bytes()

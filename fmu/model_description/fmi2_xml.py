@@ -22,7 +22,7 @@ DISPLAY = {
     "m": (("mm", 1e3),),
     "N": (("kN", 1e-3),),
 }
-"""Display units: displayed value = factor · SI value. The first one is the default for angles."""
+"""Display units by SI unit: displayed value = factor · SI value. For angles, the first display unit is the default."""
 CATEGORIES = {
     "logAll": "All messages.",
     "logStatusWarning": "Messages with {fmi}Warning status.",
@@ -36,8 +36,8 @@ CATEGORIES = {
 
 @dataclass(frozen=True)
 class Whole:
-    """Contents of the description. listed: variables, without those of model exchange; depends: dependencies of columns;
-    exchanged: variables of model exchange; kind: cs, me or both."""
+    """The contents of the description. listed: all variables except those of model exchange. depends: dependencies of the output
+    columns. exchanged: variables of model exchange. kind: cs, me or both."""
 
     listed: list[Variable]
     depends: list[Depends]
@@ -46,12 +46,13 @@ class Whole:
 
     @property
     def variables(self) -> list[Variable]:
-        """All variables; those of model exchange come last."""
+        """All variables; the variables of model exchange come last."""
         return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
 
 
 def date(scene: Scene) -> str:
-    """Generation date: SOURCE_DATE_EPOCH, the scene's date, or a constant, so that the bytes are reproducible."""
+    """The generation date: SOURCE_DATE_EPOCH if this is set, else the scene's date, else a constant. It does not depend on the
+    present time, so that exports are reproducible."""
     if scene.date and "SOURCE_DATE_EPOCH" not in os.environ:
         return f"{scene.date}T00:00:00Z"
     at = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "946684800")), UTC)
@@ -84,7 +85,7 @@ def model_description(scene: Scene, whole: Whole, identifier: str, guid: str, st
 
 
 def about(scene: Scene) -> dict[str, str]:
-    """Common attributes of both standards."""
+    """XML attributes of the model that both FMI versions have."""
     return {
         "description": scene.title or f"Mechanism {scene.name}",
         "author": scene.author or "Trunnion", "version": scene.version or version(),
@@ -121,7 +122,7 @@ def add_units(root: Element, listed: list[Variable], extra: tuple[str, ...] = ()
 
 
 def _types(root: Element, listed: list[Variable]) -> None:
-    """Write TypeDefinitions: quantities of reals, words of enumerations."""
+    """Write TypeDefinitions: quantities of real variables, names of enumeration values."""
     definitions = SubElement(root, "TypeDefinitions")
     for unit in sorted({v.unit for v in listed if not v.type and v.unit in QUANTITIES}):
         node = SubElement(definitions, "SimpleType", {"name": QUANTITIES[unit]})
@@ -177,8 +178,8 @@ def real(v: Variable) -> dict[str, str]:
 
 
 def _structure(root: Element, whole: Whole) -> None:
-    """Write ModelStructure: outputs with dependencies during the run and at the start; derivatives of states, which depend on
-    everything known."""
+    """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states,
+    which depend on all known variables."""
     structure, first, n = SubElement(root, "ModelStructure"), len(whole.listed) + 1, len(whole.exchanged.states)
     outputs = [(i, v, d) for i, (v, d) in enumerate(zip(whole.listed, whole.depends, strict=False)) if v.causality == "output"]
     states, rates = range(first, first + n), range(first + n, first + 2 * n)
@@ -199,7 +200,8 @@ def _structure(root: Element, whole: Whole) -> None:
 
 
 def _unknown(node: Element, index: int, places: tuple[int, ...] | None) -> None:
-    """Write an unknown with its dependencies; None: on all knowns."""
+    """Write an unknown with its dependencies. places: indices of the variables on which it depends; None means all known
+    variables."""
     depends = "" if places is None else " ".join(map(str, places))
     kinds = "" if places is None else " ".join(["dependent"] * len(places))
     said = {} if places is None else {"dependencies": depends, "dependenciesKind": kinds}

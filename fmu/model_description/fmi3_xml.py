@@ -21,18 +21,18 @@ CAN = (
     "canHandleVariableCommunicationStepSize", *STATES, *SLOPES, "providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
     "canReturnEarlyAfterIntermediateUpdate", "hasEventMode",
 )  # fmt: skip
-"""Capabilities in co-simulation."""
+"""XML attributes of co-simulation that are true."""
 CAN_EXCHANGE = (*STATES, *SLOPES, "needsCompletedIntegratorStep")
-"""Capabilities and needs in model exchange."""
+"""XML attributes of model exchange that are true."""
 CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "providesPerElementDependencies")
-"""Attributes that are false."""
+"""XML attributes that are false."""
 TIME = "time"
 
 
 @dataclass(frozen=True)
 class Described:
-    """Contents of the description: variables, dependencies of columns, clocks, whether a column identifies the joint of the last
-    event, model exchange, use."""
+    """The contents of the description. faces: variables. depends: dependencies of the output columns. named: whether a column
+    identifies the joint of the last event. exchanged: variables of model exchange. kind: cs, me or both."""
 
     faces: list[Face]
     depends: list[Depends]
@@ -43,16 +43,16 @@ class Described:
 
     @property
     def own(self) -> int:
-        """The value reference of the time. References of clocks, their times and counts follow."""
+        """The value reference of the time. The next references are those of the clocks, of their times and of their counts."""
         return sum(len(f.parts) for f in self.faces)
 
     @property
     def first_state(self) -> int:
-        """The value reference of the first state. References of derivatives and indicators follow."""
+        """The value reference of the first state. The references of derivatives and event indicators come after the states."""
         return self.own + 1 + 3 * len(self.clocks) + int(self.named)
 
     def of_place(self) -> dict[int, int]:
-        """Reference of the variable by the place, from 1, of a scalar in the list."""
+        """The value references of variables by the position (from 1) of each of their scalars in the list."""
         return {f.reference + i + 1: f.reference for f in self.faces for i in range(len(f.parts))}
 
 
@@ -83,7 +83,7 @@ def model_description3(scene: Scene, given: Described, identifier: str, token: s
 
 
 def _types(root: Element, given: Described) -> None:
-    """Write TypeDefinitions: quantities of real variables, words for the values of enumerations."""
+    """Write TypeDefinitions: quantities of real variables, names of enumeration values."""
     definitions = SubElement(root, "TypeDefinitions")
     scalars = [*(f.first for f in given.faces), *given.exchanged.all]
     for unit in sorted({v.unit for v in scalars if not v.type and v.unit in QUANTITIES} | {"s"}):
@@ -95,7 +95,7 @@ def _types(root: Element, given: Described) -> None:
 
 
 def _variable(parent: Element, f: Face, given: Described) -> None:
-    """Write a variable that FMI 2.0 has, too."""
+    """Write a variable that exists in FMI 2.0, too."""
     v = f.first
     node = SubElement(parent, f.type, {
         "name": f.name, "valueReference": str(f.reference), "description": f.description, "causality": v.causality,
@@ -119,7 +119,7 @@ def _number(f: Face, x: float | None) -> str:
 
 
 def _whole(f: Face) -> dict[str, str]:
-    """Attributes of a variable that is a whole number."""
+    """XML attributes of an integer variable."""
     v = f.first
     if f.type == ENUMERATION:
         return {"declaredType": v.type}
@@ -128,7 +128,7 @@ def _whole(f: Face) -> dict[str, str]:
 
 
 def _rate_of(f: Face, given: Described) -> Face | None:
-    """The variable whose time derivative a variable is, component by component."""
+    """The variable whose time derivative f is, component by component; None if there is no such variable."""
     for other in given.faces if f.first.rate_of else ():
         if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
             return other
@@ -162,7 +162,7 @@ def _own_variables(parent: Element, given: Described) -> None:
 
 
 def _exchanged(parent: Element, given: Described) -> None:
-    """Write the states, their derivatives and the indicators."""
+    """Write the states, their derivatives and the event indicators."""
     at = {v.name: given.first_state + i for i, v in enumerate(given.exchanged.all)}
     for v in given.exchanged.all:
         node = SubElement(parent, FLOAT64, {
@@ -173,7 +173,7 @@ def _exchanged(parent: Element, given: Described) -> None:
 
 
 def _structure(root: Element, given: Described) -> None:
-    """Write ModelStructure: the outputs with their dependencies, during the run and at its start."""
+    """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators."""
     structure, place = SubElement(root, "ModelStructure"), given.of_place()
     outputs = [f for f in given.faces if f.first.causality == "output"]
     first, n = given.first_state, len(given.exchanged.states)
@@ -196,13 +196,13 @@ def _structure(root: Element, given: Described) -> None:
 
 
 def _of_parts(f: Face, given: Described, now: bool) -> Iterator[int]:
-    """Places of the variables on which the components of an output depend."""
+    """Positions of the variables on which the components of an output depend. now: during the run; else at the start."""
     for i in range(len(f.parts)):
         d = given.depends[f.reference + i]
         yield from d.now if now else d.start
 
 
 def _said(references: Iterable[int]) -> dict[str, str]:
-    """Attributes of an unknown that list its dependencies."""
+    """XML attributes that list the dependencies of an unknown."""
     found = sorted(references)
     return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -1,4 +1,4 @@
-"""Parameter sets as SSV 1.0 files (System Structure and Parameterization): values with their units, by name."""
+"""SSV 1.0 files (System Structure and Parameterization), which hold parameter values with their units by name."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ TYPE = "application/x-ssp-parameter-set"
 
 @dataclass(frozen=True)
 class Given:
-    """A value of a parameter: its name, its type ("Real", "Integer", "Boolean", "String"), the value as text, the unit of a real
-    one."""
+    """A value of a parameter. type: "Real", "Integer", "Boolean" or "String". value: as text. unit: of a real parameter, else
+    ""."""
 
     name: str
     type: str
@@ -38,20 +38,20 @@ def of_scene(listed: Iterable[Variable]) -> list[Given]:
 
 
 def base_of(unit: str) -> dict[str, str]:
-    """Exponents of the SI base units of one of our units."""
+    """The exponents of the SI base units in a unit of Trunnion."""
     dimension = parse_unit("" if unit == "1" else unit).dimension
     return {k: str(e) for k, e in zip(("kg", "m", "s", "rad"), dimension, strict=False) if e}
 
 
 def add_units(parent: Element, units: Mapping[str, Mapping[str, str]]) -> None:
-    """Write Units. units: attributes of BaseUnit by name of the unit."""
+    """Write the element Units. units: attributes of BaseUnit by unit name."""
     node = SubElement(parent, "Units")
     for name, base in sorted(units.items()):
         SubElement(SubElement(node, "ssc:Unit", {"name": name}), "ssc:BaseUnit", dict(base))
 
 
 def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, Mapping[str, str]] | None = None) -> bytes:
-    """The SSV file as bytes. units: BaseUnit attributes of each unit by name; None: the units are Trunnion's."""
+    """The SSV file as bytes. units: BaseUnit attributes by unit name; None if all units are units of Trunnion."""
     root = Element("ParameterSet", {"xmlns": SSV, "xmlns:ssc": SSC, "version": "1.0", "name": name})
     parent = SubElement(root, "Parameters")
     for v in values:

@@ -1,5 +1,5 @@
-"""``terminalsAndIcons`` of an FMI 3.0 FMU: one terminal for each joint, with effort and motion, so that tools connect mechanisms by
-terminals; the mechanism's picture and icons of terminals."""
+"""The folder ``terminalsAndIcons`` of an FMU for FMI 3.0. Each joint has a terminal with effort and motion, so that tools can
+connect mechanisms by terminals. The folder also has the mechanism's picture and icons of the terminals."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from trunnion.simulation.run import Model
 from trunnion.system.structure.bodies_and_joints import Joint
 
 TURNS, SLIDES, MOVES = "rotational", "translational", "joint"
-"""Kinds of terminals, and the names of their icons: joints of one freedom that turn or slide, and others."""
+"""The kinds of terminals, which are also the names of their icons. TURNS and SLIDES: joints with one rotational or translational
+degree of freedom. MOVES: all other joints."""
 MEMBERS = {TURNS: ("phi", "w", "tau"), SLIDES: ("s", "v", "f"), MOVES: ("q", "qd", "effort")}
-"""Names of motion, rate and effort in a terminal of each kind."""
+"""By kind of terminal: the member names of motion, rate and effort."""
 SIGNAL, INFLOW = "signal", "inflow"
 EDGE, HALF = 100.0, 8.0
-"""Half the side of the icon, and of the icon of a terminal."""
+"""EDGE: half the side of the FMU's icon. HALF: half the side of a terminal's icon."""
 
 
 def terminals(model: Model, made: list[Face]) -> bytes:
@@ -38,8 +39,8 @@ def terminals(model: Model, made: list[Face]) -> bytes:
 
 
 def _terminal(parent: Element, j: Joint, members: list[tuple[str, str, str]], height: float) -> None:
-    """Write a terminal. members: (variable, name in the terminal, kind) of each member; height: position on the right side of the
-    icon."""
+    """Write a terminal. members: (variable, name in the terminal, kind) of each member. height: vertical position at the right side
+    of the FMU's icon, from -1 to 1."""
     about = {"terminalKind": f"trunnion.{kind_of(j)}", "description": f"{j.kind_name} joint {j.name}"}
     node = SubElement(parent, "Terminal", {"name": j.name, "matchingRule": "plug", **about})
     for variable, name, kind in members:
@@ -56,8 +57,8 @@ def kind_of(j: Joint) -> str:
 
 
 def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """(variable, name in the terminal, kind) of motion, rate and effort, if the FMU has them. An input that sets a quantity
-    represents it. Efforts are inflows, whichever side sets them."""
+    """The members (variable, name in the terminal, kind) for motion, rate and effort, if the FMU has such variables. If an input
+    sets a quantity, the variable is this input. Efforts are inflows, also when they are outputs."""
     motion, rate, effort = MEMBERS[kind_of(j)]
     driven = [_input_of(model, d.drive) for d in j.devices]
     loaded = [_input_of(model, d.effort) for d in j.devices]
@@ -72,14 +73,14 @@ def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str
 
 
 def _of(candidates: tuple[str, ...], member: str, kind: str, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """The first of the candidates that is a variable, if any is."""
+    """A member for the first of the candidates that is a variable of the FMU; no member if none is."""
     found = next((c for c in candidates if c in names), None)
     if found is not None:
         yield found, member, kind
 
 
 def _input_of(model: Model, signal: object) -> str:
-    """The name of the input if a signal is an input, else ""."""
+    """The name of the input if the signal is an input, else ""."""
     inputs = list(model.system.inputs)
     if getattr(signal, "kind", "") != "table" or getattr(signal, "index", len(inputs)) >= len(inputs):
         return ""
@@ -87,12 +88,12 @@ def _input_of(model: Model, signal: object) -> str:
 
 
 def icons(picture: bytes) -> dict[str, bytes]:
-    """Icons by path in the archive: the mechanism's, and one for each kind of terminal."""
+    """The icons by path in the archive: the mechanism's picture, and an icon for each kind of terminal."""
     return {"terminalsAndIcons/icon.png": picture} | {f"terminalsAndIcons/{kind}.png": _drawn(kind) for kind in MEMBERS}
 
 
 def _drawn(kind: str) -> bytes:
-    """The icon of a terminal: a disc that turns, a block that slides, or a ball, on its base."""
+    """The icon of a kind of terminal: a disc on a base for TURNS, a block for SLIDES, a ball for MOVES."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle, Rectangle
 

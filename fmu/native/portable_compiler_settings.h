@@ -1,5 +1,5 @@
-/* In exported sources: what ``base/compiler.h`` asks of the compiler, in plain C99, and no product fused with a sum, so that all machines compute
- * alike. */
+/* Replacement of ``base/compiler.h`` in exported sources, in plain C99. Fused multiply-add is switched off, so that results are the
+ * same on all machines. */
 #ifndef TR_COMPILER_H
 #define TR_COMPILER_H
 #if defined __clang__
@@ -13,7 +13,8 @@
 #define TR_RESTRICT restrict
 #endif
 
-/* C knows no empty arrays; and code for what a mechanism has not, such as balls, must look right to compilers that follow it. */
+/* Length of an array, at least 16. C has no empty arrays. Compilers also analyse code for elements that a mechanism does not have,
+ * such as ball joints, and would warn about indices beyond a shorter array. */
 #define TR_ROOM(n) ((n) > 16 ? (n) : 16)
 #define TR_LARGER(a, b) ((a) > (b) ? (a) : (b))
 

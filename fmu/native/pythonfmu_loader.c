@@ -1,5 +1,6 @@
-/* The library of the python flavour that hosts load; pythonfmu's own library lies beside it. It passes calls on and adds: statuses of the slave,
- * any path, a check of the GUID, messages without logging, and the functions that pythonfmu lacks, which go to the model. */
+/* The library that hosts load from an FMU of the python flavour. It passes calls on to pythonfmu's library, which is in the same
+ * folder. In addition, it returns the statuses of the slave, accepts any path, checks the GUID and sends messages also without
+ * logging. Calls of functions that pythonfmu lacks go directly to the model. */
 #if !defined _WIN32 && !defined _GNU_SOURCE
 #define _GNU_SOURCE
 #endif

@@ -1,5 +1,5 @@
-/* The shell of an exported model as one translation unit: every file after all that it calls. One of FMU_FMI2, FMU_FMI3 and FMU_ALONE (a plain
- * C library) is defined. */
+/* The shell of an exported model as one translation unit. Each file is included after the files whose functions it calls. Exactly
+ * one of FMU_FMI2, FMU_FMI3 and FMU_ALONE (a plain C library) is defined. */
 #if defined FMU_FMI2
 #include "fmi2Functions.h"
 #endif

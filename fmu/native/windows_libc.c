@@ -1,17 +1,17 @@
-/* Functions that the Windows library needs beside the Universal C Runtime (part of Windows 10 and newer). Compilers take them from libraries of
- * their own, which would have to be built first from hundreds of files. */
+/* Functions that a Windows library needs and that the Universal C Runtime (part of Windows 10 and newer) lacks. Compilers have
+ * their own libraries for these functions, but these would first have to be built from hundreds of files. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
 
-/* Entry point of the library; nothing to set up. */
+/* Entry point of the library; no initialization is necessary. */
 int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) {
   (void)library, (void)reason, (void)reserved;
   return 1;
 }
 
-/* Called where a function's variables take more than a page, their size in rax: Windows hands out the pages of a stack in order, so
- * each is touched before the next. Every register keeps its value. */
+/* The compiler calls this function, with the size in rax, when the variables of a function need more than a page of the stack.
+ * Windows allocates the pages of a stack in order, so each page is accessed before the next. All registers keep their values. */
 __asm__(
     ".globl ___chkstk_ms\n"
     "___chkstk_ms:\n"
@@ -32,7 +32,7 @@ __asm__(
     "  pop %rcx\n"
     "  ret\n");
 
-/* Class of a number, from its bits. */
+/* The floating-point class of x, from its bits. */
 int __fpclassify(double x) {
   union { double x; unsigned long long bits; } u = {x};
   unsigned long long exponent = u.bits >> 52 & 0x7ff, fraction = u.bits & 0xfffffffffffffULL;
@@ -41,12 +41,13 @@ int __fpclassify(double x) {
   return FP_NORMAL;
 }
 
-/* The compiler joins a sine and a cosine of the same angle into this; it cannot see through these pointers and join them again. */
+/* The compiler replaces a sine and a cosine of the same angle by a call of sincos. The volatile pointers prevent this replacement
+ * here. */
 static double (*const volatile sine)(double) = sin;
 static double (*const volatile cosine)(double) = cos;
 void sincos(double x, double *s, double *c) { *s = sine(x), *c = cosine(x); }
 
-/* Formatted text, of which the system has only a form with options: 2 asks for what the C standard says of lengths. */
+/* Formatted output. The system has only a function with options; option 2 requests the return value of the C standard. */
 int __stdio_common_vsprintf(unsigned long long options, char *text, size_t size, const char *form, void *locale, va_list arguments);
 int vsnprintf(char *text, size_t size, const char *form, va_list arguments) {
   return __stdio_common_vsprintf(2, text, size, form, NULL, arguments);

@@ -1,1 +1,1 @@
-"""Systems of FMUs (SSP)."""
+"""Export of systems of FMUs (SSP)."""

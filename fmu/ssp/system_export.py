@@ -1,4 +1,4 @@
-"""``export_system``: a system of FMUs as an SSP 1.0 file, which holds them, their connections and their parameters."""
+"""Export of a system of FMUs as an SSP 1.0 file, which contains the FMUs, their connections and the values of their parameters."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from trunnion.scene.units.unit_parser import UnitError, parse_unit
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
 TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
-"""Types of connectors by type of an FMU's variable; others are none."""
+"""Connector types by type of an FMU variable. Variables of other types have no connectors."""
 SCALES = {"factor": 1.0, "offset": 0.0}
-"""Default values of a unit's conversion from its base unit."""
+"""Default factor and offset of a unit relative to its base unit."""
 
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of an FMU: its causality, its type (``TYPES``), its unit."""
+    """A variable of an FMU. type: a value of ``TYPES``."""
 
     causality: str
     type: str
@@ -38,7 +38,7 @@ class Port:
 
 @dataclass(frozen=True)
 class Part:
-    """A component. data: its FMU; ports: its variables by name; units: attributes of the base unit of each unit."""
+    """A component. data: bytes of its FMU. ports: its variables by name. units: attributes of the base unit, by unit name."""
 
     data: bytes
     ports: dict[str, Port]
@@ -47,7 +47,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Made:
-    """A written system."""
+    """The result of an export. bytes: size of the file. connections, parameters: their numbers."""
 
     file: Path
     bytes: int
@@ -57,7 +57,8 @@ class Made:
 
 
 def export_system(file: str | Path, target: str | Path, platform: Sequence[str] | str = "host") -> Made:
-    """Write the system of a YAML file as an SSP file. platform: platforms of exported scenes. SceneError with all problems."""
+    """Write the system of a YAML file as an SSP file. platform: platforms for which scenes are exported as FMUs. SceneError with
+    all problems."""
     wrong = destination_problems(str(target), (".ssp",), "-o")
     if not Path(file).is_file():
         wrong = [Problem("SYSTEM", f"there is no file {file}", "components: and connections: in a YAML file"), *wrong]
@@ -78,7 +79,7 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
 
 
 def _parts(system: System, platform: Sequence[str] | str) -> dict[str, Part]:
-    """The components by name; SceneError with the problems of all."""
+    """The components by name; SceneError with the problems of all components."""
     parts, problems = {}, []
     for name, c in system.components.items():
         try:
@@ -128,7 +129,8 @@ def _part(data: bytes) -> Part:
 
 
 def _base(unit: object) -> dict[str, str]:
-    """Attributes of a base unit that differ from the defaults. unit: a unit as fmpy reads it; None: unknown."""
+    """The attributes of a base unit that differ from the defaults. unit: a unit object from fmpy, or None if the unit is
+    unknown."""
     powers = {k: getattr(unit, k, 0) or 0 for k in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
     scales = {k: float(getattr(unit, k, usual) or usual) for k, usual in SCALES.items()}
     return {k: str(p) for k, p in powers.items() if p} | {k: repr(x) for k, x in scales.items() if x != SCALES[k]}
@@ -194,7 +196,7 @@ def _values(system: System, parts: dict[str, Part], wrong: list[Finding]) -> Ite
 
 
 def _given(name: str, port: Port, value: object) -> Given:
-    """A value with type and unit of its variable; UnitError for a wrong unit."""
+    """A parameter value with the type and unit of its variable; UnitError for a wrong unit."""
     if port.type in ("String", "Boolean"):
         return Given(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
     x = number(value)
@@ -211,12 +213,12 @@ def _given(name: str, port: Port, value: object) -> Given:
 
 
 def _units(parts: dict[str, Part]) -> dict[str, dict[str, str]]:
-    """Base units of the units of all components, by name."""
+    """The attributes of base units for the units of all components, by unit name."""
     return {u: base for p in parts.values() for u, base in p.units.items()}
 
 
 def description(system: System, parts: dict[str, Part], values: Sequence[Given]) -> bytes:
-    """``SystemStructure.ssd``, with all outputs and the connected inputs of components."""
+    """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components."""
     root = Element(
         "SystemStructureDescription",
         {"xmlns": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},

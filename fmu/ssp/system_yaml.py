@@ -1,4 +1,4 @@
-"""A system of FMUs from a YAML file: components, connections, values of parameters, simulation time."""
+"""Reader of a YAML file that defines a system of FMUs: components, connections, parameter values, simulation time."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from trunnion.scene.units.unit_parser import UnitError, parse_unit
 KEYS = ("name", "components", "connections", "simulation")
 OF_A_COMPONENT = ("scene", "fmu", "set", "outputs", "parameters")
 OF_THE_RUN = {"until": (1.0, "2 s"), "step": (0.01, "1 ms")}
-"""Keys of ``simulation``: default, s, and an example."""
+"""By key of ``simulation``: the default, s, and an example."""
 ARROW = "->"
 NAMES = "names are letters, digits and _"
 
 
 @dataclass(frozen=True)
 class Component:
-    """A component: a scene to export, with changes and outputs, or an existing FMU; and values of its parameters, in their units.
-    """
+    """A component: a scene that is exported with changes and outputs, or an existing FMU. parameters: values of its parameters,
+    each a number or a text with a unit."""
 
     scene: str = ""
     fmu: str = ""
@@ -45,7 +45,8 @@ class Connection:
 
 @dataclass(frozen=True)
 class System:
-    """The contents of the file. folder: base of its paths; lines and file: places of later findings."""
+    """The contents of the file. folder: paths in the file are relative to this folder. lines, file: line numbers and file name for
+    later findings."""
 
     name: str
     components: dict[str, Component]
@@ -58,17 +59,19 @@ class System:
 
 
 class _Reader:
-    """Reads the parts of a document and collects their problems."""
+    """Reads the sections of a document and collects their problems."""
 
     def __init__(self, doc: Document):
         self.doc, self.wrong = doc, doc.findings
 
     def note(self, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
-        """Note a mistake."""
+        """Record a mistake."""
         self.wrong.append(Finding(path, what, hint, self.doc.lines.get(path, 0)))
 
     def group(self, data: Any, path: tuple[str | int, ...], known: tuple[str, ...] = ()) -> dict[str, Any]:
-        """A group of keys. known: the allowed keys, if limited. Returns an empty group if the document has none."""
+        """A group of keys. known: the allowed keys; empty if all keys are allowed. Returns an empty group if ``data`` is not a
+        group.
+        """
         if not isinstance(data, dict):
             if data is not None:
                 self.note(path, "a group of keys is required")
@@ -79,7 +82,7 @@ class _Reader:
         return data
 
     def component(self, name: str, data: Any) -> Component:
-        """A component."""
+        """Read a component."""
         path = ("components", name)
         given = self.group(data, path, OF_A_COMPONENT)
         if not name.replace("_", "a").isalnum() or not name.isascii():
@@ -99,7 +102,7 @@ class _Reader:
                          None if outputs is None else tuple(outputs), values)  # fmt: skip
 
     def connection(self, place: int, text: Any) -> Connection | None:
-        """A connection "a.output -> b.input"."""
+        """Read a connection "a.output -> b.input"; None if its form is wrong."""
         path = ("connections", place)
         ends = [e.strip().partition(".") for e in str(text).split(ARROW)]
         if not isinstance(text, str) or len(ends) != 2 or not all(name and dot and rest for name, dot, rest in ends):
@@ -108,7 +111,7 @@ class _Reader:
         return Connection((ends[0][0], ends[0][2]), (ends[1][0], ends[1][2]), path)
 
     def seconds(self, data: dict[str, Any], key: str) -> float:
-        """A positive time."""
+        """Read a positive time, s; records a mistake for other values."""
         usual, example = OF_THE_RUN[key]
         try:
             value = number(data.get(key, usual), "a time", example)
@@ -123,7 +126,7 @@ class _Reader:
 
 
 def load_system(file: Path) -> System:
-    """The system in a file; SceneError with all problems."""
+    """Read the system in a file; SceneError with all problems."""
     doc = read(file.read_bytes())
     reader = _Reader(doc)
     data = reader.group(doc.data, (), KEYS)

@@ -1,5 +1,5 @@
-"""Variables of FMI 3.0: components of a vector form an array under the reference of its first component; integers get their
-type."""
+"""Variables of FMI 3.0. The components of a vector form an array, whose value reference is that of its first component. Integers
+get one of the integer types of FMI 3.0."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from trunnion.fmu.variables.variable_types import ENUMERATIONS, INTEGER
 INT32, UINT64, BOOLEAN = "Int32", "UInt64", "Boolean"
 FLOAT64, ENUMERATION = "Float64", "Enumeration"
 CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
-"""Names of ``fmu_type`` in ``model_and_instance.h`` by type."""
+"""Names in the C enumeration ``fmu_type`` (``model_and_instance.h``), by FMI type."""
 SPACE = 3
-"""Components of an array of parameters; vectors with omitted zeros stay scalars."""
+"""Smallest number of components that form an array of parameters. A vector from which components with the value 0 are omitted stays
+several scalars."""
 COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
 FLAGS = ("events.last.marginal",)
-"""Integers that count, and flags; other integers identify something."""
+"""COUNTS: integers that are numbers of things. FLAGS: integers that are Boolean. Other integers are identifiers."""
 
 
 @dataclass(frozen=True)
 class Face:
-    """A variable of FMI 3.0: its name and scalars; reference: of the first scalar."""
+    """A variable of FMI 3.0. reference: value reference of the first scalar. parts: the scalars."""
 
     name: str
     reference: int
@@ -31,12 +32,12 @@ class Face:
 
     @property
     def first(self) -> Variable:
-        """The first component; all agree in everything but name and start."""
+        """The first component. The components of an array differ only in name, start value and description."""
         return self.parts[0]
 
     @property
     def description(self) -> str:
-        """Common description of the components."""
+        """A description of all components together."""
         texts, numbers = [p.description for p in self.parts], f"1 … {len(self.parts)}"
         if len(set(texts)) == 1:
             return texts[0]
@@ -47,7 +48,7 @@ class Face:
 
     @property
     def title(self) -> str:
-        """Name with the range of components."""
+        """The name, with the range of component numbers for an array."""
         return self.name if len(self.parts) == 1 else f"{self.name} [1 … {len(self.parts)}]"
 
     @property
@@ -61,7 +62,7 @@ class Face:
 
 
 def faces(listed: Sequence[Variable]) -> list[Face]:
-    """Variables of FMI 3.0 in order of their references, from the scalars of FMI 2.0."""
+    """The variables of FMI 3.0 that the scalar variables of FMI 2.0 form, in order of their value references."""
     out: list[Face] = []
     at = 0
     while at < len(listed):
@@ -72,7 +73,7 @@ def faces(listed: Sequence[Variable]) -> list[Face]:
 
 
 def _array(listed: Sequence[Variable], at: int) -> tuple[str, int]:
-    """(name of the variable that begins at an index, its number of scalars)."""
+    """The name and the number of scalars of the variable that begins at index ``at``."""
     first = listed[at]
     base = first.name.removesuffix("[1]")
     if base == first.name or first.causality == "input":
@@ -93,7 +94,7 @@ def _continues(first: Variable, other: Variable, name: str) -> bool:
 
 
 def face_tables(made: Sequence[Face]) -> str:
-    """C arrays by reference: number of values, type."""
+    """Two C arrays with an element for each value reference: the number of values, and the type."""
     widths = [len(f.parts) if i == 0 else 0 for f in made for i in range(len(f.parts))]
     kinds = ",".join(CODES[f.type] for f in made for _ in f.parts)
     return integers("m_width", widths) + f"static const int m_type[]={{{kinds or '0'}}};\n"

@@ -17,7 +17,7 @@ SLIDES = (
 )  # fmt: skip
 END_STOPS, LATCHES = (EventKind.END_STOP_ENGAGED, EventKind.END_STOP_RELEASED), (EventKind.LATCH, EventKind.UNLATCH)
 LAST, NAME = ("last", "element"), "events.last.joint_name"
-"""Key of the column with the number of the last event's joint, and the variable with its name."""
+"""LAST: key of the output column with the number of the joint of the last event. NAME: the variable with the name of this joint."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Clock:
 
 
 def clocks(model: Model) -> list[Clock]:
-    """All clocks in order of references."""
+    """All clocks in order of their value references."""
     return list(dict.fromkeys([*_of_pairs(model), *_of_stops(model)]))
 
 
 def _of_pairs(model: Model) -> Iterator[Clock]:
-    """Clocks of joints with friction. A smooth law has no event; its contacts can separate."""
+    """The clocks of joints with friction. Under a smooth friction law, the only event is the separation of a contact."""
     for j in model.system.frictional:
         assert j.friction is not None
         law = LAWS[j.friction.law]
@@ -61,7 +61,7 @@ def _of_stops(model: Model) -> Iterator[Clock]:
 
 
 def clock_table(model: Model, made: list[Clock]) -> str:
-    """C record that maps events of pairs and stops to clocks."""
+    """The C record that maps each event of a pair or stop to its clock."""
     place = {(c.joint, c.kind): i for i, c in enumerate(made)}
     kinds = max(EventKind) + 1
     watched = [name for name, _ in (*slider_names(model.system), *stop_names(model.system))]

@@ -1,4 +1,4 @@
-"""Model exchange: scenes that allow it, states and event indicators."""
+"""Model exchange: states, event indicators, and the check that a scene allows model exchange."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from trunnion.simulation.runtime_interface.friction_pair_names import slider_nam
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
 KINDS = {"cs": 1, "me": 2, "both": 3}
-"""Uses of an FMU: co-simulation, model exchange (bits of ``model_and_instance.h``)."""
+"""By type of FMU: the bits FMU_COSIMULATION and FMU_EXCHANGE of ``model_and_instance.h``."""
 NOMINAL = 0.1
-"""Nominal sizes of states relative to the scene's scales (``tr_nominal``)."""
+"""Nominal values of states relative to the scales of the scene (``tr_nominal``)."""
 UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}
 RATES = {"rad": "rad/s", "m": "m/s", "1": "1/s", "rad/s": "rad/s^2", "m/s": "m/s^2", "J": "W"}
-"""Units of the time derivatives of states."""
+"""Units of the time derivatives of states, by unit of the state."""
 
 
 @dataclass(frozen=True)
 class Exchanged:
-    """States in their order, their derivatives, event indicators."""
+    """The variables of model exchange. states: in the order of ``tr_states``. rates: their time derivatives. indicators: event
+    indicators."""
 
     states: tuple[Variable, ...] = ()
     rates: tuple[Variable, ...] = ()
@@ -32,17 +33,18 @@ class Exchanged:
 
     @property
     def all(self) -> tuple[Variable, ...]:
-        """All of them in order of references, which follow those of other variables."""
+        """All variables of model exchange in order of their value references. These references come after those of other
+        variables."""
         return (*self.states, *self.rates, *self.indicators)
 
 
 def does(kind: str, bit: str) -> bool:
-    """Whether a kind of FMU includes co-simulation ("cs") or model exchange ("me")."""
+    """Whether a type of FMU includes ``bit``: co-simulation ("cs") or model exchange ("me")."""
     return bool(KINDS[kind] & KINDS[bit])
 
 
 def exchanged(model: Model) -> Exchanged:
-    """Variables of model exchange; SceneError, with all reasons, when the scene does not allow it."""
+    """The variables of model exchange. SceneError with all reasons when the scene does not allow model exchange."""
     wrong = refusals(model)
     if wrong:
         raise SceneError(wrong)
@@ -90,7 +92,7 @@ def _indicators(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _of_stops(system: System) -> list[tuple[str, str]]:
-    """Indicators of end stops and latches, in order of their flags."""
+    """(name, description) of the event indicators of end stops and latches, in order of their flags."""
     found: dict[int, tuple[str, str]] = {}
     for j in system.joints:
         for k, d in enumerate(j.devices):
@@ -108,7 +110,7 @@ def _of_stops(system: System) -> list[tuple[str, str]]:
 
 
 def refusals(model: Model) -> list[Problem]:
-    """Reasons why a scene does not allow model exchange: its motion depends on more than time and state."""
+    """The reasons why a scene does not allow model exchange. In all cases, its motion depends on more than time and state."""
     sim = model.built.scene.simulation
     out = []
     if any(m.name == sim.method and isinstance(m, Impulses) for m in REGISTRY):
@@ -123,6 +125,6 @@ def refusals(model: Model) -> list[Problem]:
         why = "a jam that ends by an impact comes where friction has no solution, and no event indicator detects that in advance"
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
     for name in followed(model):
-        why = f"the motion that follows input {name} depends on its values at communication points"
+        why = f"the motion that follows input {name} depends on the input's values at communication points"
         out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "an effort: {input: …} in that joint, or --type cs"))
     return out

@@ -1,5 +1,5 @@
-"""Declared dependencies of outputs, during the run and at the start. A missing dependency is wrong; a superfluous one makes hosts
-see algebraic loops that do not exist."""
+"""The dependencies of outputs, during the run and at the start, that the model description declares. A missing dependency is wrong.
+An unnecessary dependency makes hosts find algebraic loops that do not exist."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ from trunnion.kernel.units.column_dependence import Dependence
 from trunnion.simulation.run import Model
 
 MOST = 250_000
-"""Most declared pairs of output and parameter; larger FMUs declare inputs only, to keep the description small."""
+"""Largest number of declared dependencies of outputs on parameters. FMUs with more such pairs declare only dependencies on inputs,
+so that the description stays small."""
 
 
 @dataclass(frozen=True)
 class Depends:
-    """Indices, from 1 in order, of variables on which an output depends during the run, and at the start."""
+    """The indices (from 1, sorted) of the variables on which an output depends. now: during the run. start: at the start."""
 
     now: tuple[int, ...]
     start: tuple[int, ...]
 
 
 class _Places:
-    """Indices of inputs, of derivatives of followed inputs, and of parameters in the list of variables."""
+    """Indices in the list of variables. of: for each input, its index, and for followed inputs also the indices of its derivatives.
+    parameters: indices of parameters that outputs can depend on."""
 
     def __init__(self, model: Model, listed: list[Variable], outputs: int):
         place = {v.name: i + 1 for i, v in enumerate(listed)}
@@ -35,16 +37,18 @@ class _Places:
         self.parameters = numbers if len(numbers) * outputs <= MOST else []
 
     def every(self) -> set[int]:
-        """Indices of all inputs."""
+        """The indices of all inputs and their derivatives."""
         return {p for each in self.of for p in each}
 
     def motions(self) -> set[int]:
-        """Indices of values and rates of followed inputs, which determine the start; an acceleration acts as a force does."""
+        """The indices of values and rates of followed inputs, which determine the start values. Accelerations are not included,
+        because they act like forces."""
         return {p for i in self.followed for p in self.of[i][:2]}
 
 
 def dependencies(model: Model, listed: list[Variable], known: list[Dependence] | None) -> list[Depends]:
-    """Dependencies of each output. known: from the structure of the expressions; None: from the quantity of each column."""
+    """The dependencies of each output. known: dependencies from the structure of the expressions; None: the dependencies are
+    derived from the quantity of each column."""
     places = _Places(model, listed, len(model.columns))
     found: Sequence[Dependence | None] = known or [None] * len(model.columns)
     return [_of(c, k, places) for c, k in zip(model.columns, found, strict=True)]
@@ -60,7 +64,8 @@ def _of(c: Column, known: Dependence | None, places: _Places) -> Depends:
 
 
 def _named(known: Dependence, places: _Places) -> set[int]:
-    """Inputs in the column itself: forces by value, motions by second derivative, because they continue smoothly."""
+    """The indices of inputs in the expression of a column. A force input counts if its value occurs. A followed input counts if its
+    second derivative occurs, because position and rate of the motion are continuous."""
     forces = {p for i in known.values if i not in places.followed for p in places.of[i]}
     return forces | {p for i in known.seconds if i in places.followed for p in places.of[i]}
 

@@ -1,4 +1,4 @@
-"""The variables of an FMU as one list: source of the model description, the C tables, the documentation page and both flavours."""
+"""The list of variables of an FMU. The model description, the C tables and the documentation page are generated from this list."""
 
 from __future__ import annotations
 
@@ -27,29 +27,31 @@ PARAMETER = "FMU_PARAMETER"
 TOLERANCE, HOST_TOLERANCE = "FMU_TOLERANCE", "FMU_HOST_TOLERANCE"
 STEP, MAX_STEPS, ERRORS = "FMU_STEP", "FMU_MAX_STEPS", "FMU_ERRORS"
 BOUNDS = {"events": "FMU_MOST_EVENTS", "evaluations": "FMU_MOST_EVALUATIONS", "iterations": "FMU_MOST_ITERATIONS"}
-"""Roles of parameters: names of the enumeration ``fmu_setting_kind`` in ``model_and_instance.h``."""
+"""Roles of parameters: names in the C enumeration ``fmu_setting_kind`` (``model_and_instance.h``)."""
 BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra", "verdict"), ("extra", "events"),
          ("extra", "overrun"), ("extra", "overruns"))
-"""Keys (or their ends) of columns that are outputs by default: points, coordinates and rates, efforts of drives, friction, normal
-forces, audit."""
+"""Keys of columns that are outputs by default: points, coordinates and rates, efforts of drives, friction, normal forces, audit. A
+text is the first part of a key; a pair is a whole key, or the first and last part of a key."""
 HUGE = 1e300
-"""Written bound of an unbounded number."""
+"""The bound that is used for a number without a bound."""
 NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"), ("move", "begin"), ("move", "duration"))
-"""Ends of paths whose change would move discontinuities of derivatives; these numbers are fixed at export."""
+"""Last keys of the paths of numbers that are not parameters: a change would move discontinuities of derivatives, whose times are
+fixed at export."""
 TUNABLE_SECTIONS = ("friction", "forces", "gravity")
 TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort", "motor")
 TUNABLE_OF_END_STOPS = ("stiffness", "damping")
-"""Numbers that may change during the run, because nothing stored in the state depends on them. Masses, lengths, drives and stop
-positions are fixed: a change would create momentum or open a loop."""
+"""Path keys of numbers that may change during the run, because no stored state depends on them. Masses, lengths, drives and stop
+positions are fixed: a change during the run would create momentum or open a loop."""
 
 
 @dataclass(frozen=True)
 class Variable:
     """A variable of the FMU; its value reference is its index in the list.
 
-    role, index: meaning of a parameter. also: another number with the same value, −1 for none. type: of a variable that is not real
-    (``variable_types``). rate_of: name of the variable whose time derivative it is. above: name of a parameter that this one must
-    exceed, as ``order`` says. rotation: whether a quaternion begins here."""
+    role, index: the meaning of a parameter (``fmu_setting``). also: index of another number with the same value, −1 for none. type:
+    the type of a variable that is not real (``variable_types``). rate_of: name of the variable whose time derivative this variable
+    is. above: name of a parameter that is a lower bound of this parameter, in the sense of ``order``. rotation: whether this is the
+    first component of a quaternion."""
 
     name: str
     unit: str
@@ -72,7 +74,7 @@ class Variable:
 
     @property
     def minimum(self) -> float:
-        """Smallest allowed value; when the bound is excluded, the next ordinary number."""
+        """The smallest allowed value. If the bound is excluded, this is the next larger normal floating-point number."""
         least = self.bound.least
         if least == -math.inf:
             return -HUGE
@@ -90,21 +92,22 @@ class Variable:
 def variables(
     model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True, certify: bool = False
 ) -> list[Variable]:
-    """All variables in the order of their value references: columns, inputs, parameters. brief: rarely used columns are local
-    variables. own_steps: co-simulation, which has parameters of its steps. certify: add ``solver.errors``."""
+    """All variables in the order of their value references: columns, inputs, parameters. brief: columns outside ``BRIEF`` are local
+    variables. own_steps: whether there are parameters for internal steps, which only co-simulation has. certify: add
+    ``solver.errors``."""
     asked = bounds_of(model.built.scene)
     solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
     if certify and asked:
         what = "errors need a second run, which a scene with bounded steps (simulation.realtime) does not have"
         raise SceneError([Problem("--certify", what, "omit simulation.realtime, or omit --certify")])
-    told = "1: each output is its own global error, from a second run at a tighter tolerance; not a number where no error is stated"
+    told = "1: each output is its global error, estimated by a second run with a tighter tolerance; NaN if there is no estimate"
     solver += [_solving("errors", "1", told, 0.0, Bound(0.0, 1.0), ERRORS, INTEGER)] if certify else []
     solver += [_bound(name, asked[name], role) for name, role in BOUNDS.items() if asked]
     return [*_outputs(model, brief), *_inputs(model), *_numbers(model), *_starts(model), *solver]
 
 
 class _Scales:
-    """Nominal sizes by unit, from the scene's length, rate and mass."""
+    """Nominal values by unit, from the length, rate and mass of the scene."""
 
     def __init__(self, model: Model):
         n, table = model.built.numbers, model.built.parameters
@@ -142,13 +145,13 @@ def _inputs(model: Model) -> Iterator[Variable]:
 
 
 def followed(model: Model) -> dict[str, Outside]:
-    """Inputs that motions follow, by name."""
+    """The inputs that motions follow, by name."""
     tables = zip(model.system.inputs, model.built.numbers.tables, strict=False)
     return {name: given for name, given in tables if isinstance(given, Outside) and given.tracked}
 
 
 def _numbers(model: Model) -> Iterator[Variable]:
-    """Parameters for numbers of the scene that the equations use unchanged at run time."""
+    """Parameters for the numbers of the scene that are parameters of the equations without any conversion."""
     scene, table = model.built.scene, model.built.parameters
     own = {p.path: p.value for p in list_parameters(scene)}
     found = []
@@ -167,7 +170,8 @@ def _numbers(model: Model) -> Iterator[Variable]:
 
 
 def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
-    """The parameters, merged where the scene gives one number for several: "radius" of a universal joint stands for two."""
+    """The parameters, merged where the scene gives one number for several parameters: "radius" of a universal joint sets two
+    radii."""
     first: dict[str, Variable] = {}
     for v in found:
         name = v.name.removesuffix("]").rpartition("[")[0]
@@ -182,8 +186,8 @@ def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
 
 
 def _derived(path: Path) -> bool:
-    """Whether a number that was computed from others may be a parameter of its own: a mass from a density, friction from the
-    scene's defaults."""
+    """Whether a number that the scene does not give directly may nevertheless be a parameter: a mass computed from a density, or
+    friction taken from the defaults of the scene."""
     return (path[0] == "bodies" and path[2:] == ("mass",)) or (path[0] == "joints" and path[2] == "friction")
 
 
@@ -195,7 +199,7 @@ def _tunable(path: Path) -> bool:
 
 
 def describe(path: Path, text: str) -> str:
-    """A path in words: "coefficient of (sliding) friction of joint ball"."""
+    """A description of the number at a path, such as "coefficient of (sliding) friction of joint ball"."""
     owner = {"bodies": "body", "joints": "joint", "forces": "load"}.get(str(path[0]))
     if owner is None:
         return text.replace("_", " ")
@@ -231,8 +235,8 @@ def _starts(model: Model) -> Iterator[Variable]:
 def _solver(step: float, rtol: float) -> Iterator[Variable]:
     """Parameters of the solver."""
     one = _solving
-    yield one("tolerance", "1", "relative tolerance of the steps (the host's is used if tighter)", rtol, RTOL, TOLERANCE)
-    yield one("host_tolerance", "1", "whether a tolerance of the host is used", 1.0, Bound(0.0, 2.0), HOST_TOLERANCE, HOST)
+    yield one("tolerance", "1", "relative tolerance of the steps (a tighter host tolerance is used instead)", rtol, RTOL, TOLERANCE)
+    yield one("host_tolerance", "1", "whether the tolerance of the host is used", 1.0, Bound(0.0, 2.0), HOST_TOLERANCE, HOST)
     yield one("step", "s", "internal step; 0: chosen by error control; > 0: fixed step, for real time", step, NOT_NEGATIVE, STEP)
     most = "most internal steps in one communication step; 0: no limit"
     yield one("max_steps", "1", most, 0.0, Bound(0.0, 1e9), MAX_STEPS, INTEGER)

@@ -1,5 +1,6 @@
-"""Parameters of a scene as parameters of its FMU. The FMU computes the numbers that depend on them by the scene's expressions;
-these numbers are then not parameters. Scene parameters with an effect that an FMU cannot change are omitted and reported."""
+"""Offers the parameters of a scene as parameters of its FMU. By the expressions of the scene, the FMU computes the numbers that
+depend on these parameters; such numbers are then not parameters. A scene parameter that affects properties which are fixed in an
+FMU is omitted and reported."""
 
 from __future__ import annotations
 
@@ -18,13 +19,14 @@ OPERATIONS = {
     "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "^": "POWER", "neg": "NEGATE",
     **{f: f.upper() for f in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")},
 }  # fmt: skip
-"""Names of ``fmu_operation`` in ``model_and_instance.h`` by function."""
+"""Names in the C enumeration ``fmu_operation`` (``model_and_instance.h``) without their prefix, by function."""
 
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Variables of an FMU. listed: in order of value references; followers: computed parameters, after those listed; programs:
-    stack code of the followers; left_out: parameters of the scene that the FMU lacks."""
+    """The variables of an FMU. listed: variables in order of value references. followers: computed parameters, which come after
+    ``listed`` and have no value references. programs: stack code of each follower. left_out: parameters of the scene that are not
+    parameters of the FMU."""
 
     listed: list[Variable]
     followers: list[Variable]
@@ -33,7 +35,8 @@ class Arrangement:
 
 
 def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
-    """The variables after replacing computed numbers by parameters of the scene. listed: all possible variables."""
+    """The variables of the FMU, in which parameters of the scene replace the numbers that depend on them. listed: all possible
+    variables."""
     following = DependentNumbers(scene)
     known = {v.name: v for v in listed if v.causality == "parameter"}
     places = {path: found for path in following.numbers if (found := _place(scene, path, known)) is not None}
@@ -52,10 +55,10 @@ def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
 
 
 def _place(scene: Scene, path: str, known: dict[str, Variable]) -> str | None:
-    """Name of the FMU variable that stands for a number of the scene, or None."""
+    """The name of the FMU variable for a number of the scene; None if there is no such variable."""
     steps = path.split(".")
     if steps[0] == "joints" and steps[2:3] == ["start"] and REGISTRY[scene.joints[steps[1]].type].quaternion >= 0:
-        return None  # rotations are normalised together
+        return None  # the components of a quaternion are normalised together
     return next((n for n in (path, f"{path}[1]") if n in known), None)
 
 
@@ -67,7 +70,7 @@ def _parameter(scene: Scene, name: str, followers: list[Variable]) -> Variable:
 
 
 def _code(f: Formula, following: DependentNumbers, settings: dict[str, int]) -> list[str]:
-    """Stack code of an expression."""
+    """The stack code of an expression. settings: positions of the scene parameters in the table of FMU parameters."""
     out: list[str] = []
 
     def put(node: Node) -> None:
@@ -93,7 +96,7 @@ def _code(f: Formula, following: DependentNumbers, settings: dict[str, int]) -> 
 
 
 def depth(program: Sequence[str]) -> int:
-    """Stack depth of a program."""
+    """The largest stack depth of a program."""
     now = most = 0
     words = iter(program)
     for word in words:
@@ -110,7 +113,7 @@ BINARY = {f"FMU_{OPERATIONS[f]}" for f in ("+", "-", "*", "/", "^", "atan2", "mi
 
 
 def left_out(all_: Arrangement) -> tuple[str, ...]:
-    """A note that names missing parameters."""
+    """A note that names the parameters of the scene that the FMU lacks; no note if there are none."""
     if not all_.left_out:
         return ()
     names, one = ", ".join(all_.left_out), all_.left_out[0]

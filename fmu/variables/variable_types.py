@@ -1,4 +1,4 @@
-"""Types of variables: integers, enumerations with their words, quantities of reals."""
+"""Types of variables: integers, enumerations with the names of their values, quantities of real variables."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
     VERDICT: {v.value: (v.name.lower(), v.about) for v in Verdict},
     OVERRUN: {o.value: (o.name.lower().replace("_", " "), o.about) for o in Overrun},
     HOST: {
-        0: ("left aside", "solver.tolerance counts"),
-        1: ("tighter counts", "the tighter of solver.tolerance and the host's counts"),
-        2: ("counts", "the host's counts"),
+        0: ("left aside", "solver.tolerance is used"),
+        1: ("tighter counts", "the tighter of solver.tolerance and the host's tolerance is used"),
+        2: ("counts", "the host's tolerance is used"),
     },
 }
-"""Values of enumerations: word and meaning."""
+"""By enumeration and value: the name of the value and its meaning."""
 QUANTITIES = {
     "m": "Length", "m/s": "Velocity", "m/s^2": "Acceleration", "rad": "Angle", "rad/s": "AngularVelocity",
     "rad/s^2": "AngularAcceleration", "N": "Force", "N*m": "Torque", "J": "Energy", "W": "Power", "kg": "Mass",
@@ -34,11 +34,11 @@ QUANTITIES = {
     "N/m": "TranslationalStiffness", "N*m/rad": "RotationalStiffness", "N*s/m": "TranslationalDamping",
     "N*m*s/rad": "RotationalDamping",
 }  # fmt: skip
-"""Quantities of real variables by unit."""
+"""Names of the quantities of real variables, by unit."""
 
 
 def type_of(c: Column) -> str:
-    """Type of a column; "" for real."""
+    """The type of an output column; "" for a real variable."""
     if c.key[0] == "state":
         return STATE
     if c.key[0] == "contact" and c.key[-1] == "state":
@@ -51,7 +51,8 @@ def type_of(c: Column) -> str:
 
 
 def derivatives(model: Model) -> dict[int, int]:
-    """{index of a column: index of the column whose time derivative it is}."""
+    """For each column that is the time derivative of another column: the index of the other column, by the index of the
+    derivative."""
     place = {c.key: i for i, c in enumerate(model.columns)}
     kinds = {j.name: j.kind for j in model.system.joints}
     found = {}

@@ -1,1 +1,1 @@
-"""The REST interface under /v1, health and metrics, and the web page."""
+"""The REST interface under /v1, and the endpoints for health and metrics."""

@@ -1,1 +1,1 @@
-"""Settings, JSON and metrics, used by all folders of the service."""
+"""Settings, JSON and metrics, which all folders of the service use."""

@@ -1,4 +1,4 @@
-"""Plain data as JSON. Imports no web framework: workers use it."""
+"""JSON of plain data. This module imports no web framework, because workers use it."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from trunnion.simulation.results.csv_and_parquet import finite
 
 
 def text_of(data: Any) -> bytes:
-    """ASCII JSON; null for numbers that JSON lacks."""
+    """ASCII JSON of the data; non-finite numbers become null."""
     return json.dumps(finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()

@@ -1,4 +1,4 @@
-"""Metrics for Prometheus."""
+"""The metrics of a server for Prometheus."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Metrics:
         self.chunks.labels("done").inc()
 
     def chunk_lost(self, state: str) -> None:
-        """Count a failed attempt. state: new state of the chunk, ``waiting`` or ``failed``."""
+        """Count a failed attempt to run a chunk. state: new state of the chunk, ``waiting`` or ``failed``."""
         self.chunks.labels(state).inc()
 
     def text(self, states: dict[str, int], workers: int) -> bytes:

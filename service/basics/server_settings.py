@@ -9,14 +9,15 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of requests.
+    """Upper limits of requests and jobs.
 
-    body: bytes of a request. bodies: bodies of a scene. cases: cases of a job. duration: simulated seconds. rows: output rows of a
-    case. output_bytes: size of a job's table. job_seconds: building and stepping of a job. cpu_limit, max_steps: processor seconds
-    and steps of a case. answer_seconds: work for an immediate answer (case run again, sensitivity, FMU). check_seconds: reading and
-    checking a request. memory: address space of a checking process, bytes; FMU export gets twice as much. waiting: queued or
-    running jobs. key_jobs, key_bytes, key_cases: active jobs, stored bytes and cases a day of a key. rate: requests of a key (or,
-    without keys, an address), such as "20/second"; "" for no limit."""
+    body: size of a request, bytes. bodies: number of bodies in a scene. cases: number of cases in a job. duration: simulated time
+    of a case, s. rows: number of output rows of a case. output_bytes: size of a job's table. job_seconds: computing time of a job,
+    s. cpu_limit, max_steps: processor time, s, and number of steps of a case. answer_seconds: time for an immediate result (case
+    that runs again, sensitivity, FMU), s. check_seconds: time to read and check a request, s. memory: address space of a checking
+    process, bytes; an FMU export has twice as much. waiting: number of queued or running jobs. key_jobs, key_bytes, key_cases:
+    active jobs, stored bytes, and cases per day of a key. rate: rate of requests with a key or, without keys, from an address, such
+    as "20/second"; "" for no limit."""
 
     body: int = 2_000_000
     bodies: int = 128
@@ -39,14 +40,14 @@ class Limits:
 
 @dataclass(frozen=True)
 class Certificates:
-    """PEM files for a TLS scheduler: the signing authority, this server's certificate, its key."""
+    """PEM files for a TLS scheduler: certificate of the signing authority, certificate of this server, key of that certificate."""
 
     authority: Path
     certificate: Path
     key: Path
 
     def given(self) -> dict[str, str]:
-        """Arguments of ``distributed.security.Security``."""
+        """The arguments of ``distributed.security.Security``."""
         return {"tls_ca_file": str(self.authority), "tls_client_cert": str(self.certificate), "tls_client_key": str(self.key)}
 
 
@@ -54,10 +55,11 @@ class Certificates:
 class Settings:
     """Settings of a server.
 
-    data: folder for database, results and scratch files by default. database: SQLAlchemy URL. results: fsspec URL. scheduler:
-    address of a Dask scheduler, "" for ``workers`` local processes. tls: certificates for the scheduler. chunk_seconds: longest
-    duration of a chunk. keep: seconds until ended jobs are deleted, 0 for never. webhooks: URL prefixes that jobs may notify.
-    webhook_secret: signs webhooks, "" for a generated secret."""
+    data: default folder of database, results and scratch files. database: SQLAlchemy URL. results: fsspec URL. scheduler: address
+    of a Dask scheduler; "" for ``workers`` local processes. tls: certificates for the scheduler. chunk_seconds: longest duration of
+    a chunk, s. attempts: largest number of attempts to run a chunk. keep: time until ended jobs are deleted, s; 0 for never.
+    webhooks: URL prefixes of addresses that jobs may notify. webhook_secret: secret that signs webhooks; "" for a generated
+    secret."""
 
     data: Path
     host: str = "127.0.0.1"
@@ -79,22 +81,22 @@ class Settings:
 
     @property
     def database_url(self) -> str:
-        """SQLAlchemy URL of the database; by default an SQLite file in the data folder."""
+        """The SQLAlchemy URL of the database; by default that of an SQLite file in the data folder."""
         return self.database or f"sqlite:///{(self.data / 'trunnion.db').absolute()}"
 
     @property
     def results_url(self) -> str:
-        """fsspec URL of the folder of parts."""
+        """The fsspec URL of the folder that holds the parts."""
         return self.results or str((self.data / "results").absolute())
 
     @property
     def open(self) -> bool:
-        """Whether requests need no key: only this machine can reach the server."""
+        """Whether requests need no key. This is so if only this machine can reach the server and ``require_keys`` is not set."""
         return is_loopback(self.host) and not self.require_keys
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host name or address means this machine only."""
+    """Whether a host name or address is a loopback address."""
     if host == "localhost":
         return True
     try:

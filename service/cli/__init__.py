@@ -1,1 +1,1 @@
-"""The commands ``serve`` and ``jobs …``, one a file."""
+"""The commands ``serve`` and ``jobs …``, one command in each file."""

@@ -1,4 +1,4 @@
-"""Jobs as text: one line, progress, the answer of a fit."""
+"""Text output of jobs: summary line, progress, result of a fit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ POLL_SECONDS = 0.5
 
 
 def follow(server: Server, job: str) -> dict[str, Any]:
-    """Poll a job until it ends, with a bar on a terminal; its document. SimulationError after Ctrl-C."""
+    """Poll a job until it ends, and return its document. A terminal shows a progress bar. SimulationError after Ctrl-C."""
     from trunnion.cli.output.progress_bars import ProgressBar
 
     try:
@@ -30,14 +30,14 @@ def follow(server: Server, job: str) -> dict[str, Any]:
 
 
 def job_line(job: dict[str, Any]) -> str:
-    """A job in one line: id, state, progress, scene, outcomes, label."""
+    """One line about a job: id, state, progress, scene, outcomes, label."""
     outcomes = ", ".join(f"{n} {name}" for name, n in job["outcomes"].items())
     line = f"{job['id']}  {job['state']:<10} {job['done']}/{job['cases']}  {job['scene']}"
     return line + (f"  ({outcomes})" if outcomes else "") + (f"  {job['label']}" if job["label"] else "")
 
 
 def print_job(job: dict[str, Any], as_json: bool, code: int) -> int:
-    """Print a job, as text with its problems on standard error; returns the exit code."""
+    """Print a job and return the exit code ``code``. Text output has the problems on standard error."""
     if as_json:
         print_json(job)
         return code
@@ -49,7 +49,7 @@ def print_job(job: dict[str, Any], as_json: bool, code: int) -> int:
 
 
 def answer_lines(job: Job) -> list[str]:
-    """The answer of a job with a fit, as ``trunnion fit`` prints it."""
+    """The lines that ``trunnion fit`` would print for the result of a job with a fit."""
     from trunnion.analysis.fits.result_reader import read_comparison, read_fit, read_ranking
     from trunnion.cli.output.fit_report import lines, proposal_lines
 

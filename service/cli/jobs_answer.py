@@ -12,7 +12,7 @@ from trunnion.service.client.remote_jobs import Connection
 
 
 def command(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
-    """Print the results of a fit or a study so far."""
+    """Print the present results of a fit or a study."""
     there = Connection(Server(server, key)).job(job)
     found = there.answer
     print_json(found or {}) if as_json or (found and found["kind"] != "fit") else print_lines(answer_lines(there))

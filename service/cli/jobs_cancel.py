@@ -10,7 +10,7 @@ from trunnion.service.client.http_requests import DEFAULT_URL, Server
 
 
 def command(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
-    """Cancel a job; the rows computed so far are kept."""
+    """Cancel a job; the computed rows are kept."""
     found = Server(server, key).request("DELETE", f"/v1/jobs/{job}").json()
     print_json(found) if as_json else print(job_line(found))
     return DONE

@@ -31,7 +31,7 @@ def command(
     trials: Trials,
     changes: Changes,
     budget: Annotated[
-        float | None, typer.Option(metavar="S", help="Most seconds of computing time.", show_default="what the server allows")
+        float | None, typer.Option(metavar="S", help="Limit of the computing time, s.", show_default="what the server allows")
     ] = None,
     label: Label = "",
     tag: Tags,

@@ -17,7 +17,7 @@ def command(
     state: Annotated[str | None, typer.Option(metavar="STATE", help="Only jobs in this state.")] = None,
     tag: Annotated[str | None, typer.Option("--tag", metavar="TAG", help="Only jobs with this tag.")] = None,
     search: Annotated[str | None, typer.Option(metavar="TEXT", help="Only jobs with this text in label, tag, scene or id.")] = None,
-    limit: Annotated[int, typer.Option(metavar="N", min=1, max=500, help="Most jobs.")] = 20,
+    limit: Annotated[int, typer.Option(metavar="N", min=1, max=500, help="Largest number of jobs.")] = 20,
     server: Url = DEFAULT_URL,
     key: ApiKey = "",
     as_json: Json = False,

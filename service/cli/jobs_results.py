@@ -20,9 +20,9 @@ def command(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE", help="Write a table: .csv, .parquet, .arrows or .json.")
     ],
-    case: Annotated[int | None, typer.Option(metavar="N", help="Fetch instead all rows of this case.")] = None,
+    case: Annotated[int | None, typer.Option(metavar="N", help="Fetch all rows of this case instead of the results.")] = None,
     rows: Annotated[
-        bool, typer.Option("--rows", help="Fetch instead the stored rows of all cases (see jobs submit --trajectories).")
+        bool, typer.Option("--rows", help="Fetch the stored rows of all cases instead (see jobs submit --trajectories).")
     ] = False,
     certify: Annotated[bool, typer.Option("--certify", help="With --case: add the global error of each column.")] = False,
     server: Url = DEFAULT_URL,

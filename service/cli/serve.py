@@ -36,15 +36,15 @@ from trunnion.service.cli.serve_options import (
 )
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
-"""Most time for requests under way when the server is told to end, and for the whole end."""
+"""Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
 KEEP_ALIVE_SECONDS = 75
-"""Time for which an idle connection stays open. It is longer than that of clients (httpx 5 s, nginx 60 s): a client must never send
-a request on a connection that the server is about to close, because such a request fails."""
+"""Time for which an idle connection stays open, s. It is longer than that of clients (httpx 5 s, nginx 60 s), so that the client
+closes the connection first. A request on a connection that the server is closing would fail."""
 BACKLOG = 2048
-"""Connections that may wait to be accepted; uvicorn's default."""
+"""Number of connections that may wait to be accepted (uvicorn's default)."""
 SWITCH_SECONDS = 0.0005
-"""Longest time for which a thread that formats rows keeps other threads from answering. Python's default, 5 ms, would delay a
-request about ten times."""
+"""Longest time, s, for which a thread that formats rows blocks the other threads. With Python's default, 5 ms, a request would be
+delayed about ten times by 5 ms."""
 
 
 def command(
@@ -62,9 +62,9 @@ def command(
     workers: Annotated[
         int, typer.Option(metavar="N", min=0, help="Number of worker processes, without --scheduler.", show_default="one per core")
     ] = 0,
-    keys: Annotated[bool, typer.Option("--keys", help="Require API keys on this machine too.")] = False,
+    keys: Annotated[bool, typer.Option("--keys", help="Require API keys also for requests from this machine.")] = False,
     rate: Annotated[
-        str, typer.Option(metavar="RATE", help="Most requests with one key, such as 1200/minute.", show_default="no limit")
+        str, typer.Option(metavar="RATE", help="Limit of the requests with one key, such as 1200/minute.", show_default="no limit")
     ] = "",
     *,
     limit: LimitWords,
@@ -93,7 +93,7 @@ def command(
 
 
 def make_key(settings: Settings, text: str) -> int:
-    """Create an API key and print it; the exit code."""
+    """Create an API key, print it, and return the exit code. text: NAME:ROLE."""
     from trunnion.service.api.server_state.server_components import make_data_folder
     from trunnion.service.api.transport.api_keys_and_rates import ROLES, new_key
     from trunnion.service.store.jobs_events_keys import Store
@@ -112,15 +112,16 @@ def make_key(settings: Settings, text: str) -> int:
 
 
 def listener(host: str, port: int) -> socket.socket:
-    """The socket to listen on, opened before any other work. SceneError where the address or port is not available."""
+    """The socket at which the server listens, opened before any other work. SceneError when the address or port is not
+    available."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        taken = socket.socket(family, kind, protocol)  # asyncio sends answers at once only if it knows that this is TCP
+        taken = socket.socket(family, kind, protocol)  # asyncio sends without delay only if the protocol is TCP
     except OSError as e:
         what = f"{host!r} is not an address of this machine: {e.strerror or e}"
-        raise SceneError([Problem("--host", what, "127.0.0.1 for this machine alone, 0.0.0.0 for all its addresses")]) from e
+        raise SceneError([Problem("--host", what, "127.0.0.1 for this machine only, 0.0.0.0 for all its addresses")]) from e
     try:
-        if os.name == "posix":  # elsewhere two servers could share a port
+        if os.name == "posix":  # on other systems, two servers could then share a port
             taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         taken.bind(address)
         taken.listen(BACKLOG)
@@ -139,7 +140,7 @@ def listener(host: str, port: int) -> socket.socket:
 
 
 def run_server(settings: Settings) -> int:
-    """Serve until the process receives the signal to end; the exit code."""
+    """Serve until the process receives the signal to end. Returns the exit code."""
     import uvicorn
 
     from trunnion.service.server.application import create_app
@@ -156,7 +157,7 @@ def run_server(settings: Settings) -> int:
         flush=True,
     )
     sys.setswitchinterval(SWITCH_SECONDS)
-    gc.freeze()  # objects of the start stay; collecting them again would stop all threads
+    gc.freeze()  # excludes the objects of the start from garbage collection, which stops all threads
     config = uvicorn.Config(
         app,
         settings.host,

@@ -1,4 +1,4 @@
-"""Options of ``trunnion serve`` and their values."""
+"""The options of ``trunnion serve``, and readers of their values."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from trunnion.service.basics.server_settings import Certificates, Limits
 
 
 def pem(what: str, name: str) -> Any:
-    """The option for a file that a scheduler with a tls:// address needs."""
+    """The option for a PEM file that a scheduler with a tls:// address needs. what: content of the file. name: end of the
+    environment variable's name."""
     return typer.Option(metavar="FILE", help=f"With a tls:// scheduler: {what} (PEM).", envvar=f"TRUNNION_SCHEDULER_{name}")
 
 
 def from_environment(name: str, metavar: str, text: str, default: str | bool = True) -> Any:
-    """An option that ``TRUNNION_NAME`` also sets. text: its help; default: the default in words."""
+    """An option that the environment variable ``TRUNNION_NAME`` also sets. text: help text. default: description of the default."""
     return typer.Option(metavar=metavar, help=text, show_default=default, envvar=f"TRUNNION_{name}")
 
 
 def limit_names() -> list[str]:
-    """Names of the limits that are numbers."""
+    """The names of all limits whose values are numbers."""
     return [f.name for f in fields(Limits) if f.name != "rate"]
 
 
@@ -54,7 +55,7 @@ Webhooks = Annotated[
     list[str],
     typer.Option(
         "--webhook", metavar="URL",
-        help="Allow jobs to report their end to addresses that begin with this one.", default_factory=list,
+        help="Allow jobs to report their end to addresses that begin with this URL.", default_factory=list,
         envvar="TRUNNION_WEBHOOK",
     ),
 ]  # fmt: skip
@@ -69,14 +70,14 @@ NewKey = Annotated[
 
 
 def certificates_of(scheduler: str, *files: Path | None) -> Certificates | None:
-    """Certificates for the scheduler; None where no file is given, and Dask's own configuration applies. SceneError with all
+    """The certificates for the scheduler; None if no file is given, so that Dask's own configuration applies. SceneError with all
     mistakes."""
     options = ("--scheduler-ca", "--scheduler-cert", "--scheduler-key")
     given = [f for f in files if f is not None]
     if not given:
         return None
     missing = [o for o, f in zip(options, files, strict=True) if f is None]
-    problems = [Problem(o, "is not given", f"all of {', '.join(options)}, or none") for o in missing]
+    problems = [Problem(o, "is not given", f"give all of {', '.join(options)}, or none of them") for o in missing]
     problems += [Problem(o, f"there is no file {str(f)!r}") for o, f in zip(options, files, strict=True) if f and not f.is_file()]
     if not scheduler.startswith("tls://"):
         problems.append(Problem("--scheduler", f"{scheduler!r} is not a tls:// address", "such as tls://host:8786"))
@@ -86,7 +87,7 @@ def certificates_of(scheduler: str, *files: Path | None) -> Certificates | None:
 
 
 def limits_of(rate: str, texts: list[str]) -> Limits:
-    """The limits of the options. SceneError with all mistakes."""
+    """The limits that the options set. rate: value of ``--rate``. texts: values of ``--limit``. SceneError with all mistakes."""
     from trunnion.service.api.transport.api_keys_and_rates import Rates
 
     problems, given = [], {}
@@ -112,7 +113,7 @@ KEPT_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
 def kept_for(text: str) -> float:
-    """Seconds of a time such as 30d, 12h or 0. SceneError for any other text."""
+    """The seconds in a time such as 30d, 12h or 0. SceneError for any other text."""
     number, unit = (text[:-1], text[-1:]) if text[-1:] in KEPT_UNITS else (text, "s")
     try:
         seconds = float(number or "0") * KEPT_UNITS[unit]

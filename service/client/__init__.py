@@ -1,1 +1,1 @@
-"""The service's client in Python."""
+"""The Python client of the service."""

@@ -1,4 +1,4 @@
-"""Fits in the client: arrays, candidates and trials as the ``fit`` of a request."""
+"""Submission of fits by the client: converts arrays, candidates and trials to the field ``fit`` of a request."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.units.python_arguments import Names, names_given
 
 FIELDS = ("noise", "runs", "own", "bounds", "priors", "level", "intervals", "candidates", "trials")
-"""Arguments of a fit beside its parameters and one run."""
+"""Names of the arguments of a fit other than ``parameters``, ``time`` and ``measured``."""
 
 
 def fit_body(
@@ -29,8 +29,9 @@ def fit_body(
     trials: Mapping[str, Experiment | Mapping[str, Any]] | None = None,
     **more: Any,
 ) -> dict[str, Any]:
-    """The ``fit`` of a request, from arguments as of ``trunnion.fit``, ``trunnion.compare`` (candidates) and ``trunnion.propose``
-    (trials). more: bounds, priors, level, intervals. SceneError for neither or both of ``time`` and ``runs``."""
+    """The field ``fit`` of a request. The arguments are those of ``trunnion.fit``, ``trunnion.compare`` (candidates) and
+    ``trunnion.propose`` (trials). more: bounds, priors, level, intervals. SceneError unless exactly one of ``time`` and ``runs`` is
+    given."""
     if (time is None) == (not runs):
         raise SceneError([Problem("runs", "give either time and measured, or runs", "give one")])
     given = list(runs) if time is None else [MeasuredRun(time, measured or {}, {}, noise)]
@@ -51,5 +52,5 @@ def _run(r: MeasuredRun) -> dict[str, Any]:
 
 
 def _numbers(values: Any) -> list[float | None]:
-    """Numbers for JSON; null, which the server refuses with its place, for non-finite ones."""
+    """The numbers for JSON. Non-finite numbers become null, which the server reports as a problem with its place."""
     return [x if isfinite(x) else None for x in map(float, values)]

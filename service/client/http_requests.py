@@ -1,4 +1,4 @@
-"""HTTP requests to a server; its errors as exceptions."""
+"""HTTP requests to a server. Error responses are raised as exceptions."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from trunnion.basics.renamed_words import add_note
 DEFAULT_URL = "http://127.0.0.1:8765"
 ENDED = ("done", "failed", "cancelled")
 WARNING = '299 trunnion "'
-"""Beginning of a note about a deprecated word."""
+"""Beginning of a Warning header that contains a note about a deprecated word."""
 
 
 class Server:
-    """Requests to a server. Problem documents become SceneError (wrong use) or SimulationError."""
+    """A connection to a server. Problem documents are raised as SceneError (wrong use) or SimulationError."""
 
     def __init__(self, url: str, key: str):
         try:
@@ -35,11 +35,11 @@ class Server:
         try:
             answer = self.http.request(method, path, **more)
         except httpx.HTTPError as e:
-            raise SimulationError(f"no answer from {self.url}: {e}\nIs it running? Start one with: trunnion serve") from e
+            raise SimulationError(f"no answer from {self.url}: {e}\nIs it running? Start a server with: trunnion serve") from e
         return raise_problems(answer)
 
     def save(self, path: str, file: Path, **more: Any) -> None:
-        """Stream an answer into a file, whole or not at all."""
+        """Stream a response into a file. The file is written atomically."""
         from trunnion.basics.atomic_files import writing
 
         with writing(file, (file.suffix.lower(),)) as work:
@@ -55,15 +55,15 @@ class Server:
 
 
 def read_problems(document: dict[str, Any]) -> list[Problem]:
-    """Problems of a problem document; the last one can stand for several."""
+    """The problems in a problem document. The last problem can stand for several problems."""
     told = [Problem(**p) for p in document["problems"]]
     more = int(document.get("problem_count", len(told))) - len(told) + 1
     return [*told[:-1], replace(told[-1], count=more)] if told and more > 1 else told
 
 
 def raise_problems(answer: httpx.Response) -> httpx.Response:
-    """A successful answer; else SceneError with its problems, or SimulationError without any. Notes about deprecated words become
-    notes here."""
+    """Return a successful response. For an error response, raise SceneError with its problems, or SimulationError if it lists none.
+    Notes about deprecated words in the response are added to the notes of this process."""
     for warning in answer.headers.get_list("warning"):
         if warning.startswith(WARNING):
             add_note(unquote(warning.removeprefix(WARNING).rstrip('"')))

@@ -1,4 +1,4 @@
-"""Jobs of a server as Python objects: ``connect(url, key).submit(scene, vary=…).wait().to_pandas()``."""
+"""Python objects for the jobs of a server: ``connect(url, key).submit(scene, vary=…).wait().to_pandas()``."""
 
 from __future__ import annotations
 
@@ -28,18 +28,20 @@ if TYPE_CHECKING:
 POLL_SECONDS = 0.5
 Ends = tuple[float | None, float | None]
 AT_ONCE = 4
-"""Concurrent requests for trajectories."""
+"""Largest number of concurrent requests for trajectories."""
 ON_A_ROW = 1e-6
-"""Tolerance for rows at multiples of a spacing, relative to the spacing."""
+"""A row counts as a multiple of a spacing if its time differs by less than this, relative to the spacing."""
 
 
 def connect(url: str = DEFAULT_URL, key: str = "") -> Connection:
-    """A server by its address, such as http://127.0.0.1:8765, with an API key if required. Nothing is sent yet."""
+    """A connection to a server. url: address, such as http://127.0.0.1:8765. key: API key, if the server requires one. This
+    function sends no request."""
     return Connection(Server(url, key))
 
 
 class Connection:
-    """A server. Error answers are raised: SceneError with the listed problems, SimulationError without any."""
+    """A connection to a server. Error responses are raised: as SceneError with the listed problems, or as SimulationError if there
+    are none."""
 
     def __init__(self, server: Server):
         self.server = server
@@ -56,9 +58,9 @@ class Connection:
         idempotency_key: str = "",
         **more: Any,
     ) -> Job:
-        """Submit a batch, as in ``trunnion.sweep``; sample: {"ranges": {path: (low, high)}, "count": N, "seed": S, "method":
-        "latin"}. more: other fields of ``POST /v1/jobs`` (optimise, refine, fit, until, every, rtol, method, cpu_limit, budget,
-        label, tags, …)."""
+        """Submit a batch. The arguments are those of ``trunnion.sweep``. sample: {"ranges": {path: (low, high)}, "count": N,
+        "seed": S, "method": "latin"}. more: other fields of ``POST /v1/jobs`` (optimise, refine, fit, until, every, rtol, method,
+        cpu_limit, budget, label, tags, …)."""
         from trunnion.scene.file_format.yaml_writer import scene_to_dict
 
         body = {"scene": scene_to_dict(scene_given(scene, overrides)), "reductions": list(names_given(reductions)), **more}
@@ -67,8 +69,8 @@ class Connection:
         return Job(self.server, self.server.request("POST", "/v1/jobs", json=body, headers=headers).json())
 
     def fit(self, scene: Given, parameters: Names, time: Any = None, measured: Mapping[str, Any] | None = None, **more: Any) -> Job:
-        """Submit a fit, as in ``trunnion.fit``, with ``candidates`` as in ``trunnion.compare`` and ``trials`` as in
-        ``trunnion.propose``. more: these, and arguments of ``submit``."""
+        """Submit a fit. The arguments are those of ``trunnion.fit``. more: other arguments of ``trunnion.fit``, ``candidates`` as
+        in ``trunnion.compare``, ``trials`` as in ``trunnion.propose``, and arguments of ``submit``."""
         asked = {n: more.pop(n) for n in FIELDS if n in more}
         return self.submit(scene, fit=fit_body(parameters, time, measured, **asked), **more)
 
@@ -76,13 +78,13 @@ class Connection:
         return Job(self.server, self.server.request("GET", f"/v1/jobs/{job}").json())
 
     def jobs(self, **filters: Any) -> list[Job]:
-        """The newest jobs; filters: state, scene, label, tag, search, limit."""
+        """The newest jobs. filters: state, scene, label, tag, search, limit."""
         found = self.server.request("GET", "/v1/jobs", params=filters).json()["jobs"]
         return [Job(self.server, document) for document in found]
 
 
 class Job:
-    """A job of a server. document: the job at the last query."""
+    """A job of a server. document: the job's document at the last query."""
 
     def __init__(self, server: Server, document: dict[str, Any]):
         self.server, self.document = server, document
@@ -114,8 +116,8 @@ class Job:
         return self
 
     def wait(self, progress: bool = False, timeout: float | None = None) -> Job:
-        """Wait until the job has ended (``state``, ``document["problems"]``). progress: show a bar on a terminal; timeout: s until
-        TimeoutError. Ctrl-C does not cancel the job."""
+        """Wait until the job has ended. Afterwards, see ``state`` and ``document["problems"]``. progress: show a progress bar on a
+        terminal. timeout: time until TimeoutError, s. Ctrl-C does not cancel the job."""
         from trunnion.cli.output.progress_bars import ProgressBar
 
         end = None if timeout is None else time.monotonic() + timeout
@@ -128,17 +130,18 @@ class Job:
         return self
 
     def cancel(self) -> Job:
-        """Cancel the job; computed rows are kept."""
+        """Cancel the job; the computed rows are kept."""
         self.document = self._ask("DELETE").json()
         return self
 
     def rerun(self, outcomes: Sequence[str] | None = None, **others: Any) -> Job:
-        """A new job of the cases that failed, or have these outcomes; others: changed settings (cpu_limit, method, …)."""
+        """Submit a new job that runs failed cases again. outcomes: run the cases with these outcomes instead. others: changed
+        settings (cpu_limit, method, …)."""
         body = others | ({"outcomes": list(outcomes)} if outcomes is not None else {})
         return Job(self.server, self._ask("POST", "/rerun", json=body).json())
 
     def extend(self, vary: Mapping[str, Any] | None = None, **others: Any) -> Job:
-        """A new job of more cases of the same scene, without cases that exist."""
+        """Submit a new job with more cases of the same scene. Cases of this job are skipped."""
         body = others | ({"vary": vary} if vary is not None else {})
         return Job(self.server, self._ask("POST", "/extend", json=body).json())
 
@@ -147,11 +150,12 @@ class Job:
         self._ask("DELETE", params={"purge": "true"})
 
     def to_arrow(self, columns: Iterable[str] = ()) -> pyarrow.Table:
-        """The rows so far. Field metadata hold units; table metadata hold the job's id and request."""
+        """The rows of the finished cases. The field metadata contain the units; the table metadata contain the job's id and
+        request."""
         return self._table("/results", {"column": list(columns)} if columns else {})
 
     def to_pandas(self, columns: Iterable[str] = ()) -> pandas.DataFrame:
-        """A frame indexed by case; units in ``frame.attrs["units"]``."""
+        """The rows of the finished cases as a frame whose index is the case. ``frame.attrs["units"]`` contains the units."""
         brought("pandas", "pandas", "to_pandas()")
         table = self.to_arrow(columns)
         frame = table.to_pandas()
@@ -159,24 +163,26 @@ class Job:
         return frame.set_index("case") if "case" in frame else frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """A dataset with a dimension for each path of the grid, else for the case; units in ``attrs``. Missing cases are NaN."""
+        """The results as a dataset. It has a dimension for each path of a grid; without a grid, the dimension is the case.
+        ``attrs`` contain the units. Missing cases are NaN."""
         return dataset(self.to_arrow(), tuple(self.request.get("vary") or {}), self.document["cases"], {"job": self.id})
 
     def indices(self, of: Names = ()) -> list[dict[str, Any]]:
-        """Sobol indices of results (default: all) with intervals, as ``GET …/indices``."""
+        """Sobol indices of results (default: all results) with confidence intervals, as from ``GET …/indices``."""
         return list(self._ask("GET", "/indices", params={"of": list(names_given(of))}).json()["indices"])
 
     def spreads(
         self, of: Names = (), at: Sequence[float] = (), above: Mapping[str, Sequence[Any]] | None = None
     ) -> list[dict[str, Any]]:
-        """Quantiles of results, and probabilities of exceeding bounds ({result: bounds}), as ``GET …/spreads``."""
+        """Quantiles of results, and probabilities that results exceed bounds, as from ``GET …/spreads``. at: probabilities of the
+        quantiles. above: {result: bounds}."""
         bounds = [f"{name}={bound}" for name, given in (above or {}).items() for bound in given]
         asked = {"of": list(names_given(of)), "at": list(at), "above": bounds}
         return list(self._ask("GET", "/spreads", params=asked).json()["spreads"])
 
     @property
     def answer(self) -> dict[str, Any] | None:
-        """Result so far of a study (``optimise``, ``refine``) or a ``fit``, as ``GET …/answer``."""
+        """The present result of a study (``optimise``, ``refine``) or a ``fit``, as from ``GET …/answer``."""
         found = self._ask("GET", "/answer").json()["answer"]
         return dict(found) if found else None
 
@@ -190,30 +196,32 @@ class Job:
         ny: int = 60,
         within: Mapping[str, Ends | Sequence[str]] | None = None,
     ) -> dict[str, Any]:
-        """Count the cases in bins over one or two columns, with least, mean and largest value of a third, as ``GET …/bins``.
-        within: {column: (low, high), None for no limit; or words} selects cases."""
+        """Count the cases in bins over one or two columns, as ``GET …/bins``. of: a third column, whose least, mean and largest
+        value is returned for each bin. within: conditions on cases, as {column: (low, high)} with None for no limit, or {column:
+        words}."""
         asked = {"x": x, "y": y, "of": of, "nx": nx, "ny": ny, "within": [_condition(n, c) for n, c in (within or {}).items()]}
         return dict(self._ask("GET", "/bins", params=asked).json())
 
     def events(self, case: int) -> dict[str, Any]:
-        """Events of one case, which runs again on the server: ``{"events": [{"time", "kind", "joint", "text"}], "count",
-        "outcome"}``."""
+        """The events of a case, which runs again on the server. The result is ``{"events": [{"time", "kind", "joint", "text"}],
+        "count", "outcome"}``."""
         return dict(self._ask("GET", f"/cases/{case}/events").json())
 
     @property
     def scene_text(self) -> str:
-        """The scene as YAML, to be changed and submitted again."""
+        """The scene as YAML. It can be changed and submitted again."""
         return str(self._ask("GET", "/scene").text)
 
     def trajectory(self, case: int, columns: Names = (), certify: bool = False) -> pyarrow.Table:
-        """One case with all its rows, run again on the server. columns: patterns (default: the scene's outputs); certify: add each
-        column's global error as ``<column>.error``."""
+        """All rows of one case, which runs again on the server. columns: patterns of columns (default: the scene's outputs).
+        certify: add a column ``<column>.error`` with the global error of each column."""
         asked = {"outputs": list(names_given(columns))} if columns else {}
         return self._table(f"/cases/{case}/trajectory", asked | ({"certify": "true"} if certify else {}))
 
     def trajectories(self, columns: Names = (), every: float | None = None, cases: Iterable[int] | None = None) -> pyarrow.Table:
-        """Rows of many cases (default: all) as one table with a column ``case``. every: spacing of the rows, s, a multiple of the
-        run's spacing. Stored rows (``submit(…, trajectories=…)``) are fetched; without them each case runs again on the server."""
+        """Rows of many cases (default: all cases) as one table with a column ``case``. every: spacing of the rows, s, a multiple of
+        the run's spacing. If the job stores rows (``submit(…, trajectories=…)``), they are fetched. Otherwise, each case runs again
+        on the server."""
         pa = brought("pyarrow", "tables", "a table of rows")
         if cases is None and (kept := self._kept(names_given(columns))) is not None:
             return _thinned(kept, every)
@@ -226,7 +234,7 @@ class Job:
         )
 
     def _kept(self, patterns: Sequence[str]) -> pyarrow.Table | None:
-        """The stored rows; None if the job stores none of these columns."""
+        """The stored rows; None if the job stores no rows, or if it does not store all of these columns."""
         if not self.request.get("trajectories"):
             return None
         table = self._table("/trajectories", {})
@@ -237,7 +245,7 @@ class Job:
         return None if missed else table.select(["case", "time", *names])
 
     def save_trajectories(self, folder: str | os.PathLike[str], columns: Names = (), every: float | None = None) -> Path:
-        """Write ``trajectories`` as a Parquet data set: ``case=0/part-0.parquet``, …"""
+        """Write the result of ``trajectories`` as a Parquet data set: ``case=0/part-0.parquet``, …"""
         return save_dataset(self.trajectories(columns, every), folder)
 
     def _table(self, path: str, asked: Mapping[str, Any]) -> pyarrow.Table:
@@ -259,7 +267,7 @@ def _condition(name: str, given: Ends | Sequence[str]) -> str:
 
 
 def _thinned(table: pyarrow.Table, every: float | None) -> pyarrow.Table:
-    """The rows at multiples of a spacing."""
+    """The rows whose times are multiples of the spacing ``every``; None means all rows."""
     import numpy as np
 
     if every is None:

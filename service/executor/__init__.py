@@ -1,1 +1,1 @@
-"""Running jobs: chunks on Dask workers, their Parquet parts, and the dispatcher that hands them out."""
+"""Execution of jobs: chunks of cases on Dask workers, their Parquet parts, and the dispatcher that sends the chunks."""

@@ -1,4 +1,4 @@
-"""State of a job on which the dispatcher works."""
+"""The state of a job on which the dispatcher works."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from trunnion.service.store.job_and_chunk_records import Chunk, Job
 
 FIRST_CHUNK = 8
 LARGEST_CHUNK = 100_000
-"""Cases of a chunk: a worker needs about 2 kB for each."""
+"""Largest number of cases in a chunk. A worker needs about 2 kB of memory for each case."""
 SHORTEST = 0.1
-"""Shortest chunk in seconds of stepping; shorter ones cost too much dispatch time."""
+"""Shortest planned duration of a chunk, s. The dispatch of shorter chunks would cost too much time."""
 CHUNKS_PER_SLOT = 30
 OUT_OF_TIME = {
     "where": "budget",
@@ -24,23 +24,23 @@ OUT_OF_TIME = {
 
 
 OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
-"""A chunk that exceeds this multiple of the longest duration, and this number of seconds, is split so that its other cases
-finish."""
+"""A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. Its
+other cases can then finish."""
 BUILDING = 60.0
-"""Seconds granted in addition to the stepping, within the budget, because a later case can need another kernel."""
+"""Time that a chunk is granted, within the budget, in addition to its time of stepping, s. A later case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
-"""Least grant in seconds while other chunks run, and the remaining budget that counts as used up."""
+"""LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
 WALL_FACTOR = 10.0
-"""Wall seconds that a case may take for each processor second of its limit, on a busy machine."""
+"""Largest ratio of wall time to the limit of processor time for a case. It is large because the machine can be busy."""
 
 
 @dataclass
 class Active:
-    """A job that the dispatcher works on. flying: (chunk, future) on the cluster, by first case. granted: seconds of the budget
-    reserved for each such chunk. spent: seconds used. cost: mean computing seconds of a case, 0 before the first chunk. warm:
-    whether the kernel is built. planned: cases in chunks so far. document: digest of the job's document. follow: the study whose
-    results determine the cases. apart: whether each case is a chunk of its own (a fit). sure: whether every chunk stored as
-    running is in ``flying``; unknown after an interrupted write."""
+    """A job that the dispatcher works on. flying: (chunk, future) of each chunk on the cluster, by first case. granted: part of the
+    budget that is reserved for each such chunk, s. spent: used part of the budget, s. cost: mean computing time of a case, s; 0
+    before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut. document:
+    digest of the job's document. follow: the study whose results determine the cases. apart: whether each case is a separate chunk
+    (for a fit). sure: whether all chunks that are stored as running are in ``flying``; False after an interrupted write."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -59,17 +59,17 @@ class Active:
 
     @property
     def known(self) -> int:
-        """Number of cases known so far."""
+        """Number of cases that are known at present. A study makes its cases known round by round."""
         return self.job.cases if self.follow is None else self.follow.requested
 
     @property
     def left(self) -> float:
-        """Seconds of the budget neither used nor granted; the sum of grants never exceeds the budget."""
+        """The part of the budget that is neither used nor granted, s. The sum of all grants never exceeds the budget."""
         return self.job.budget - self.spent - sum(self.granted.values())
 
     def time_grant(self, chunk: Chunk, longest: float, slots: int) -> tuple[float, float]:
-        """Time limits of a chunk, s: (building and stepping, stepping alone). A chunk of one case gets all that its CPU-time
-        limit allows. If the budget is short, a chunk gets its share."""
+        """Two time limits of a chunk, s: for building and stepping together, and for stepping alone. A chunk with one case gets all
+        the time that its CPU-time limit allows. If little of the budget is left, a chunk gets only a share."""
         if self.apart:
             return self.left / max(1, self.known - self.planned + 1), inf
         if chunk.stop - chunk.start == 1:
@@ -80,16 +80,16 @@ class Active:
         return min(self.left, max(LEAST_GRANT, min(overrun + BUILDING, self.left / (2 * slots)))), overrun
 
     def release_grant(self, start: int, seconds: float) -> None:
-        """Release the grant of a returned chunk and count its seconds."""
+        """Release the grant of a returned chunk and add its used time, s, to ``spent``."""
         self.granted.pop(start, None)
         self.spent += seconds
 
     def chunks_at_once(self, most: int) -> int:
-        """Number of chunks to cut at once, at most ``most``: as many as the remaining budget allows."""
+        """Number of chunks to cut in one commit: as many as the remaining budget allows, at most ``most``."""
         return int(max(1, min(most, COMMIT_SIZE, self.left / (WALL_FACTOR * self.cpu_limit + BUILDING)))) if self.warm else 1
 
     def sizes(self, count: int, longest: float, slots: int, dispatch_cost: DispatchCost) -> list[int]:
-        """Numbers of cases of the next chunks."""
+        """Number of cases in each of the next ``count`` chunks."""
         found, planned = list[int](), self.planned
         for _ in range(count):
             found.append(self.size(longest, slots, dispatch_cost, planned))
@@ -97,8 +97,9 @@ class Active:
         return found
 
     def size(self, longest: float, slots: int, dispatch_cost: DispatchCost, planned: int | None = None) -> int:
-        """Number of cases of the next chunk after ``planned`` cases. The rest is divided into CHUNKS_PER_SLOT chunks for each slot,
-        within ``longest`` seconds, SHORTEST, and the shortest duration that dispatch can serve. Chunks shrink towards the end."""
+        """Number of cases in the next chunk, after ``planned`` cases. The remaining cases are divided into CHUNKS_PER_SLOT chunks
+        for each slot. The duration of a chunk is at most ``longest`` seconds, and at least SHORTEST and the shortest duration that
+        the dispatcher can serve. Chunks become smaller towards the end of the job."""
         if self.apart:
             return 1
         if self.cost <= 0.0:

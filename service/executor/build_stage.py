@@ -1,4 +1,4 @@
-"""Stage of a job before its first rows (deriving, compiling, running) or of a fit, stored beside its parts."""
+"""The stage of a job before its first rows (deriving, compiling, running), or of a fit. It is stored in the folder of the parts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _TELL: ContextVar[Tell | None] = ContextVar("stage", default=None)
 
 
 class _Hears(logging.Filter):
-    """Reports the start of the compiler on any thread of a build, and the progress of a fit."""
+    """A logging filter that reports the start of the compiler, on any thread of a build, and the progress of a fit."""
 
     def __init__(self, level: int):
         super().__init__()
         self.level = level
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Report the stage; the record is logged only at the original level."""
+        """Report the stage that a record announces. The record is logged only if it has the original level of the logger."""
         tell = _TELL.get()
         if tell is not None and record.name == LOGS[1]:
             tell(f"{FITTING}: {record.getMessage()}")
@@ -43,8 +43,8 @@ def _listen() -> None:
 
 @contextmanager
 def report_stages(parts: Parts, job: str, wanted: bool) -> Iterator[Tell]:
-    """Store reported stages of the job within this block (wanted: else nothing is stored). Compilation and fits report themselves.
-    Failed writes are ignored."""
+    """Within this block, store the reported stages of a job, if ``wanted``. Yields the function that reports a stage. Compilation
+    and fits are reported automatically. Failed writes are ignored."""
     last = ""
 
     def tell(stage: str) -> None:
@@ -63,7 +63,7 @@ def report_stages(parts: Parts, job: str, wanted: bool) -> Iterator[Tell]:
 
 
 def read_stage(parts: Parts, job: str) -> str:
-    """Last reported stage; "" when unknown."""
+    """The last reported stage of a job; "" if it is unknown."""
     try:
         text = parts.read(parts.stage_file(job)).decode("utf-8", "replace")
     except OSError:

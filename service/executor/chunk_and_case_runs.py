@@ -1,5 +1,5 @@
-"""Functions that run on Dask workers: a chunk of a job into a Parquet part, or one case again. Runners are cached between
-chunks."""
+"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet part, or run one case again. Runners
+are cached between chunks."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 CACHED_RUNNERS = 4
 MOST_EVENTS = 2000
 MARKER_SECONDS = 0.1
-"""Least time between two checks of the stop marker."""
+"""Shortest time between two checks of the stop marker, s."""
 CHECK_SHARE = 0.05
-"""Largest share of the time spent on these checks; remote storage makes them rarer."""
+"""Largest share of the time that is spent on these checks. If the storage is slow, checks are made less often."""
 _local = threading.local()
 Values = Sequence[Sequence[float]] | None
 
 
 class OutOfTime(RuntimeError):
-    """The chunk used its whole time before the kernel was built."""
+    """The chunk used all its time before the kernel was built."""
 
 
 class Cancelled(RuntimeError):
@@ -51,10 +51,10 @@ class Cancelled(RuntimeError):
 def run_chunk(
     url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
 ) -> dict[str, Any]:
-    """Run the cases of a piece and write their part; returns the fields of ``Done``. url: location of parts and of the job's
-    document. seconds: limit of building and stepping; longest: limit of stepping. A chunk that exceeds a limit stops at once; its
-    part has the finished cases. An existing valid part is kept. values: parameter values of the cases of a study. pause: least
-    seconds between two checks of the stop marker."""
+    """Run the cases of a piece and write their part. Returns the fields of ``Done``. If a valid part exists, it is kept and nothing
+    runs. A chunk that exceeds a limit stops at once, and its part contains the finished cases. url: location of the parts and of
+    the job's document. seconds: limit of building and stepping together, s. longest: limit of stepping alone, s. values: parameter
+    values of the cases of a study. pause: shortest time between two checks of the stop marker, s."""
     parts = Parts(url)
     start, stop = piece.start, piece.stop
     there = parts.part_outcomes(piece)
@@ -78,7 +78,7 @@ def run_chunk(
 
 
 def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
-    """Write rows, tally and part of a piece; size in bytes."""
+    """Write rows, tally and part of a piece; returns their size in bytes."""
     size = 0
     if runner.plan.series is not None and runner.rows is not None:
         kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
@@ -89,15 +89,16 @@ def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitR
 
 
 def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
-    """(rows of the finished cases before the first unfinished case, number of that case)."""
+    """The rows of all cases before the first unfinished case, and the number of the unfinished case."""
     there = table["case"].to_numpy() == start + np.arange(len(table))
     n = len(table) if there.all() else int(there.argmin())
     return table.slice(0, n), start + n
 
 
 class ChunkMonitor:
-    """Called every few hundredths of a second during building and stepping. Ends an overdue chunk and keeps its finished cases;
-    raises when the job was stopped, or when building is overdue."""
+    """Monitors the limits of a chunk. It is called every few hundredths of a second during building and stepping. If the time for
+    stepping is used up, it ends the chunk, and the finished cases are kept. It raises when the job was stopped, or when the time is
+    used up during building."""
 
     def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf, pause: float = 0.0):
         self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest
@@ -115,14 +116,14 @@ class ChunkMonitor:
         return now < self.end and now - self.stepping < self.longest
 
     def check(self) -> None:
-        """Raise when the time is used up or the job was stopped."""
+        """Raise OutOfTime when the time is used up, and Cancelled when the job was stopped."""
         now = time.monotonic()
         if now > self.end:
             raise OutOfTime("the chunk used its whole time")
         self._check_stop_marker(now)
 
     def _check_stop_marker(self, now: float) -> None:
-        """Raise when the job was stopped."""
+        """Raise Cancelled when the job was stopped."""
         if now - self.looked > self.pause:
             stopped = self.parts.exists(self.marker)
             self.looked = time.monotonic()
@@ -132,7 +133,7 @@ class ChunkMonitor:
 
 
 class RequestMonitor:
-    """Raises when the client of the current task has disconnected."""
+    """Raises Cancelled when the client of the current task has disconnected."""
 
     def __init__(self) -> None:
         self.looked = time.monotonic()
@@ -150,7 +151,7 @@ class RequestMonitor:
 
 
 def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
-    """This thread's runner of a job; CorruptPart when the job's file has another digest."""
+    """The runner of a job in this thread. CorruptPart when the stored document of the job does not have this digest."""
     kept: OrderedDict[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", OrderedDict())
     key = (parts.url, job, digest)
     if key not in kept:
@@ -175,8 +176,8 @@ def drop_runners() -> None:
 def run_trajectory(
     url: str, job: str, digest: str, case: int, outputs: list[str] | None, kind: str, changes: Mapping[str, float] | None = None
 ) -> bytes:
-    """Run one case again. kind: ``table`` or ``certified`` (an Arrow stream, with errors), ``animation`` (a page), ``events``
-    (JSON). changes: parameter values of a case of a study."""
+    """Run one case again and return bytes. kind: ``table`` (an Arrow stream), ``certified`` (an Arrow stream with errors),
+    ``animation`` (a page) or ``events`` (JSON). changes: parameter values, for a case of a study."""
     from trunnion.batch.sweep import trajectory
     from trunnion.plots.animation.html_or_film import page
     from trunnion.plots.mechanism_pictures.instant_picture import needed
@@ -191,7 +192,7 @@ def run_trajectory(
 
 
 def events_bytes(result: Result) -> bytes:
-    """Outcome and first events of a run as JSON."""
+    """JSON of the outcome and the first events of a run."""
     from trunnion.plots.style.captions import event_text
 
     told = [{"time": e.time, "kind": e.kind, "joint": e.joint, "text": event_text(e)} for e in result.events[:MOST_EVENTS]]

@@ -1,6 +1,6 @@
-"""The dispatcher: one thread beside the server that sends chunks of jobs to the cluster and stores their outcomes.
+"""The dispatcher: a thread of the server that sends chunks of jobs to the cluster and stores their outcomes.
 
-It works on the leased jobs (``job_leases.py``): its memory can be lost at any moment."""
+It works on the leased jobs (``job_leases.py``). Its data in memory can be lost at any moment without damage."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
-"""Chunks that wait at the cluster for each running one, so that no worker idles until the next turn."""
+"""Number of chunks that wait at the cluster for each running chunk, so that no worker is idle until the next turn."""
 IDLE_SECONDS = 0.05
 STOP_SECONDS = 2
 
 
 class Dispatcher(ChunkIngestion):
-    """The thread that dispatches chunks. trouble: the problem that stops the dispatch, "" for none."""
+    """The thread that dispatches chunks. trouble: the problem that prevents dispatch, "" for none."""
 
     def __init__(self, store: WorkStore, cluster: Cluster, parts: Parts, settings: Settings, metrics: Metrics):
         super().__init__(store, parts, settings, metrics)
@@ -87,7 +87,7 @@ class Dispatcher(ChunkIngestion):
     # -- one turn -----------------------------------------------------------------------------------------------------------
 
     def _turn(self) -> bool:
-        """One turn: store results, renew leases, send chunks. True when there was work."""
+        """Do one turn: store results, renew leases, send chunks. Returns whether there was work."""
         busy = self._record_results()
         if time.monotonic() - self.claimed > self.settings.lease / 3:
             self._claim()
@@ -102,7 +102,8 @@ class Dispatcher(ChunkIngestion):
     # -- sending ------------------------------------------------------------------------------------------------------------
 
     def _send(self) -> bool:
-        """Fill the cluster, jobs in turn. The first chunk of a job runs alone: it builds the shared kernel."""
+        """Send chunks of all jobs in turn until the cluster is full. The first chunk of a job runs alone, because it builds the
+        kernel that the other chunks share. Returns whether any chunk was sent."""
         if not self.jobs:
             return False
         room = self.cluster.slots() * (1 + AHEAD) - sum(len(a.flying) for a in self.jobs.values())
@@ -120,7 +121,7 @@ class Dispatcher(ChunkIngestion):
         return some
 
     def _send_some(self, active: Active, most: int) -> int:
-        """Cut and send the next chunks of a job, at most ``most``, in one commit; returns their number."""
+        """Cut the next chunks of a job, at most ``most``, in one commit, and send them. Returns the number of sent chunks."""
         if time.monotonic() < active.nothing_until:
             return 0
         if active.left < (LEAST_GRANT if active.flying else LEAST_LEFT):
@@ -141,7 +142,7 @@ class Dispatcher(ChunkIngestion):
             return 0
         active.planned = max(active.planned, *(chunk.stop for chunk in chunks))
         early = [chunk for chunk in chunks if chunk.stop > active.known]
-        if early:  # a study that was taken over, before its earlier results are read
+        if early:  # the study was taken over, and its earlier results are not read yet
             self._give_back(early, "not known yet")
         todo = [chunk for chunk in chunks if chunk.stop <= active.known]
         for k, chunk in enumerate(todo):
@@ -161,7 +162,7 @@ class Dispatcher(ChunkIngestion):
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._stop_timer(job, start, f))
 
     def _give_back(self, chunks: list[Chunk], why: str) -> None:
-        """Set chunks that cannot be sent now back to waiting."""
+        """Set chunks back to waiting, because they cannot be sent now."""
         self.store.record_outcomes(
             self.name, chunks[0].job, {}, {c.start: Lost(why, 0.5, False) for c in chunks}, self.settings.attempts
         )

@@ -1,4 +1,4 @@
-"""Ingestion of chunks that returned from the cluster: many chunks of a job in one commit."""
+"""Ingestion of chunks that returned from the cluster. One commit stores many chunks of a job."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 log = logging.getLogger("trunnion.service")
 RESULT_SECONDS = 10
 Report = tuple[Done | None, Lost | None]
-"""(use and outcome of a chunk as far as known, reason why it is not done)."""
+"""The report of a chunk, if known, and the reason why the chunk is not done, else None."""
 
 
 class ChunkIngestion(LeasedJobs):
-    """The leased jobs, and ingestion of their returned chunks. dispatch_cost: cost of sending and storing chunks."""
+    """The leased jobs, with the ingestion of their returned chunks. dispatch_cost: estimated cost of sending and storing chunks."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings, metrics: Metrics):
         super().__init__(store, parts, settings)
         self.metrics, self.dispatch_cost = metrics, DispatchCost()
 
     def _record_results(self) -> bool:
-        """Store everything that returned from the cluster."""
+        """Store all chunks that returned from the cluster. Returns whether there were any."""
         waiting = self._returned_futures()
         some = bool(waiting)
         while waiting:
@@ -45,7 +45,7 @@ class ChunkIngestion(LeasedJobs):
             except LeaseLost:
                 self._forget(active)
             except Exception:
-                for job, futures in waiting.items():  # the parts are safe; say so when the database is back
+                for job, futures in waiting.items():  # the parts exist; their outcomes are stored later
                     for start, future in futures.items():
                         self.returned.put((job, start, future))
                 raise
@@ -54,7 +54,7 @@ class ChunkIngestion(LeasedJobs):
         return some
 
     def _returned_futures(self) -> dict[str, dict[int, Any]]:
-        """The next returned futures by job and first case; cancelled ones are dropped."""
+        """The next returned futures by job and first case. Futures of chunks that are no longer in ``flying`` are dropped."""
         found: dict[str, dict[int, Any]] = {}
         for _ in range(COMMIT_SIZE):
             try:
@@ -67,7 +67,7 @@ class ChunkIngestion(LeasedJobs):
         return found
 
     def _record_returned(self, active: Active, futures: dict[int, Any]) -> None:
-        """Store chunks of a job that returned with a result or an error."""
+        """Store the chunks of a job that returned with a result or an error."""
         began, reports = time.perf_counter(), dict[int, Report]()
         for start, future in futures.items():
             self._renew()
@@ -87,7 +87,7 @@ class ChunkIngestion(LeasedJobs):
             self._end_if_over(active)
 
     def _report(self, active: Active, start: int, future: Any) -> Report:
-        """Outcome of one chunk."""
+        """The report of one returned chunk."""
         chunk, granted = active.flying[start][0], active.granted.get(start, 0.0)
         got = self._result(future) if future.status == "finished" else None
         if future.status == "error" and isinstance(future.exception(), OutOfTime):
@@ -101,7 +101,7 @@ class ChunkIngestion(LeasedJobs):
         return done, None
 
     def _learn_cost(self, active: Active, start: int, used: Done | None) -> None:
-        """Update time used and cost of a case from a stored chunk."""
+        """Update the used time of a job and the cost of a case from the report of a stored chunk."""
         active.release_grant(start, used.seconds + used.build_seconds if used else 0.0)
         if used is None:
             return
@@ -110,19 +110,21 @@ class ChunkIngestion(LeasedJobs):
         if used.seconds > 0.0:
             now = used.seconds / max(n, 1)
             active.cost = now if not active.cost else 0.7 * active.cost + 0.3 * now
-            active.warm = True  # from now on the kernel exists
+            active.warm = True  # the kernel now exists
 
     @staticmethod
     def _result(future: Any) -> dict[str, Any] | None:
-        """The chunk's report; None when it is lost. The next attempt then finds the part, if it was written."""
+        """The report that a worker returned; None if the report is lost. If the part was written, the next attempt then finds
+        it."""
         try:
             return dict(future.result(timeout=RESULT_SECONDS))
-        except Exception as e:  # noqa: BLE001  # whatever became of the worker, the chunk is simply asked for again
+        except Exception as e:  # noqa: BLE001  # after any error, the chunk is requested again
             log.info("a result was lost: %s", e)
             return None
 
     def _lost(self, chunk: Chunk, future: Any) -> Lost:
-        """A failed attempt. Its cause is the chunk (an error, a repeatedly killed worker) or the cluster."""
+        """The record of a failed attempt. The cause is either the chunk (an error, or a worker that was killed repeatedly) or the
+        cluster. Only an attempt that the chunk caused counts."""
         failed = future.status == "error"
         error = future.exception() if failed else None
         blame = failed and not isinstance(error, Cancelled)
@@ -132,5 +134,5 @@ class ChunkIngestion(LeasedJobs):
         return Lost(text, self._delay(chunk.attempts) if blame else 0.5, blame)
 
     def _delay(self, attempts: int) -> float:
-        """Pause before the next attempt, s, after a number of attempts."""
+        """The pause before the next attempt, s. attempts: number of attempts that were made."""
         return self.settings.retry_delay * 2.0 ** max(0, attempts - 1)

@@ -1,4 +1,4 @@
-"""The Dask cluster of a server: local processes, or a scheduler by address. A lost cluster is connected again."""
+"""The Dask cluster of a server: local processes, or a scheduler with a given address. A lost connection is made again."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ UNWATCHED = {
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.system-monitor.interval": "5s",
 }
-"""Disables measurements for Dask's dashboard, which is not used: two thirds of an idle server's processor time."""
+"""Dask settings that disable or slow measurements for Dask's dashboard, which is not used. These measurements would take two thirds
+of the processor time of an idle server."""
 
 
-OPEN = """connections to this scheduler are not encrypted; anyone who reaches it can run code on its workers: use a tls:// address
-(--scheduler-ca, --scheduler-cert, --scheduler-key), or isolate its network"""
+OPEN = """connections to this scheduler are not encrypted; anyone who can connect to it can run code on its workers: use a tls://
+address (--scheduler-ca, --scheduler-cert, --scheduler-key), or isolate its network"""
 
 
 class NoCluster(RuntimeError):
@@ -48,7 +49,7 @@ class Cluster:
         self.failed_at = 0.0
 
     def connect(self) -> Any:
-        """The connected client; NoCluster when the cluster is out of reach."""
+        """The connected Dask client; NoCluster when the cluster cannot be reached."""
         with self.lock:
             if self.client is not None and self.client.status == "running":
                 return self.client
@@ -88,7 +89,7 @@ class Cluster:
         self.client = self.local = None
 
     def slots(self) -> int:
-        """Number of concurrent chunks (0 without workers); NoCluster when the cluster is out of reach."""
+        """The number of chunks that can run at the same time (0 without workers). NoCluster when the cluster cannot be reached."""
         if time.monotonic() - self.counted_at > COUNT_SECONDS:
             client = self.connect()
             try:
@@ -99,7 +100,7 @@ class Cluster:
         return self.counted
 
     def submit(self, function: Callable[..., Any], *arguments: Any, priority: int = 0) -> Any:
-        """Future of a call on the cluster; NoCluster when it is out of reach."""
+        """The future of a function call on the cluster. NoCluster when the cluster cannot be reached."""
         client = self.connect()
         try:
             return client.submit(function, *arguments, pure=False, priority=priority)

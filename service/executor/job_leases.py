@@ -1,7 +1,7 @@
-"""Jobs of this server: it leases them, renews the leases, takes over unleased jobs, and ends finished ones.
+"""The jobs that this server leases. It renews their leases, takes over jobs without a lease, and ends finished jobs.
 
-This memory can be lost at any moment: chunks found ``running`` at a takeover are done when their part exists, else they run
-again."""
+The data in memory can be lost at any moment. When a server takes over a job, a chunk that is stored as ``running`` counts as done
+if its part exists; otherwise the chunk runs again."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 
 class LeasedJobs:
-    """Jobs leased by this server. name: the server's name in leases; returned: (job, first case, future) from the cluster, not
-    stored yet; claimed, renewed: monotonic times of the last claim and renewal, s."""
+    """The jobs that this server leases. name: the server's name in leases. returned: (job, first case, future) of chunks that
+    returned from the cluster and are not stored yet. claimed, renewed: monotonic times of the last claim and the last renewal,
+    s."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
@@ -37,13 +38,13 @@ class LeasedJobs:
         self.claimed = self.renewed = -1e9
 
     def _renew(self) -> None:
-        """Renew the leases during long work. Newly claimed jobs wait for the next claim."""
+        """Renew the leases during long work. The next ``_claim`` starts jobs that are newly leased here."""
         if time.monotonic() - max(self.claimed, self.renewed) > self.settings.lease / 3:
             self.store.claim(self.name, self.settings.lease)
             self.renewed = time.monotonic()
 
     def _claim(self) -> None:
-        """Renew leases, take over unleased jobs, drop lost and ended ones."""
+        """Renew leases, take over jobs without a lease, and drop jobs whose lease is lost or that have ended."""
         held = {j.id: j for j in self.store.claim(self.name, self.settings.lease)}
         self.claimed = time.monotonic()
         for gone in self.jobs.keys() - held.keys():
@@ -72,8 +73,8 @@ class LeasedJobs:
         self._settle_running(active)
 
     def _settle_running(self, active: Active) -> None:
-        """Clear up chunks that are stored as running without a future here: those of an earlier server, and those of an
-        interrupted commit."""
+        """Settle the chunks that are stored as running but have no future in this server. They are from an earlier server, or from
+        an interrupted commit."""
         left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
         there = self.parts.names(active.job.id) if left else set()
         for k in range(0, len(left), COMMIT_SIZE):
@@ -83,12 +84,13 @@ class LeasedJobs:
         self._advance_study(active)
 
     def _mark_uncertain(self) -> None:
-        """Note that a write was interrupted, so that the store may be ahead of this server's memory."""
+        """Record that a write was interrupted, so that the store can contain more than this server's memory."""
         for active in self.jobs.values():
             active.sure = False
 
     def _settle_chunks(self, active: Active, chunks: list[Chunk], there: set[str]) -> None:
-        """Chunks without a future are done if their part is among the file names ``there``; the others run again."""
+        """Settle chunks without a future. A chunk is done if its part is among the file names ``there`` and is valid; otherwise it
+        runs again."""
         done: dict[int, Done] = {}
         for chunk in chunks:
             self._renew()
@@ -106,7 +108,7 @@ class LeasedJobs:
         self.jobs.pop(active.job.id, None)
 
     def _check_job(self, active: Active) -> None:
-        """End or cancel the job if it is time, and find lost futures."""
+        """End the job if it is over or cancelled, and find lost futures."""
         if active.job.state == "cancelling":
             self._stop_job(active, "cancelled", [])
             return
@@ -121,15 +123,15 @@ class LeasedJobs:
         self._end_if_over(active)
 
     def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:
-        """End a job early; its workers see the stop marker."""
+        """End a job early. A stop marker tells its workers to stop."""
         if active.flying:
             self.parts.write(self.parts.marker(active.job.id), b"")
         self.store.end(self.name, active.job.id, state, problems)
         self._forget(active)
 
     def _advance_study(self, active: Active) -> None:
-        """Report complete rounds to the study and request more cases. Requests depend only on the seed and the results, so a study
-        that is taken over continues unchanged."""
+        """Report complete rounds to the study, and request the cases of the next round. The requested cases depend only on the seed
+        and the results, so that a study which another server takes over continues unchanged."""
         follow, asked = active.follow, -1
         while follow is not None and not follow.is_over and asked != follow.requested:
             asked = follow.requested

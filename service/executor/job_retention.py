@@ -1,4 +1,4 @@
-"""A thread that deletes expired jobs, and folders of deleted jobs."""
+"""A thread that deletes expired jobs, and the folders of deleted jobs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class JobRetention:
         self.thread.start()
 
     def stop(self) -> None:
-        """Stop the thread; the next server completes its work."""
+        """Stop the thread. The next server completes interrupted deletions."""
         self.stopping.set()
 
     def _run(self) -> None:
@@ -44,7 +44,7 @@ class JobRetention:
             self.stopping.wait(PAUSE_SECONDS)
 
     def delete_expired(self) -> int:
-        """Delete expired jobs and the rest of interrupted deletions; returns the number of deleted jobs."""
+        """Delete expired jobs, and complete interrupted deletions. Returns the number of deleted jobs."""
         count = 0
         if self.settings.keep > 0.0:
             while old := self.store.older(self.settings.keep):
@@ -52,12 +52,13 @@ class JobRetention:
                     count += self.delete(job, SERVER, why="the job is older than the server keeps jobs")
         for folder in self.parts.folders():
             name = folder.rpartition("/")[2]
-            if ID.fullmatch(name) and self.store.deleted(name):  # other folders can belong to another database
+            if ID.fullmatch(name) and self.store.deleted(name):  # other folders can be those of another database
                 self.parts.remove(name)
         return count
 
     def delete(self, job: Job, who: str, **data: Any) -> bool:
-        """Delete an ended job and its files: first from the database, so that nothing reads a half-deleted job."""
+        """Delete an ended job from the database, then delete its files. In this order, nothing can read a partly deleted job.
+        Returns False if the job has not ended."""
         if not self.store.delete(job.id, who, owner=job.owner, cases=job.cases, label=job.label, created=job.created, **data):
             return False
         self.parts.remove(job.id)

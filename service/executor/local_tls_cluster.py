@@ -1,4 +1,4 @@
-"""A local cluster without HTTP ports. Its TLS certificates are made at the start."""
+"""A local Dask cluster without HTTP servers. Its TLS certificate is created at the start."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from distributed.security import Security
 
 
 class QuietScheduler(Scheduler):
-    """A scheduler without its HTTP server."""
+    """A Dask scheduler without HTTP server."""
 
     def start_http_server(self, *given: Any, **more: Any) -> None:
-        """Start none."""
+        """Do nothing."""
 
 
 class QuietWorker(Worker):
-    """A worker without its HTTP server."""
+    """A Dask worker without HTTP server."""
 
     def start_http_server(self, *given: Any, **more: Any) -> None:
-        """Start none."""
+        """Do nothing."""
 
 
 def local_cluster(workers: int, scratch: str, silence: int) -> SpecCluster:
-    """Local worker processes with a scheduler in this process. Connections must present the certificate, which is made here and
-    held in memory."""
+    """Local worker processes, with a scheduler in this process. Connections must present a certificate that is created here and
+    kept in memory."""
     logging.getLogger("distributed").setLevel(silence)
     security = Security.temporary()
     common = {"host": "127.0.0.1", "protocol": "tls://", "security": security}

@@ -1,4 +1,4 @@
-"""Parquet parts of jobs, in a folder or at an fsspec URL. A part is written whole or not at all, and never changes."""
+"""Parquet parts of jobs, in a folder or at an fsspec URL. A part is written atomically and never changes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Parts:
-    """The parts of all jobs under one URL. OSError (or the file system's error) when writing fails."""
+    """The parts of all jobs under one URL. OSError, or an error of the file system, when writing fails."""
 
     def __init__(self, url: str):
         self.url = url
@@ -31,10 +31,10 @@ class Parts:
         return f"{self.root}/{piece.job}/part-{piece.start:09d}-{piece.stop:09d}.parquet"
 
     def write(self, path: str, data: bytes) -> None:
-        """Write bytes to a path, whole or not at all."""
+        """Write bytes to a path, atomically."""
         self.fs.makedirs(path.rpartition("/")[0], exist_ok=True)
         if not self.local:
-            self.fs.pipe_file(path, data)  # object stores write whole objects only
+            self.fs.pipe_file(path, data)  # object stores write objects atomically
             return
         with replacing(path, ".tmp") as work, work.open("wb") as f:
             f.write(data)
@@ -42,11 +42,11 @@ class Parts:
             os.fsync(f.fileno())
 
     def write_part(self, piece: Piece, table: pyarrow.Table) -> int:
-        """Write the part of a piece; size in bytes."""
+        """Write the part of a piece; returns its size in bytes."""
         return self.write_table(self.part(piece), piece, table)
 
     def write_table(self, path: str, piece: Piece, table: pyarrow.Table) -> int:
-        """Write a table of a piece to a path; size in bytes."""
+        """Write a table of a piece to a path; returns its size in bytes."""
         data = part_bytes(table, piece)
         self.write(path, data)
         return len(data)
@@ -60,16 +60,17 @@ class Parts:
         return f"{self.root}/{job}/tally.parquet"
 
     def rows_part(self, piece: Piece) -> str:
-        """Path of the stored rows of a piece."""
+        """Path of the trajectory rows of a piece."""
         return f"{self.root}/{piece.job}/rows-{piece.start:09d}-{piece.stop:09d}.parquet"
 
     def write_rows(self, piece: Piece, table: pyarrow.Table) -> int:
-        """Write the stored rows of a piece; size in bytes. They are written before the part: if the part exists, so do they."""
+        """Write the trajectory rows of a piece; returns their size in bytes. Rows are written before the part, so that they exist
+        if the part exists."""
         return self.write_table(self.rows_part(piece), piece.of_rows, table)
 
     def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
-        """The stored rows of a piece. If they are missing or damaged, deletes the part, so that the cases are recomputed, and
-        raises CorruptPart."""
+        """The trajectory rows of a piece. If the rows are missing or damaged, this deletes the part, so that the cases are
+        recomputed, and raises CorruptPart."""
         try:
             return read_part_bytes(self.read(self.rows_part(piece)), piece.of_rows, columns)
         except (CorruptPart, FileNotFoundError) as e:
@@ -78,19 +79,21 @@ class Parts:
             raise CorruptPart(f"its rows: {e}" if isinstance(e, CorruptPart) else "the file of its rows is missing") from None
 
     def read_part(self, piece: Piece, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
-        """(table of a piece, size of its part in bytes). CorruptPart when it is missing, unreadable or damaged."""
+        """The table in the part of a piece, and the size of the part in bytes. CorruptPart when the part is missing, unreadable or
+        damaged."""
         try:
             data = self.read(self.part(piece))
         except FileNotFoundError:
             raise CorruptPart("it is missing") from None
         except OSError as e:
             if not self.local:
-                raise  # more likely it is out of reach for now
+                raise  # a remote store is probably only unavailable at present
             raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, piece, columns), len(data)
 
     def part_outcomes(self, piece: Piece) -> tuple[dict[str, int], int] | None:
-        """(cases by outcome, size in bytes) of a piece's part; None without a valid part."""
+        """The number of cases by outcome in the part of a piece, and the size in bytes with rows and tally; None without a valid
+        part."""
         try:
             table, size = self.read_part(piece, ["outcome"])
         except CorruptPart:
@@ -99,12 +102,12 @@ class Parts:
         return outcomes(table), size + sum(int(self.fs.size(path)) for path in beside if self.exists(path))
 
     def exists(self, path: str) -> bool:
-        """Whether a file exists now; no cache is used."""
+        """Whether a file exists at present. No cache is used."""
         self.fs.invalidate_cache()
         return bool(self.fs.exists(path))
 
     def names(self, job: str) -> set[str]:
-        """Names of a job's files now; no cache is used."""
+        """The names of a job's files at present. No cache is used."""
         self.fs.invalidate_cache()
         try:
             return {str(x).rpartition("/")[2] for x in self.fs.ls(f"{self.root}/{job}", detail=False)}
@@ -116,7 +119,7 @@ class Parts:
         return bytes(data)
 
     def read_many(self, paths: list[str]) -> list[bytes | None]:
-        """Bytes of files, read concurrently where possible; None for unreadable ones."""
+        """The bytes of files, read concurrently where possible; None for each unreadable file."""
         if len(paths) == 1:
             try:
                 return [self.read(paths[0])]
@@ -126,7 +129,7 @@ class Parts:
         return [bytes(data) if isinstance(data := found.get(path), bytes) else None for path in paths]
 
     def folders(self) -> list[str]:
-        """Folders of jobs."""
+        """The folders of all jobs."""
         try:
             return [str(x).rstrip("/") for x in self.fs.ls(self.root, detail=False)]
         except FileNotFoundError:
@@ -138,7 +141,7 @@ class Parts:
             self.fs.rm(f"{self.root}/{job}", recursive=True)
 
     def check(self) -> None:
-        """Raise when nothing can be written."""
+        """Raise OSError, or an error of the file system, when no file can be written."""
         path = f"{self.root}/.check-{secrets.token_hex(6)}"
         self.write(path, b"ok")
         self.fs.rm_file(path)

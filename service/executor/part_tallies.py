@@ -1,5 +1,5 @@
-"""Tallies beside the parts of very large jobs (``engine/batch/sample_statistics/mergeable_statistics.py``). Workers write them
-before the parts; a missing or damaged tally is computed from its part."""
+"""Tallies of the parts of very large jobs (``engine/batch/sample_statistics/mergeable_statistics.py``). A worker writes the tally
+of a piece before its part. A missing or damaged tally is computed from the part."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("trunnion.service")
 MANY = 2_000_000
-"""Queries of larger jobs use tallies; queries of others read all rows."""
+"""Queries of jobs with more cases than this use tallies. Queries of other jobs read all rows."""
 BATCH = 64
-"""Tallies that are read and merged at a time."""
+"""Number of tallies that are read and merged at a time."""
 
 
 def is_tallied(plan: Plan) -> bool:
@@ -30,12 +30,12 @@ def is_tallied(plan: Plan) -> bool:
 
 
 def write_tally(parts: Parts, piece: Piece, plan: Plan, table: pyarrow.Table) -> int:
-    """Write the tally of a piece's rows; size in bytes."""
+    """Write the tally of a piece's rows; returns its size in bytes."""
     return parts.write_table(parts.tally(piece), piece.of_tally, packed(tally_of(table, plan.cases, plan.reductions)))
 
 
 def tallies(parts: Parts, pieces: Sequence[Piece], plan: Plan) -> Iterator[Tally | Piece]:
-    """Merged tallies of pieces; a piece itself where both its tally and its part are damaged."""
+    """Merged tallies of the pieces, and each piece whose tally and part are both damaged."""
     for k in range(0, len(pieces), BATCH):
         some = pieces[k : k + BATCH]
         there = parts.read_many([parts.tally(p) for p in some])
@@ -50,7 +50,7 @@ def tallies(parts: Parts, pieces: Sequence[Piece], plan: Plan) -> Iterator[Tally
 
 
 def _read_tally(parts: Parts, piece: Piece, plan: Plan, data: bytes | None) -> Tally:
-    """The stored tally, else that of the part."""
+    """The stored tally of a piece; if it is missing or damaged, the tally computed from the part."""
     try:
         if data is not None:
             return unpacked(read_part_bytes(data, piece.of_tally))
@@ -61,9 +61,9 @@ def _read_tally(parts: Parts, piece: Piece, plan: Plan, data: bytes | None) -> T
 
 
 def _tally_of_part(parts: Parts, piece: Piece, plan: Plan, why: str) -> Tally:
-    """The tally computed from the part, and stored; CorruptPart when the part is damaged."""
+    """Compute the tally of a piece from its part, and store it. CorruptPart when the part is damaged."""
     log.info("job %s, cases %d to %d: %s; its tally is computed from its part", piece.job, piece.start, piece.stop - 1, why)
     table = parts.read_part(piece)[0]
-    with suppress(OSError):  # the next query computes it again
+    with suppress(OSError):  # if the write fails, the next query computes the tally again
         write_tally(parts, piece, plan, table)
     return tally_of(table, plan.cases, plan.reductions)

@@ -1,4 +1,4 @@
-"""Function that runs on Dask workers for ``POST /v1/sensitivities``: a run with its derivatives, within a time limit."""
+"""The function that Dask workers run for ``POST /v1/sensitivities``. It computes a run with derivatives, within a time limit."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from trunnion.service.executor.chunk_and_case_runs import RequestMonitor
 
 
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
-    """Values and derivatives as JSON. asked: the scene as plain data, and the arguments of ``trunnion.sensitivity``. SceneError
-    when the work takes more than ``seconds``; Cancelled when the client has disconnected."""
+    """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
+    SceneError when the computation takes more than ``seconds``; Cancelled when the client has disconnected."""
     from trunnion.analysis.sensitivities.output_derivatives import sensitivity
 
     scene = scene_from_dict(asked.pop("scene"))
@@ -24,7 +24,8 @@ def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
 
 
 class _TimedMonitor(RequestMonitor):
-    """Raises when the time is used up or the client has disconnected; called in every step and while building."""
+    """Raises SceneError when the time is used up, and Cancelled when the client has disconnected. It is called in every step and
+    during building."""
 
     def __init__(self, seconds: float):
         super().__init__()

@@ -1,4 +1,4 @@
-"""Results of rounds of a study, from the parts of its job."""
+"""Reads the results of the rounds of a study from the parts of its job."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ log = logging.getLogger("trunnion.service")
 
 
 def round_results(store: WorkStore, parts: Parts, job: str, document: str, follow: StudyProgress) -> CaseResults | None:
-    """Results of the cases for which a study waits; None while some are missing. Damaged parts are recomputed first. A case that
-    failed in all attempts counts as lost."""
+    """The results of the cases for which a study waits; None while results are missing. If a part is damaged, its cases are set to
+    be recomputed, and the result is None. A case that failed in all attempts counts as lost."""
     import pyarrow as pa
 
     start, stop, names = follow.finished, follow.requested, follow.study.results

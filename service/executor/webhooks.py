@@ -1,4 +1,5 @@
-"""A thread that sends webhooks when jobs end: signed, retried, only to allowed addresses."""
+"""A thread that sends webhooks when jobs end. Webhooks are signed, are retried after a failure, and go only to allowed
+addresses."""
 
 from __future__ import annotations
 
@@ -22,14 +23,16 @@ from trunnion.service.store.webhook_queue import Webhook, WebhookStore
 
 log = logging.getLogger("trunnion.service")
 ATTEMPTS, FIRST_DELAY = 10, 5.0
-"""Attempts, and seconds from the first to the second. Each pause is twice the one before: 85 min in all."""
+"""ATTEMPTS: largest number of attempts. FIRST_DELAY: pause after the first attempt, s. Each next pause is twice as long; all pauses
+together are 43 min."""
 ANSWER_SECONDS = 10.0
 LOOK_SECONDS = 1.0
 SIGNATURE, IDENTITY = "Trunnion-Signature", "Trunnion-Delivery"
 
 
 def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
-    """Whether an address lies below one of the prefixes: same scheme, host and port, and a path below theirs."""
+    """Whether an address is below one of the prefixes: it has the same scheme, host and port, and a path equal to or below the
+    prefix's path."""
     try:
         asked = urlsplit(url)
         port = asked.port
@@ -46,7 +49,7 @@ def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
 
 
 def signing_secret(settings: Settings) -> bytes:
-    """The secret of the settings, else a generated one in the data folder."""
+    """The secret in the settings; if there is none, a generated secret that is stored in the data folder."""
     if settings.webhook_secret:
         return settings.webhook_secret.encode()
     file = Path(settings.data) / "webhook.secret"
@@ -57,12 +60,12 @@ def signing_secret(settings: Settings) -> bytes:
 
 
 def signature(secret: bytes, body: bytes) -> str:
-    """HMAC-SHA256 of a body, as in the header."""
+    """The value of the signature header: the HMAC-SHA256 of a body."""
     return "sha256=" + hmac.new(secret, body, hashlib.sha256).hexdigest()
 
 
 class WebhookSender:
-    """Sends due webhooks. document: describes a job to clients."""
+    """Sends webhooks that are due. document: function that makes the JSON document of a job."""
 
     def __init__(self, store: WebhookStore, settings: Settings, document: Callable[[Job], dict[str, Any]]):
         self.store, self.settings, self.document = store, settings, document
@@ -70,12 +73,12 @@ class WebhookSender:
         self.thread = threading.Thread(target=self._run, name="teller", daemon=True)
 
     def start(self) -> None:
-        """Start the thread, if any address is allowed."""
+        """Start the thread, if the settings allow any address."""
         if self.settings.webhooks:
             self.thread.start()
 
     def stop(self) -> None:
-        """Stop the thread; the next server sends the rest."""
+        """Stop the thread. The next server sends the remaining webhooks."""
         self.stopping.set()
 
     def _run(self) -> None:
@@ -90,7 +93,7 @@ class WebhookSender:
                 self.stopping.wait(LOOK_SECONDS)
 
     def send(self, http: httpx.Client, hook: Webhook, secret: bytes) -> None:
-        """Send one webhook and store the result."""
+        """Send a webhook and store the result of the attempt."""
         body = json.dumps({"event": hook.kind, "delivery": hook.id, "job": self.document(hook.job)}).encode()
         said = {"Content-Type": "application/json", SIGNATURE: signature(secret, body), IDENTITY: str(hook.id)}
         try:

@@ -1,1 +1,1 @@
-"""The web page of the server."""
+"""The web pages of the server."""

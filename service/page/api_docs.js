@@ -1,8 +1,8 @@
-// The OpenAPI document as a page: operations with parameters and examples, to try out. Loads nothing from other sites.
+// Shows the OpenAPI document: operations with parameters and examples. Each operation can be tried. Loads nothing from other sites.
 
 import { $, key, make, notice, useKey } from "./basics/requests_and_dom.js";
 
-const LONGEST = 20_000; // shown characters of an answer
+const LONGEST = 20_000; // largest number of shown characters of a response
 
 async function begin() {
   $("keyform").addEventListener("submit", (e) => { e.preventDefault(); useKey($("key").value.trim()); notice("requests now use this key"); });
@@ -20,7 +20,7 @@ async function begin() {
   if (location.hash) document.getElementById(location.hash.slice(1))?.setAttribute("open", "");
 }
 
-// Text with code between backticks.
+// Nodes for a text in which backticks enclose code.
 const prose = (text) => text.split("`").map((part, i) => (i % 2 ? make("code", {}, part) : part));
 
 function one(description, method, path, operation) {

@@ -1,4 +1,4 @@
-// Assembles the page.
+// Starts all parts of the page.
 
 import { $, notice, useKey, wrong } from "./basics/requests_and_dom.js";
 import * as compare from "./jobs/job_comparison.js";

@@ -1,4 +1,4 @@
-"""``/``: the page and its files."""
+"""Endpoints of the web pages and of their files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STAGE = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
     "frame-ancestors 'self'"
 )
-"""Policy of the empty frame for animations, as of an animation itself: nothing is fetched."""
+"""Content security policy of the empty frame for animations. As in an animation itself, nothing may be fetched."""
 
 
 @router.get("/")
@@ -30,21 +30,21 @@ STAGE = (
 @router.get("/jobs/{job}")
 @router.get("/compare")
 def index() -> Response:
-    """The web page, whose script reads the address."""
+    """The main web page. Its script chooses the view by the address."""
     said = {"Content-Security-Policy": POLICY, "X-Frame-Options": "DENY"}
     return Response((HERE / "index.html").read_text(encoding="utf-8"), 200, said, "text/html")
 
 
 @router.get("/docs")
 def docs() -> Response:
-    """The API's description as a page."""
+    """The page that describes the API."""
     said = {"Content-Security-Policy": POLICY, "X-Frame-Options": "DENY"}
     return Response((HERE / "api_docs.html").read_text(encoding="utf-8"), 200, said, "text/html")
 
 
 @router.get("/page/plotly.min.js")
 def plotly() -> Response:
-    """Plotly's JavaScript from the installed package."""
+    """Plotly's JavaScript, from the installed package."""
     return Response(_plotly(), 200, {"Cache-Control": "max-age=86400"}, "text/javascript")
 
 
@@ -57,19 +57,19 @@ def _plotly() -> bytes:
 
 @router.get("/page/blank_frame.html")
 def stage() -> Response:
-    """An empty page for an animation."""
+    """An empty page, into which the main page writes an animation."""
     return Response((HERE / "blank_frame.html").read_text(encoding="utf-8"), 200, {"Content-Security-Policy": STAGE}, "text/html")
 
 
 @router.get("/favicon.ico")
 def icon() -> Response:
-    """The icon of pages that browsers open by themselves, such as tables."""
+    """The icon for documents that do not name an icon, such as tables."""
     return file("icon.svg")
 
 
 @router.get("/page/{name:path}")
 def file(name: str) -> Response:
-    """One of the page's files."""
+    """A file of the web pages."""
     if name not in FILES:
         return Response("there is no such file", 404, media_type="text/plain")
     return Response(FILES[name].read_bytes(), 200, {"Cache-Control": "no-cache"}, KINDS[FILES[name].suffix])

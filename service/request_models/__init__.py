@@ -1,1 +1,1 @@
-"""Request models with their limits."""
+"""Models of requests, and checks of their limits."""

@@ -1,4 +1,4 @@
-"""Request model of a fit, its limits and its plan."""
+"""The request model of a fit, checks of its limits, and its plan."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from trunnion.service.request_models.sample_and_study_fields import Number, Path
 
 MOST_RUNS, MOST_PARAMETERS, MOST_CANDIDATES, MOST_TRIALS = 50, 50, 20, 50
 MOST_MEASURED = 100_000
-"""Most values of all measured curves together."""
+"""Largest number of values in all measured curves together."""
 RTOL = 1e-8
 """Default tolerance of the runs, as in ``trunnion.fit``."""
 ALONE = ("reductions", "trajectories", "spacing", "certify", "until", "every", "method", "kernel", "cpu_limit", "max_steps")
-"""Fields of a job that a fit does not take."""
+"""Fields of a job's request that a fit does not accept."""
 CASE_SOURCES = ("vary", "cases", "sample", "optimise", "refine")
 Values = list[float]
 Ends = dict[Path, tuple[Number | None, Number | None]]
 Priors = dict[Path, Text]
 Noise = float | dict[PlainText, float]
-BOUNDS: Any = Field(default_factory=dict, max_length=100, description="Low and high end by path, null for none.")
+BOUNDS: Any = Field(default_factory=dict, max_length=100, description="Lower and upper bound by path; null: no bound.")
 PRIORS: Any = Field(default_factory=dict, max_length=100, description='By path: "normal(mean, deviation)" or "lognormal(…)".')
 CHANGES = "Changed numbers of the scene, by path."
-NOISE = "Standard deviation, of all curves or by column, in SI units; null: estimated."
+NOISE = "Standard deviation in SI units, for all curves or by column; null: it is estimated."
 
 
 class FitRun(RequestModel):
@@ -48,11 +48,11 @@ class FitRun(RequestModel):
     )
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=100, description=CHANGES)
     noise: Noise | None = Field(None, description=NOISE)
-    name: PlainText = Field("", description="Name; default: its position.")
+    name: PlainText = Field("", description="Name of the run; default: its position.")
 
 
 class FitCandidate(RequestModel):
-    """A law to compare, or a changed scene; its parameters, bounds and priors extend the common ones."""
+    """A friction law to compare, or a changed scene. Its parameters, bounds and priors are added to those of the fit."""
 
     law: PlainText = Field("", description="Friction law of all joints with friction; default: the scene's.")
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS)
@@ -62,17 +62,17 @@ class FitCandidate(RequestModel):
 
 
 class FitTrial(RequestModel):
-    """A possible experiment; by default as the first run."""
+    """A possible experiment. Omitted fields are those of the first run."""
 
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=100, description=CHANGES)
     outputs: list[PlainText] | None = Field(None, min_length=1, max_length=100, description="Measured columns.")
-    noise: Noise | None = Field(None, description="Standard deviation of the measurements, common or by column.")
+    noise: Noise | None = Field(None, description="Standard deviation of the measurements, for all columns or by column.")
     until: Number | None = None
     every: Number | None = None
 
 
 class Fit(RequestModel):
-    """Parameters from measured runs, with intervals; comparison of laws; ranking of experiments."""
+    """A fit of parameters to measured runs, with confidence intervals. It can also compare friction laws and rank experiments."""
 
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS, description="Fitted numbers, by path.")
     runs: list[FitRun] = Field(min_length=1, max_length=MOST_RUNS)
@@ -82,7 +82,7 @@ class Fit(RequestModel):
     bounds: Ends = BOUNDS
     priors: Priors = PRIORS
     level: float = Field(0.95, gt=0, lt=1, description="Confidence level of the intervals.")
-    intervals: bool = Field(True, description="Whether to compute profile intervals beside the local ones.")
+    intervals: bool = Field(True, description="Whether to compute profile intervals in addition to the local intervals.")
     candidates: dict[PlainText, FitCandidate] = Field(
         default_factory=dict, max_length=MOST_CANDIDATES, description="Friction laws to compare, by name; each law is a case."
     )
@@ -92,7 +92,7 @@ class Fit(RequestModel):
 
 
 def make_fit_request(f: Mapping[str, Any], rtol: float | None) -> FitRequest:
-    """The fit that a request's ``fit`` describes; rtol: of its runs, None for the default."""
+    """The fit that the field ``fit`` of a request describes. rtol: tolerance of its runs; None for the default."""
     runs = [
         MeasuredRun(np.array(r["time"], float), {n: np.array(v, float) for n, v in r["curves"].items()}, **_others(r))
         for r in f["runs"]
@@ -110,7 +110,7 @@ def _others(run: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, wrong: list[Problem], limits: Limits) -> FitPlan:
-    """Plan of a request with a fit; SceneError with every problem, ``wrong`` and limits included."""
+    """The plan of a request with a fit. SceneError with all problems, including ``wrong`` and violated limits."""
     others = [n for n in CASE_SOURCES if asked.get(n) is not None]
     problems = [*wrong, *(Problem(n, "a fit does not take it", "submit a separate job") for n in others)]
     hint = "omit it: a fit chooses the method, and its runs last as long as the measurements"
@@ -123,12 +123,12 @@ def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, w
 
 
 def fit_of_document(scene: Scene, document: Mapping[str, Any], rtol: float | None) -> FitPlan:
-    """Plan of a stored document."""
+    """The plan of a fit from a stored document."""
     return make_fit_plan(scene, make_fit_request(document["fit"], rtol))
 
 
 def _limit_problems(q: FitRequest, limits: Limits) -> list[Problem]:
-    """Violated limits of the server."""
+    """Problems for the violated limits of the server."""
     out = []
     values = sum(len(v) for r in q.runs for v in r.curves.values())
     most = len(q.parameters) + max((len(names_given(c.parameters)) for c in q.candidates.values()), default=0)

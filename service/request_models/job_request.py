@@ -1,4 +1,4 @@
-"""Request model of a job, its limits and its plan."""
+"""The request model of a job, checks of its limits, and its plan."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ from trunnion.simulation.settings.run_settings import settings_given, settings_r
 JOBS = "POST /v1/jobs"
 ONE_SOURCE = "give exactly one of vary, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
-"""Characters and values (keys included) of a scene: ten times those of the largest allowed scene."""
+"""Limits of the number of characters and of values (including keys) in a scene: ten times those of the largest allowed scene."""
 
 
 def _values(data: Any) -> int:
@@ -63,7 +63,7 @@ def _values(data: Any) -> int:
 
 
 class SceneSource(RequestModel):
-    """A scene: name of a bundled model, JSON (``scene``), or YAML text (``scene_text``)."""
+    """A scene. ``scene``: name of a bundled model, or the scene as JSON. ``scene_text``: the scene as YAML text."""
 
     scene: PlainText | dict[str, Any] | None = Field(None, description="Name of a bundled model, or a whole scene as JSON.")
     scene_text: Annotated[str, StringConstraints(max_length=MOST_TEXT)] | None = Field(
@@ -73,7 +73,8 @@ class SceneSource(RequestModel):
 
 
 def with_settings(who: str) -> Any:
-    """Model of a scene with the run settings that ``who`` offers. The schema has their bounds; the shared checks enforce them."""
+    """The request model of a scene with the run settings that the endpoint ``who`` offers. The schema only states the bounds of the
+    settings; the shared checks enforce them."""
     fields: dict[str, Any] = {}
     for s in offered(who):
         kind = PlainText if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
@@ -82,21 +83,21 @@ def with_settings(who: str) -> Any:
 
 
 def _schema(bound: Bound) -> dict[str, Any]:
-    """JSON Schema of a bounded number."""
+    """The JSON Schema of a number with this bound."""
     least = {"exclusiveMinimum" if bound.open else "minimum": bound.least} if isfinite(bound.least) else {}
     return {"type": "number"} | least | ({"maximum": bound.most} if isfinite(bound.most) else {})
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch: a scene, exactly one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``, and the
-    results to keep."""
+    """A batch. It has a scene, exactly one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``,
+    and the results to store."""
 
     vary: dict[Path, list[Number] | Number] | None = Field(
         None,
         max_length=100,
-        description='Grid: values by path, a list or "first:last:count"; every combination, the last path fastest.',
+        description='Grid: values by path, as list or "first:last:count". All combinations run; the last path varies fastest.',
     )
-    cases: list[dict[Path, Number]] | None = Field(None, min_length=1, description="List: each case's values by path.")
+    cases: list[dict[Path, Number]] | None = Field(None, min_length=1, description="List of cases: values by path for each case.")
     sample: Sample | None = None
     optimise: Optimise | None = None
     refine: Refine | None = None
@@ -114,9 +115,9 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     spacing: float | None = Field(None, gt=0, description="Spacing of the stored rows, s; default: all rows.")
     certify: bool = Field(
         False,
-        description="Whether to store the error of each reduction as `error:…`; `error.why` names the reason of a missing error.",
+        description="Whether to store the error of each reduction as `error:…`; `error.why` is the reason if an error is missing.",
     )
-    budget: float | None = Field(None, gt=0, description="Most computing time of the job, all workers together, s.")
+    budget: float | None = Field(None, gt=0, description="Limit of the computing time of the job on all workers together, s.")
     label: PlainText = Field("", description="Label.")
     notify: PlainText = Field(
         "",
@@ -126,7 +127,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
 
 
 def scene_of(source: SceneSource, limits: Limits) -> Scene:
-    """The scene of a request; SceneError with every problem. No file is opened but those of bundled models."""
+    """The scene of a request; SceneError with all problems. Only files of bundled models are opened."""
     given = [x for x in (source.scene, source.scene_text) if x is not None]
     if len(given) != 1:
         what = "no scene is given" if not given else "two scenes are given"
@@ -158,7 +159,7 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
 
 
 def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
-    """The plan; SceneError with every problem, those of limits included."""
+    """The plan of a job's request. SceneError with all problems, including violated limits."""
     scene = scene_of(request, limits)
     asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
     values, problems = settings_read(JOBS, asked)
@@ -185,7 +186,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
 
 
 def study_of_document(document: dict[str, Any]) -> Study | None:
-    """The study of a stored document; None for a batch whose cases are all known."""
+    """The study in a stored document; None for a batch whose cases are all known."""
     wanted = study_request(current_settings(document))
     if wanted is None:
         return None
@@ -196,7 +197,8 @@ def study_of_document(document: dict[str, Any]) -> Study | None:
 
 
 def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
-    """The plan of a scene and the other fields of a request. A study reports the numbers of its cases later (``ReportedCases``)."""
+    """The plan for a scene and the other fields of a request. A study reports the parameter values of its cases later
+    (``ReportedCases``)."""
     if (wanted := study_request(asked)) is not None:
         ways = [asked[n] for n in ("vary", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
         wrong = [Problem("vary", "there is more than one source of cases", ONE_SOURCE)] if len(ways) > 1 else []
@@ -227,14 +229,14 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
 
 
 def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
-    """The stored request: it contains the scene instead of its name and changes, and the limits of a case, so that its meaning is
-    fixed."""
+    """The request in the form that is stored. It contains the scene instead of its name and changes, and the limits of a case. Its
+    meaning is therefore fixed."""
     asked = request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides", "notify"})
     return asked | {"scene": scene_to_dict(made.scene), "cpu_limit": made.run.cpu_limit, "max_steps": made.run.max_steps}
 
 
 def current_document(document: dict[str, Any]) -> dict[str, Any]:
-    """A stored document in the current words; deprecated ones are not reported."""
+    """A stored document with deprecated words replaced by the current words. They are not reported."""
     with deprecation_notes():
         scene = copy_of(document["scene"])
         replace_deprecated(scene, {})
@@ -242,18 +244,19 @@ def current_document(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def current_settings(document: dict[str, Any]) -> dict[str, Any]:
-    """A stored document with current names of settings; its scene is unchanged."""
+    """A stored document with the current names of settings. Its scene is unchanged."""
     return {SETTINGS.get(name, name): value for name, value in document.items()}
 
 
 def identity_of(request: JobRequest) -> str:
-    """Digest of a request. It uses deprecated names of fields, so that an idempotency key survives an update of the server."""
+    """The digest of a request. It is computed with the deprecated names of fields, so that an idempotency key stays valid after an
+    update of the server."""
     before = {new: old for old, new in SETTINGS.items()}
     return digest({before.get(name, name): value for name, value in request.model_dump(mode="json").items()})
 
 
 def plan_of_document(document: dict[str, Any]) -> Plan:
-    """Plan of a stored document."""
+    """The plan of a job from its stored document."""
     document = current_document(document)
     with deprecation_notes():
         scene, values = scene_from_dict(document["scene"]), settings_given(JOBS, document)

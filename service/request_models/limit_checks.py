@@ -31,7 +31,7 @@ def kept_row_problems(made: Plan, limits: Limits) -> list[Problem]:
 
 
 def case_limit_problems(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
-    """Violated limits of a case's time and rows."""
+    """Problems for violated limits of the time, steps and rows of a case."""
     until, every, _ = run.of(scene)
     problems = [
         Problem(
@@ -61,7 +61,7 @@ def case_limit_problems(run: Run, scene: Scene, limits: Limits) -> list[Problem]
 
 
 def varied_limit_problems(made: Plan, limits: Limits) -> list[Problem]:
-    """Violated limits of varied end times and spacings."""
+    """Problems for violated limits when end times or spacings are varied."""
     paths, run = made.cases.paths, made.run
     if not {END, SPACING} & set(paths):
         return []

@@ -29,14 +29,14 @@ def _unicode(text: str) -> bool:
 
 
 class RequestModel(BaseModel):
-    """Base of all requests. Unknown fields are problems."""
+    """Base class of all request models. An unknown field is a problem."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod
     def _sound(cls, data: Any) -> Any:
-        """Refuse invalid Unicode and deep nesting; replace deprecated names of fields."""
+        """Refuse invalid Unicode and too deep nesting, and replace deprecated names of fields."""
         todo = [(data, 0)]
         while todo:
             value, depth = todo.pop()
@@ -53,7 +53,8 @@ class RequestModel(BaseModel):
 
 
 def current_fields(data: dict[str, Any], known: Container[str]) -> dict[str, Any]:
-    """Fields of a request under current names; deprecated ones are reported. A request with both names is refused later."""
+    """The fields of a request with current names. Deprecated names are reported. If a request contains both names of a field, it is
+    refused later."""
     renamed = [k for k in data if k not in known and SETTINGS.get(k) in known and SETTINGS[k] not in data]
     return {current("field", SETTINGS, k) if k in renamed else k: v for k, v in data.items()}
 
@@ -66,10 +67,10 @@ class Sample(RequestModel):
         description='By path: lowest and highest value, or "normal(mean, deviation)", "lognormal(mean, deviation)", '
         '"triangular(low, mode, high)".',
     )
-    count: int = Field(ge=1, le=100_000_000, description="How many cases; with the method saltelli, how many points.")
+    count: int = Field(ge=1, le=100_000_000, description="Number of cases; with the method saltelli, number of points.")
     seed: int = Field(0, ge=0, le=2**63 - 1)
     method: Annotated[str, StringConstraints(pattern="^(latin|random|sobol|saltelli)$")] = Field(
-        "latin", description="saltelli: 2 × numbers + 2 cases for each point, for Sobol indices."
+        "latin", description="saltelli is for Sobol indices: each point has 2 n + 2 cases, for n sampled numbers."
     )
 
 
@@ -77,16 +78,17 @@ Bounds = dict[Path, tuple[Number, Number]]
 
 
 class Optimise(RequestModel):
-    """Optimal parameters within bounds; exactly one of ``minimise``, ``maximise`` and ``reach``. The seed determines the cases."""
+    """A search for optimal parameters within bounds. Exactly one of ``minimise``, ``maximise`` and ``reach`` is required. Results
+    are reproducible by the seed."""
 
     bounds: Bounds = Field(min_length=1, max_length=50, description="Lowest and highest value, by path.")
     minimise: PlainText | None = Field(None, description="Reduction to minimise.")
     maximise: PlainText | None = Field(None, description="Reduction to maximise.")
     reach: tuple[PlainText, Number] | None = Field(None, description="Reduction and its target value.")
     within: dict[PlainText, tuple[Number | None, Number | None]] = Field(
-        default_factory=dict, max_length=50, description="Reductions and their two limits; null: no limit."
+        default_factory=dict, max_length=50, description="Lower and upper limit, by reduction; null: no limit."
     )
-    cases: int = Field(600, ge=LEAST, le=MOST, description="Most cases.")
+    cases: int = Field(600, ge=LEAST, le=MOST, description="Largest number of cases.")
     seed: int = Field(0, ge=0, le=2**62)
     tolerance: float = Field(
         1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Tolerance of the optimal numbers, relative to their ranges."
@@ -94,20 +96,20 @@ class Optimise(RequestModel):
 
 
 class Refine(RequestModel):
-    """Refinement where outcomes change and a result jumps or bends."""
+    """A refinement: the cases are placed where the outcome changes, or where a result jumps or bends."""
 
     bounds: Bounds = Field(min_length=1, max_length=MOST_REFINED, description="Lowest and highest value, by path.")
     of: PlainText = Field(
-        OUTCOME, description="A reduction whose jumps and bends are located, too; outcome: only changes of the outcome are located."
+        OUTCOME, description="A reduction whose jumps and bends are also located; outcome: only changes of the outcome are located."
     )
-    cases: int = Field(200, ge=LEAST, le=MOST, description="Most cases.")
+    cases: int = Field(200, ge=LEAST, le=MOST, description="Largest number of cases.")
     tolerance: float = Field(
-        1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Width of a located change, relative to the ranges."
+        1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Width of the interval of a located change, relative to the ranges."
     )
 
 
 def study_request(asked: Mapping[str, Any]) -> StudyRequest | None:
-    """The study of a request; None without one."""
+    """The study that a request describes; None for a request without a study."""
     if (best := asked.get("optimise")) is not None:
         goals = {name: best[name] for name in GOALS if best.get(name) is not None}
         rest = {name: best[name] for name in ("cases", "seed", "tolerance")}

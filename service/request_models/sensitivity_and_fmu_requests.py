@@ -1,4 +1,4 @@
-"""Request models of sensitivities and FMU exports."""
+"""The request models of sensitivities and FMU exports."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from trunnion.service.request_models.job_request import Path, PlainText, SceneSo
 from trunnion.simulation.settings.run_settings import settings_read
 
 MOST_NUMBERS = 2_000_000
-"""Most numbers in one answer, about 40 MB of JSON."""
+"""Largest count of numbers in one response, about 40 MB of JSON."""
 SENSITIVITIES = "POST /v1/sensitivities"
 
 
 class SensitivityRequest(with_settings(SENSITIVITIES)):  # type: ignore[misc]
-    """A run to differentiate: scene, parameters, outputs. ``rtol`` is that of the run; derivatives are about a hundred times less
-    accurate."""
+    """A run whose outputs are differentiated with respect to parameters. ``rtol`` is the tolerance of the run; the derivatives are
+    about a hundred times less accurate."""
 
     parameters: list[Path] = Field(max_length=100, description="Numbers of the scene, by dotted path.")
-    outputs: list[PlainText] = Field(max_length=100, description="Columns, or patterns of them.")
+    outputs: list[PlainText] = Field(max_length=100, description="Columns, or patterns of columns.")
     budget: float | None = Field(None, gt=0, description="Time limit, s (default: the server's limit).")
 
 
 class FmuRequest(SceneSource):
-    """A scene to export as an FMU, with options."""
+    """A scene that is exported as an FMU, with options."""
 
     flavour: Literal["native", "python"] = "native"
     platform: Literal["host", "linux64", "win64", "darwin64", "aarch64-darwin", "aarch64-linux", "all"] = "host"
-    fmi: Literal[2, 3] = Field(2, description="2: FMI 2.0; 3: FMI 3.0, native only, with event mode and clocks.")
+    fmi: Literal[2, 3] = Field(2, description="2: FMI 2.0; 3: FMI 3.0 (native flavour only), with event mode and clocks.")
 
 
 def plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], float]:
-    """(arguments for a worker, its time budget in s). SceneError with every problem, limits included."""
+    """The arguments for a worker, and the time budget, s. SceneError with all problems, including violated limits."""
     scene = scene_of(asked, limits)
     values, wrong = settings_read(SENSITIVITIES, asked.model_dump())
     problems: list[Problem] = []

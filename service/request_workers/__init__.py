@@ -1,1 +1,1 @@
-"""Processes that read and check requests, so that no request blocks the server."""
+"""Worker processes that read and check requests, so that no request blocks the server."""

@@ -1,4 +1,4 @@
-"""A queue for a few slots that serves callers in turn."""
+"""A queue of requests for a few slots, which serves the callers in turn."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from typing import Generic, TypeVar
 
 MOST_OF_CALLER, MOST = 64, 512
-"""Waiting requests of one caller, and of all."""
+"""Largest numbers of waiting requests of one caller, and of all callers."""
 
 
 Slot = TypeVar("Slot")
 
 
 class QueueFull(RuntimeError):
-    """Too many requests are waiting. own: whether these are the caller's own."""
+    """Too many requests are waiting. own: whether all these requests are from the same caller."""
 
     def __init__(self, own: bool):
         super().__init__("too many of your requests are waiting" if own else "too many requests wait")
@@ -23,8 +23,8 @@ class QueueFull(RuntimeError):
 
 
 class FairQueue(Generic[Slot]):
-    """Slots and the requests that wait for one. Callers take turns, and no caller holds all of several slots. For the event loop
-    only."""
+    """Slots, and the requests that wait for a slot. Callers get slots in turn. If there are several slots, no caller can have all
+    of them. Only for use in the event loop."""
 
     def __init__(self, places: Sequence[Slot]):
         self.count, self.free = len(places), list(places)
@@ -32,11 +32,11 @@ class FairQueue(Generic[Slot]):
         self.busy: Counter[str] = Counter()
 
     def _may_take(self, who: str) -> bool:
-        """Whether a caller may take one more slot: all but the last one of several."""
+        """Whether a caller may take one more slot. A caller may have at most max(1, count − 1) slots."""
         return self.busy[who] < max(1, self.count - 1)
 
     async def take(self, who: str, begun: bool = False) -> Slot:
-        """Wait for a slot. QueueFull when too many wait; never when the answer has started (``begun``)."""
+        """Wait for a slot. QueueFull when too many requests wait, unless the response has already started (``begun``)."""
         if self.free and self._may_take(who):
             self.busy[who] += 1
             return self.free.pop()
@@ -54,7 +54,7 @@ class FairQueue(Generic[Slot]):
             raise
 
     def release(self, who: str, place: Slot) -> None:
-        """Return a slot; the next caller gets it."""
+        """Return a slot. The next caller that waits and may take a slot gets it."""
         self.busy[who] -= 1
         if self.busy[who] <= 0:
             del self.busy[who]
@@ -73,7 +73,7 @@ class FairQueue(Generic[Slot]):
         self.free.append(place)
 
     def _requeue(self, who: str) -> None:
-        """Move a caller with more waiting requests to the end of the queue."""
+        """Move a caller to the end of the queue, or remove a caller without waiting requests."""
         if self.waiting[who]:
             self.waiting.move_to_end(who)
         else:

@@ -1,4 +1,4 @@
-"""Plans of jobs made from other jobs: failed cases again, more cases of the same scene."""
+"""Plans of jobs that are derived from a job: its failed cases again, or more cases of the same scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from trunnion.service.request_models.job_request import (
 from trunnion.service.request_workers.worker_tasks import read_request, stored_fields, task, validate_request
 
 MOST = 100_000
-"""Most cases that a request can list one by one."""
+"""Largest number of cases that a request can list."""
 CASE_SOURCES = ("vary", "cases", "sample")
 STUDIES = ("optimise", "refine", "fit")
 OTHERS = ("rtol", "method", "kernel", "cpu_limit", "max_steps", "budget", "label", "tags", "notify")
@@ -30,13 +30,14 @@ OTHERS = ("rtol", "method", "kernel", "cpu_limit", "max_steps", "budget", "label
 
 
 def _fields(*names: str) -> Any:
-    """Fields of a job's request; omitted ones keep their values."""
+    """Definitions of fields of a job's request. All these fields are optional; omitted fields keep the values of the first job."""
     whole = JobRequest.model_fields
     return {n: (whole[n].annotation | None, Field(None, description=whole[n].description)) for n in names}  # type: ignore[operator]
 
 
 class RerunRequest(create_model("Others", __base__=RequestModel, **_fields(*OTHERS))):  # type: ignore[misc]
-    """Cases to run again and changed settings; by default, all cases that did not end as ``done``, with unchanged settings."""
+    """Cases to run again, and changed settings. By default, all cases run again that did not end as ``done``, with the same
+    settings."""
 
     outcomes: list[PlainText] | None = Field(
         None, max_length=50, description="Only cases with these outcomes, and cases without a result."
@@ -44,19 +45,19 @@ class RerunRequest(create_model("Others", __base__=RequestModel, **_fields(*OTHE
 
 
 class ExtendRequest(create_model("More", __base__=RequestModel, **_fields(*CASE_SOURCES, *OTHERS))):  # type: ignore[misc]
-    """More cases of the same scene: exactly one of ``vary``, ``cases`` and ``sample``."""
+    """More cases of the same scene, by exactly one of ``vary``, ``cases`` and ``sample``."""
 
 
 @task
 def rerun_outcomes(body: bytes, media: str, limits: Limits) -> list[str] | None:
-    """Outcomes of the cases to run again; None: all but ``done``."""
+    """The outcomes of the cases to run again; None means all outcomes except ``done``."""
     found: list[str] | None = read_request(RerunRequest, body, media).outcomes
     return found if found is None else [current("outcome", OUTCOMES, name) for name in found]
 
 
 @task
 def plan_rerun(body: bytes, media: str, limits: Limits, document: dict[str, Any], numbers: list[int]) -> dict[str, Any]:
-    """A job of some cases of another."""
+    """The fields of a new job that runs the cases ``numbers`` of another job again."""
     asked = read_request(RerunRequest, body, media).model_dump(mode="json", exclude_none=True, exclude={"outcomes"})
     document = current_document(document)
     _refuse_study(document)
@@ -65,7 +66,7 @@ def plan_rerun(body: bytes, media: str, limits: Limits, document: dict[str, Any]
 
 @task
 def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, Any]) -> dict[str, Any]:
-    """A job of more cases of another job's scene, without the cases of that job."""
+    """The fields of a new job with more cases of another job's scene, without the cases of that job."""
     asked = read_request(ExtendRequest, body, media).model_dump(mode="json", exclude_none=True)
     document = current_document(document)
     _refuse_study(document)
@@ -79,14 +80,14 @@ def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, 
 
 
 def _refuse_study(document: dict[str, Any]) -> None:
-    """Refuse studies and fits: their cases depend on each other."""
+    """Raise SceneError for a study or a fit, because the cases of a study depend on each other, and those of a fit are fits."""
     if any(document.get(name) for name in STUDIES):
         what = "the cases of this job are fits" if document.get("fit") else "the cases of this job depend on each other"
         raise SceneError([Problem("job", what, "submit its request again with more cases or other settings")])
 
 
 def _new_cases(more: Cases, there: Cases) -> np.ndarray:
-    """Numbers of the cases in ``more`` that are not in ``there``; both vary the same paths."""
+    """The numbers of the cases in ``more`` that are not in ``there``. Both must vary the same paths."""
     order = [more.paths.index(p) for p in there.paths]
     old = set(map(tuple, there.values(0, there.count).tolist()))
     values = more.values(0, more.count)[:, order].tolist()
@@ -94,12 +95,13 @@ def _new_cases(more: Cases, there: Cases) -> np.ndarray:
 
 
 def _without_cases(document: dict[str, Any]) -> dict[str, Any]:
-    """A job's request without its cases and labels."""
+    """A job's request without cases, label, tags and notification address."""
     return {k: v for k, v in document.items() if k not in (*CASE_SOURCES, "label", "tags", "notify")}
 
 
 def _listed_cases(document: dict[str, Any], asked: dict[str, Any], of: Cases, numbers: list[int], limits: Limits) -> dict[str, Any]:
-    """A job of listed cases."""
+    """The fields of a new job that lists the cases ``numbers`` of ``of``. document: request of the first job. asked: changed
+    settings."""
     if len(numbers) > MOST:
         what = f"{len(numbers)} cases are more than the {MOST} that one request can list"
         raise SceneError([Problem("cases", what, "submit a separate job")])

@@ -1,4 +1,4 @@
-"""Worker processes behind a fair queue."""
+"""A pool of worker processes, to which a fair queue distributes the requests."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from trunnion.service.request_workers.worker_process import WorkerProcess
 
 
 class WorkerPool(FairQueue[WorkerProcess]):
-    """Worker processes and the requests that wait for one. lasting: whether a worker continues after a request, or ends to free its
-    memory. For the event loop only."""
+    """Worker processes, and the requests that wait for a worker. lasting: True: a worker continues after a request; False: it ends,
+    so that its memory is freed. Only for use in the event loop."""
 
     def __init__(self, workers: int, memory: float, lasting: bool = True):
         self.workers = [WorkerProcess(int(memory)) for _ in range(workers)]
@@ -32,8 +32,8 @@ class WorkerPool(FairQueue[WorkerProcess]):
         threading.Thread(target=started, daemon=True).start()
 
     async def ask(self, who: str, name: str, *arguments: Any, seconds: float) -> Any:
-        """Result of a task for a caller; deprecated words in the request become notes. Raises QueueFull, TookTooLong, Ended, or the
-        task's own error."""
+        """The result of a task for the caller ``who``. Deprecated words in the request become notes. Raises QueueFull, TookTooLong,
+        NotReady, Ended, or the error that the task raised."""
         worker = await self.take(who)
         try:
             answer, notes = await asyncio.get_running_loop().run_in_executor(self.pool, worker.run_task, name, arguments, seconds)

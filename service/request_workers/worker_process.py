@@ -1,4 +1,4 @@
-"""A process that reads and checks requests one after another, within limits of time and memory."""
+"""A worker process that reads and checks requests one after another, within limits of time and memory."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from trunnion.basics.renamed_words import deprecation_notes
 log = logging.getLogger("trunnion.service")
 ORPHAN_SECONDS = 1.0
 START_SECONDS = 60.0
-"""Seconds in which the process must be ready, even on a busy machine. They do not count as time of the request."""
+"""Longest time until a process is ready, s, even on a busy machine. It does not count as time of the request."""
 NICE = 5
-"""Niceness of the process relative to the server."""
+"""Increase of the niceness of the process relative to the server."""
 ANSWER_ERRORS = (SceneError, SimulationError, ImportError)
-"""Errors that are returned as results; the server raises them again."""
+"""Errors of a task that the process returns to the server, which raises them again."""
 READY = "ready"
-"""First message of the process."""
+"""The first message that the process sends."""
 
 
 class TookTooLong(RuntimeError):
-    """The request exceeded its time."""
+    """The request exceeded its time limit."""
 
 
 class NotReady(RuntimeError):
@@ -41,15 +41,15 @@ class Ended(RuntimeError):
 
 
 class Defect(RuntimeError):
-    """The request triggered a defect, which the log describes."""
+    """The request triggered a defect of the program. The server logs it."""
 
 
 def serve_tasks(connection: Connection, memory: int, parent: int) -> None:
-    """Main function of the process. Sends READY, then answers each (task name, arguments) with (success, result or error, notes
-    about deprecated words) until the connection closes."""
+    """The main function of the process. It sends READY. For each message (task name, arguments), it then returns (success, result
+    or error, notes about deprecated words), until the connection closes."""
     _isolate(parent)
     _limit_memory(memory)
-    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # its tasks are offered, too
+    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # registers its tasks
     from trunnion.service.request_workers.worker_tasks import TASKS
 
     connection.send(READY)
@@ -65,13 +65,13 @@ def serve_tasks(connection: Connection, memory: int, parent: int) -> None:
             answer = False, e
         except MemoryError:
             answer = False, Ended("the request needs more memory than allowed")
-        except Exception as e:  # noqa: BLE001  # the server says which defect it was
+        except Exception as e:  # noqa: BLE001  # the server logs the defect
             answer = False, Defect(f"{type(e).__name__}\n{traceback.format_exc()}")
         connection.send((*answer, notes))
 
 
 def _isolate(parent: int) -> None:
-    """Lead a process group, lower the priority, and end when the parent has ended."""
+    """Make this process the leader of a process group, lower its priority, and end it when the parent has ended."""
     with suppress(AttributeError, OSError):
         os.setsid()
         os.nice(NICE)
@@ -87,7 +87,7 @@ def _isolate(parent: int) -> None:
 
 
 def _limit_memory(memory: int) -> None:
-    """Limit the address space, bytes, on systems that can."""
+    """Limit the address space, bytes, if the system supports this."""
     try:
         import resource
     except ImportError:
@@ -97,13 +97,13 @@ def _limit_memory(memory: int) -> None:
 
 
 def _end_group(leader: int) -> None:
-    """End a process and its descendants."""
+    """Kill the processes in the group of a leader."""
     with suppress(AttributeError, OSError):
         os.killpg(leader, signal.SIGKILL)
 
 
 class WorkerProcess:
-    """A worker process as the server sees it. Only ``start`` and ``end`` may be called from several threads."""
+    """The server's handle of a worker process. Only ``start`` and ``end`` may be called from several threads."""
 
     def __init__(self, memory: int):
         self.memory = memory
@@ -113,7 +113,7 @@ class WorkerProcess:
         self.starting = threading.Lock()
 
     def start(self) -> None:
-        """Start the process unless it runs."""
+        """Start the process, unless it is running."""
         with self.starting:
             self._start()
 
@@ -130,8 +130,8 @@ class WorkerProcess:
         theirs.close()
 
     def run_task(self, name: str, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
-        """(result of a task, notes about deprecated words), or the task's error. Raises TookTooLong or Ended when the process had
-        to be ended or has ended, NotReady when it did not start in time."""
+        """The result of a task, and notes about deprecated words. Raises the error that the task raised; TookTooLong when the task
+        exceeded ``seconds``; Ended when the process ended; NotReady when the process did not start in time."""
         self.start()
         connection = self.connection
         try:
@@ -160,7 +160,7 @@ class WorkerProcess:
         self.ready = connection.recv() == READY
 
     def end(self) -> None:
-        """End the process and its descendants at once."""
+        """Kill the process and its descendants."""
         if self.process is not None:
             _end_group(self.process.pid)
             self.process.kill()

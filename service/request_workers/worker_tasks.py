@@ -1,4 +1,4 @@
-"""Tasks of the worker processes: parse, check and plan requests. No web framework is imported here."""
+"""The tasks of the worker processes, which parse, check and plan requests. This module imports no web framework."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequ
 
 M = TypeVar("M", bound=BaseModel)
 TASKS: dict[str, Callable[..., Any]] = {}
-"""Tasks by name. The first arguments are body, media type and limits."""
+"""The tasks by name. Their first arguments are the body of the request, its media type, and the limits."""
 
 
 def task(work: Callable[..., Any]) -> Callable[..., Any]:
@@ -29,7 +29,7 @@ def task(work: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def read_request(model: type[M], body: bytes, media: str) -> M:
-    """A request; SceneError with everything that is wrong with it."""
+    """The request in a body; SceneError with all problems."""
     kind = media.partition(";")[0].strip().lower()
     if body and not (kind == "application/json" or (kind.startswith("application/") and kind.endswith("+json"))):
         raise SceneError([Problem("body", "the body is not declared as JSON", "add the header Content-Type: application/json")])
@@ -43,7 +43,7 @@ def read_request(model: type[M], body: bytes, media: str) -> M:
 
 
 def validate_request(model: type[M], data: Any) -> M:
-    """Plain data as a request; SceneError with every problem."""
+    """The request in plain data; SceneError with all problems."""
     try:
         return model.model_validate(data)
     except ValidationError as e:
@@ -53,13 +53,13 @@ def validate_request(model: type[M], data: Any) -> M:
 
 
 def _of_validation(e: Any) -> Problem:
-    """A pydantic error as a problem."""
+    """The problem for a pydantic error."""
     return Problem(".".join(map(str, e["loc"]))[:300] or "body", str(e["msg"])[:500])
 
 
 @task
 def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
-    """Parameters and columns of a scene, as JSON."""
+    """JSON of the parameters and columns of a scene."""
     from trunnion.batch.tables.reductions import DEFAULTS, reductions
     from trunnion.kernel.interface.output_columns import columns
     from trunnion.scene.checks.unusual_magnitudes import magnitude_notes
@@ -92,7 +92,7 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
 
 @task
 def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
-    """The page of a scene's assembled start."""
+    """An HTML page that shows the assembled start of a scene."""
     from trunnion.plots.animation.html_or_film import page
     from trunnion.plots.mechanism_pictures.instant_picture import assemble_start
 
@@ -101,19 +101,19 @@ def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
 
 @task
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:
-    """Number of cases and columns of a job, as JSON."""
+    """JSON of the number of cases and the columns of a job."""
     made = plan_of_request(read_request(JobRequest, body, media), limits)
     return text_of({"cases": made.cases.count, "columns": made.schema.names})
 
 
 @task
 def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
-    """A job as arguments of ``Store.submit``."""
+    """The arguments of ``Store.submit`` for a job."""
     return stored_fields(read_request(JobRequest, body, media), limits)
 
 
 def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
-    """A request as arguments of ``Store.submit``; SceneError with every problem."""
+    """The arguments of ``Store.submit`` for a request; SceneError with all problems."""
     made = plan_of_request(request, limits)
     return {
         "digest": identity_of(request),
@@ -130,13 +130,13 @@ def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
 
 @task
 def plan_sensitivity(body: bytes, media: str, limits: Limits) -> tuple[dict[str, Any], float]:
-    """(arguments of a sensitivity for a worker, its time budget in s)."""
+    """The arguments of ``run_sensitivity`` for a worker: the request as plain data, and the time budget, s."""
     return plain(read_request(SensitivityRequest, body, media), limits)
 
 
 @task
 def export_fmu(body: bytes, media: str, limits: Limits, file: str) -> str:
-    """Write an FMU into a file; returns a file name for the client."""
+    """Write an FMU to a file. Returns the name, without suffix, under which the client gets the file."""
     request = read_request(FmuRequest, body, media)
     scene = scene_of(request, limits)
     try:

@@ -22,12 +22,12 @@ from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.page import page_routes
 
-ABOUT = """Batches of simulations over REST. Every error is a problem document (RFC 9457) with the list of problems the command line
-prints. Numbers are SI; texts with units (`"30 deg"`) are understood where a scene takes them."""
+ABOUT = """Batches of simulations over REST. Every error is a problem document (RFC 9457) with the list of problems that the command
+line prints. Numbers are in SI units. Where a scene accepts texts with units (`"30 deg"`), requests also accept them."""
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """The application; its components start and end with it."""
+    """Create the web application of a server. Its components start and end with the application."""
     return build_application(create_service(settings))
 
 
@@ -57,7 +57,7 @@ def build_application(service: Service) -> FastAPI:
 
 
 def _openapi(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document, with the problem document and the request models among its schemas."""
+    """The OpenAPI document. Its schemas include the problem document and the request models."""
     if app.openapi_schema is None:
         document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
         schemas = document["components"]["schemas"]
@@ -72,7 +72,7 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
 
 
 class MetricsMiddleware:
-    """Counts and times requests by route."""
+    """Counts requests and measures their times, by route."""
 
     def __init__(self, app: ASGIApp, metrics: Metrics):
         self.app, self.metrics = app, metrics

@@ -1,4 +1,5 @@
-"""HTTP connections: request heads must arrive in time; without keys, only connections of this account are accepted."""
+"""HTTP connections. The head of a request must arrive in time. A server without keys accepts only connections from its own
+account."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEAD_SECONDS = 10.0
-"""Time for the head of a request, from its first byte or from the connection."""
+"""Longest time in which the head of a request must arrive, s, from its first byte or from the start of the connection."""
 TIMEOUT_RESPONSE = b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
 OTHER_ACCOUNT = b"this server takes no keys and belongs to another account of this machine: start it with --keys to share it\n"
 REFUSED = b"HTTP/1.1 403 Forbidden\r\nconnection: close\r\ncontent-type: text/plain\r\ncontent-length: %d\r\n\r\n%s" % (
@@ -23,13 +24,13 @@ TABLES = ("/proc/net/tcp", "/proc/net/tcp6")
 
 
 class TimedConnection(H11Protocol):
-    """A connection whose request heads must arrive in time."""
+    """A connection that is closed when the head of a request does not arrive in time."""
 
     head: asyncio.TimerHandle | None = None
     same_account_only = False
 
     def connection_made(self, transport: Any) -> None:
-        """Accept a connection; without keys, only of this account."""
+        """Accept a connection. If ``same_account_only``, refuse connections from other accounts of this machine."""
         super().connection_made(transport)
         if self.same_account_only and self.client is not None and is_other_account(*self.client):
             transport.write(REFUSED)
@@ -38,7 +39,7 @@ class TimedConnection(H11Protocol):
         self._start_timer()
 
     def data_received(self, data: bytes) -> None:
-        """Receive bytes and start or stop the timer of the head."""
+        """Receive bytes, and start or stop the timer for the head of a request."""
         super().data_received(data)
         if self.conn.their_state is not h11.IDLE:
             self._stop_timer()
@@ -65,13 +66,14 @@ class TimedConnection(H11Protocol):
 
 
 class SameAccountConnection(TimedConnection):
-    """A connection from this account of the machine, or from its administrator."""
+    """A connection that only the account of the server and the administrator of the machine can make."""
 
     same_account_only = True
 
 
 def is_other_account(host: str, port: int) -> bool:
-    """Whether another account of this machine made a connection. False where the system does not report the account."""
+    """Whether another account of this machine made the connection from this address. False if the system does not report the
+    account."""
     if sys.platform != "linux":
         return False
     for table in TABLES:
@@ -91,7 +93,8 @@ def is_other_account(host: str, port: int) -> bool:
 
 
 def _is_address(entry: str, host: str) -> bool:
-    """Whether an entry of the system's table has this address (IPv4, IPv4 in IPv6's table, or ::1)."""
+    """Whether an entry of the system's connection table has this address. The address can be IPv4 (also in the table of IPv6) or
+    ::1."""
     import ipaddress
 
     digits = entry.rpartition(":")[0]

@@ -1,1 +1,1 @@
-"""The store: jobs with chunks and attempts, events, API keys."""
+"""The database store of jobs, their chunks, attempts and events, and of API keys."""

@@ -1,4 +1,5 @@
-"""Outcomes of chunks: done, split after an overrun, lost. Every write requires the lease of its job."""
+"""The part of the store for the outcomes of chunks: done, split after an overrun, or lost. Every write requires the lease of the
+job."""
 
 from __future__ import annotations
 
@@ -15,20 +16,20 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 from trunnion.service.store.webhook_queue import WebhookStore
 
 RECENT = 0.25
-"""Least weight of the newest rows in a job's pace."""
+"""Smallest weight of the newest rows in the pace of a job."""
 
 OVERRAN = "it overran"
-"""Error of a waiting case that overran: other cases precede it."""
+"""Error text of a waiting chunk whose case overran. All other cases run before such a chunk."""
 
 
 class LeaseLost(RuntimeError):
-    """Another server has the lease of the job: write nothing more about it."""
+    """Another server has the lease of the job. This server must write nothing more about the job."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """A chunk's report: cases by outcome, seconds of stepping and building, size of its part, worker. reached: end of the finished
-    cases (None: all); the rest is still to run."""
+    """The report of a chunk. counts: number of cases by outcome. seconds, build_seconds: time of stepping and of building, s.
+    bytes: size of the part. reached: end of the finished cases, None if all are finished; the remaining cases must still run."""
 
     counts: dict[str, int]
     seconds: float
@@ -41,7 +42,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Lost:
-    """A failed attempt: error, seconds until the next, whether it counts."""
+    """A failed attempt. delay: time until the next attempt, s. blame: whether the attempt counts towards the limit of attempts."""
 
     error: str
     delay: float
@@ -52,7 +53,7 @@ class ChunkOutcomeStore(WebhookStore):
     """The part of the store for outcomes of chunks."""
 
     def _locked_job(self, c: Connection, server: str, job: str) -> Any:
-        """The locked row of a job; LeaseLost when another server has it."""
+        """The row of a job, locked; LeaseLost when this server does not have the lease of the job."""
         row = c.execute(select(jobs).where(jobs.c.id == job).with_for_update()).mappings().one()
         if row["lease_owner"] != server or row["state"] not in ACTIVE:
             raise LeaseLost(job)
@@ -61,8 +62,9 @@ class ChunkOutcomeStore(WebhookStore):
     def record_outcomes(
         self, server: str, job: str, done: Mapping[int, Done], lost: Mapping[int, Lost] | None = None, most: int = 1
     ) -> dict[int, str]:
-        """Store outcomes of chunks of a job by their first cases, all or none: existing parts, failed attempts (a chunk has failed
-        after ``most``). Returns the states of the lost ones. A report that comes twice counts once."""
+        """Store the outcomes of chunks of a job, by first case, in one transaction. done: chunks with parts. lost: failed attempts.
+        most: number of attempts after which a chunk has failed. Returns the new states of the lost chunks. A repeated report has no
+        effect."""
         lost = lost or {}
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
@@ -73,7 +75,7 @@ class ChunkOutcomeStore(WebhookStore):
             return {start: str(there[start]["state"]) for start in lost} | self._record_lost(c, job, going, most, now)
 
     def _record_done(self, c: Connection, row: Any, landed: list[tuple[Any, Done]], now: float) -> None:
-        """Store chunks (rows) with parts."""
+        """Store the reports of chunks with parts. landed: (row of the chunk, report)."""
         if not landed:
             return
         self._add_costs(c, row, [d for _, d in landed], now)
@@ -95,7 +97,7 @@ class ChunkOutcomeStore(WebhookStore):
         self._end_attempts(c, row["id"], ended, now)
 
     def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, Lost]], most: int, now: float) -> dict[int, str]:
-        """Store failed attempts at chunks (rows); states of the chunks by first case."""
+        """Store failed attempts to run chunks. gone: (row of the chunk, failed attempt). Returns the new states by first case."""
         if not gone:
             return {}
         states, values, told, failed = {}, [], [], 0
@@ -117,7 +119,7 @@ class ChunkOutcomeStore(WebhookStore):
         return states
 
     def _add_costs(self, c: Connection, row: Any, landed: Sequence[Done], now: float) -> None:
-        """Add reports of chunks to the sums and to the pace of their job."""
+        """Add the reports of chunks to the sums and to the pace of their job."""
         counts = sum((Counter(d.counts) for d in landed), Counter(json.loads(row["counts"])))
         n, build = sum(sum(d.counts.values()) for d in landed), sum(d.build_seconds for d in landed)
         values: dict[str, Any] = {
@@ -137,7 +139,8 @@ class ChunkOutcomeStore(WebhookStore):
         c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
 
     def _split_chunk(self, c: Connection, job: str, chunk: Any, reached: int) -> None:
-        """Split the rest of a chunk that overran: the case that overran alone, the others in two chunks."""
+        """Split the rest of a chunk that overran. The case that overran becomes one chunk, and the cases after it become two
+        chunks."""
         stop = chunk["stop"]
         if reached >= stop:
             return
@@ -152,8 +155,8 @@ class ChunkOutcomeStore(WebhookStore):
         self._event(c, job, "chunk_split", {"first_case": chunk["start"], "last_case": stop - 1, "overran": reached})
 
     def reopen_chunk(self, job: str, start: int, why: str) -> None:
-        """Set a finished chunk with a damaged part back to waiting, with other chunks of unknown contents. An ended job
-        continues. In a cancelled job, or a job out of budget, the cases are lost and become a problem of the job."""
+        """Set a finished chunk with a damaged part back to waiting, and also chunks whose contents are unknown. An ended job then
+        continues. In a job that was cancelled or used up its budget, the cases are lost and become a problem of the job."""
         with transaction(self.engine, writing=True) as c:
             row = c.execute(select(jobs).where(jobs.c.id == job).with_for_update()).mappings().one()
             done = and_(chunks.c.job == job, chunks.c.state == "done")
@@ -178,7 +181,7 @@ class ChunkOutcomeStore(WebhookStore):
             self._event(c, job, "part_spoiled", {"first_case": start, "why": why[:300], "computed_again": bool(goes_on)})
 
     def _recount_job(self, c: Connection, row: Any) -> None:
-        """Recompute the sums of a job from its done chunks; the cost of the others leaves its budget."""
+        """Recompute the sums of a job from its finished chunks. The time of other chunks no longer counts against the budget."""
         query = select(chunks.c.start, chunks.c.stop, chunks.c.counts, chunks.c.bytes)
         there = c.execute(query.where(chunks.c.job == row["id"], chunks.c.state == "done")).all()
         counts: Counter[str] = sum((Counter(json.loads(x.counts)) for x in there), Counter())
@@ -188,13 +191,13 @@ class ChunkOutcomeStore(WebhookStore):
         c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
 
     def _end_attempts(self, c: Connection, job: str, ended: list[dict[str, Any]], now: float) -> None:
-        """End the last attempts at chunks: first case, worker, result."""
+        """End the last attempt at each chunk. ended: dictionaries with first case (at), worker (by) and result (told)."""
         last = select(func.max(attempts.c.id)).where(attempts.c.job == job, attempts.c.start == bindparam("at")).scalar_subquery()
         values = {"ended": now, "worker": bindparam("by"), "result": bindparam("told")}
         c.execute(update(attempts).where(attempts.c.id == last).values(values), ended)
 
     def attempts(self, job: str) -> list[dict[str, Any]]:
-        """Attempts at chunks of a job, in order."""
+        """All attempts at chunks of a job, in order."""
         query = select(attempts).where(attempts.c.job == job).order_by(attempts.c.id)
         with transaction(self.engine) as c:
             return [dict(row) for row in c.execute(query).mappings()]

@@ -18,11 +18,11 @@ CONNECT_SECONDS = 5
 
 
 class Unreachable(RuntimeError):
-    """The database is unavailable (down, locked, disk full); a retry can succeed."""
+    """The database is unavailable (down, locked, or its disk is full). A retry can succeed."""
 
 
 def engine_of(url: str) -> Engine:
-    """Engine for ``sqlite:///file`` or ``postgresql://…`` (driver psycopg). SceneError for an invalid address."""
+    """The SQLAlchemy engine for ``sqlite:///file`` or ``postgresql://…`` (driver psycopg). SceneError for an invalid address."""
     try:
         parsed = make_url(url)
         if parsed.get_backend_name() == "sqlite":
@@ -47,7 +47,7 @@ def _sqlite(url: Any) -> Engine:
 
     @event.listens_for(engine, "connect")
     def connected(connection: Any, _: Any) -> None:
-        connection.isolation_level = None  # transactions are begun below, by hand
+        connection.isolation_level = None  # the event handler below begins transactions
         cursor = connection.cursor()
         for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
             cursor.execute(f"PRAGMA {pragma}")
@@ -63,7 +63,7 @@ def _sqlite(url: Any) -> Engine:
 
 @contextmanager
 def transaction(engine: Engine, writing: bool = False) -> Iterator[Connection]:
-    """A connection in a transaction; Unreachable when the database is."""
+    """A connection in a transaction; Unreachable when the database is unavailable."""
     try:
         with engine.connect().execution_options(writing=writing) as connection, connection.begin():
             yield connection
@@ -74,7 +74,7 @@ def transaction(engine: Engine, writing: bool = False) -> Iterator[Connection]:
 
 
 def _ours(e: DBAPIError) -> bool:
-    """Whether the error is in the statement, not in the database's health."""
+    """Whether the statement caused the error, not an unavailable database."""
     from sqlalchemy.exc import DataError, IntegrityError, ProgrammingError
 
     return isinstance(e, IntegrityError | DataError | ProgrammingError)
@@ -85,16 +85,16 @@ def _short(e: SQLAlchemyError) -> str:
 
 
 def upgrade(engine: Engine, revision: str = "head") -> None:
-    """Migrate the tables to a revision; Unreachable when the database is."""
+    """Migrate the tables to a revision. Unreachable when the database is unavailable; SceneError for tables of a newer version."""
     from alembic import command
     from alembic.util.exc import CommandError
 
     with transaction(engine, writing=True) as connection:
         if engine.dialect.name == "postgresql":
-            connection.exec_driver_sql("SELECT pg_advisory_xact_lock(7479)")  # two servers may start at once
+            connection.exec_driver_sql("SELECT pg_advisory_xact_lock(7479)")  # two servers can start at the same time
         try:
             command.upgrade(alembic_config(connection), revision)
-        except CommandError as e:  # the revision of the tables is unknown
+        except CommandError as e:  # this version does not know the revision of the tables
             hint = "use that version, another --data folder, or another --database"
             raise SceneError([Problem("--database", "the tables were made by a newer version of Trunnion", hint)]) from e
 

@@ -1,4 +1,4 @@
-"""Records of the store as frozen data."""
+"""Data classes for the records of the store."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Job:
-    """A stored job. Times are seconds since the epoch. counts: cases by outcome; lost: cases in failed chunks; seconds: stepping;
-    pace: recent wall seconds of a case; landed: time of the last rows; asked: known cases of a study; ends: digest of the chunk
-    ends, once known."""
+    """A stored job. Times are seconds since the epoch. counts: number of cases by outcome. lost: number of cases in failed chunks.
+    seconds: time of stepping, s. pace: recent wall time of a case, s. landed: time at which the last rows arrived. asked: number of
+    known cases of a study, None for other jobs. ends: digest of the chunk ends, "" while unknown."""
 
     id: str
     created: float
@@ -40,13 +40,13 @@ class Job:
 
     @property
     def known(self) -> int:
-        """Number of known cases; of a study those requested so far."""
+        """The number of known cases. For a study, it is the number of cases that were requested."""
         return self.cases if self.asked is None else self.asked
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """The cases start … stop − 1 of a job, with its attempts."""
+    """A chunk: the cases start … stop − 1 of a job. attempts: number of attempts. not_before: earliest time of the next attempt."""
 
     job: str
     start: int
@@ -59,7 +59,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class StoredEvent:
-    """An event of a job; ids increase."""
+    """An event of a job. Later events have larger ids."""
 
     id: int
     job: str
@@ -81,22 +81,22 @@ class Key:
 
 
 def job_of(row: Any) -> Job:
-    """A job from a row."""
+    """The job in a database row."""
     fields = {name: row[name] for name in Job.__dataclass_fields__}
     read = {name: json.loads(row[name]) for name in ("counts", "problems")}
     return Job(**fields | read | {"tags": tuple(json.loads(row["tags"]))})
 
 
 def chunk_of(row: Any) -> Chunk:
-    """A chunk from a row."""
+    """The chunk in a database row."""
     return Chunk(**{name: row[name] for name in Chunk.__dataclass_fields__})
 
 
 def event_of(row: Any) -> StoredEvent:
-    """An event from a row."""
+    """The event in a database row."""
     return StoredEvent(row["id"], row["job"], row["time"], row["kind"], json.loads(row["data"]))
 
 
 def key_of(row: Any) -> Key:
-    """A key from a row."""
+    """The key in a database row."""
     return Key(**{name: row[name] for name in Key.__dataclass_fields__})

@@ -1,5 +1,5 @@
-"""The store of jobs, events and keys. Every method is one transaction. After ``Unreachable`` nothing was stored; or everything,
-if the connection broke during the commit."""
+"""The store of jobs, events and keys. Every method is one transaction. After ``Unreachable``, normally nothing was stored. If the
+connection broke during the commit, everything can have been stored."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trunnion.service.store.table_definitions import ACTIVE, STATES, events, job
 
 
 class Conflict(RuntimeError):
-    """The idempotency key belongs to another request."""
+    """The idempotency key was already used for a different request."""
 
 
 class BadCursor(ValueError):
@@ -28,7 +28,8 @@ class BadCursor(ValueError):
 
 
 class Store:
-    """Jobs for clients: submit, read, list, cancel; events; keys. ``WorkStore`` adds the server's side."""
+    """The operations on jobs, events and keys that clients need. The derived class ``WorkStore`` adds the operations that run
+    jobs."""
 
     def __init__(self, url: str):
         self.engine = engine_of(url)
@@ -40,13 +41,13 @@ class Store:
         self.engine.dispose()
 
     def now(self, c: Connection) -> float:
-        """Seconds since the epoch by the database's clock, which all servers share."""
+        """The time by the clock of the database, which all servers share, in seconds since the epoch."""
         if self.engine.dialect.name == "postgresql":
             return float(c.exec_driver_sql("SELECT extract(epoch FROM clock_timestamp())").scalar_one())
-        return time.time()  # SQLite has none of its own
+        return time.time()  # SQLite has no clock of its own
 
     def ping(self) -> None:
-        """Query the database; Unreachable when it does not answer."""
+        """Query the database; Unreachable when the database does not respond."""
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
 
@@ -56,8 +57,9 @@ class Store:
         self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
         tags: Sequence[str] = (), notify: str = "", asked: int | None = None,
     ) -> tuple[Job, bool]:  # fmt: skip
-        """Store a new job: (job, whether it is new). A repeated idempotency ``key`` with the same ``digest`` returns the first job;
-        Conflict for another digest. asked: 0 for a study, whose cases depend on results."""
+        """Store a new job. Returns the job, and whether it is new. If the idempotency ``key`` was used before with the same
+        ``digest``, the existing job is returned; Conflict if it was used with another digest. asked: 0 for a study, whose cases
+        depend on results."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
             "owner": owner,
@@ -87,13 +89,13 @@ class Store:
             return earlier, False
 
     def job(self, job: str) -> Job | None:
-        """The job with an id, or None."""
+        """The job with this id, or None."""
         with transaction(self.engine) as c:
             row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
         return job_of(row) if row else None
 
     def document(self, job: str) -> dict[str, Any]:
-        """The submitted request as stored."""
+        """The stored request of a job."""
         with transaction(self.engine) as c:
             return json.loads(c.execute(select(jobs.c.document).where(jobs.c.id == job)).scalar_one())
 
@@ -107,7 +109,8 @@ class Store:
         cursor: str | None = None,
         limit: int = 50,
     ) -> tuple[list[Job], str | None]:
-        """(jobs, newest first; cursor of the next page, None on the last). BadCursor for an invalid cursor."""
+        """A page of jobs, newest first, and the cursor of the next page, which is None on the last page. BadCursor for an invalid
+        cursor."""
         query = select(jobs).order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
         for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
             if wanted is not None:
@@ -127,7 +130,8 @@ class Store:
         return found, _encoded(found[-1]) if more else None
 
     def cancel(self, job: str) -> Job | None:
-        """Request cancellation; a job that nobody works on is ``cancelled`` at once. None for an unknown job."""
+        """Request the cancellation of a job. A queued job without a valid lease is ``cancelled`` at once. Returns the job, None for
+        an unknown id."""
         with transaction(self.engine, writing=True) as c:
             now = self.now(c)
             idle = or_(jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
@@ -143,10 +147,10 @@ class Store:
             return job_of(row) if row else None
 
     def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
-        """Queue the end of a job, in stores that can."""
+        """Queue a webhook for the end of a job. This class does nothing; ``WebhookStore`` overrides the method."""
 
     def states(self) -> dict[str, int]:
-        """Number of jobs by state."""
+        """The number of jobs in each state."""
         with transaction(self.engine) as c:
             found = c.execute(select(jobs.c.state, func.count()).group_by(jobs.c.state)).all()
         return dict.fromkeys(STATES, 0) | {str(s): int(n) for s, n in found}
@@ -161,7 +165,7 @@ class Store:
         c.execute(insert(events), [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
 
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
-        """Events of a job with ids above ``after``, in order."""
+        """The events of a job with ids above ``after``, in order."""
         query = select(events).where(events.c.job == job, events.c.id > after).order_by(events.c.id).limit(limit)
         with transaction(self.engine) as c:
             return [event_of(row) for row in c.execute(query).mappings()]
@@ -174,7 +178,7 @@ class Store:
             c.execute(insert(keys).values({n: getattr(key, n) for n in Key.__dataclass_fields__}))
 
     def key(self, key: str) -> Key | None:
-        """The key with an id, even a revoked one, or None."""
+        """The key with this id, even if it is revoked, or None."""
         with transaction(self.engine) as c:
             row = c.execute(select(keys).where(keys.c.id == key)).mappings().first()
         return key_of(row) if row else None

@@ -1,4 +1,4 @@
-"""The server's side of the store: leases, chunks, attempts, ends. Every write requires the lease of its job."""
+"""The part of the store for running jobs: leases, chunks, attempts, ends of jobs. Every write requires the lease of the job."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 
 
 class WorkStore(ChunkOutcomeStore):
-    """Leases: ``claim`` gives a server every active job without a lease, and renews its own; it must be repeated within ``lease``
-    seconds. A lease expires by the database's clock, or when it was not renewed for its duration by this server's monotonic clock:
-    a clock set back strands no job. A server without the lease gets LeaseLost and must drop the job. Its workers may still write:
-    they write the same rows under the same names."""
+    """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews its other leases. A
+    server must repeat it within ``lease`` seconds. A lease expires by the clock of the database. It also expires if, by the
+    monotonic clock of another server, it was not renewed for its duration; a clock that is set back therefore blocks no job. A
+    server that lost its lease gets LeaseLost and must drop the job. Its workers may still write, because they write the same rows
+    to the same files."""
 
     def __init__(self, url: str):
         super().__init__(url)
         self.seen: dict[str, tuple[tuple[str, int], float]] = {}
 
     def claim(self, server: str, lease: float) -> list[Job]:
-        """Lease all free jobs for ``lease`` seconds; returns all jobs of this server."""
+        """Lease all free jobs to a server for ``lease`` seconds, and renew its leases. Returns all jobs that the server leases."""
         with transaction(self.engine, writing=True) as c:
             now = self.now(c)
             free = or_(jobs.c.lease_owner == server, jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
@@ -39,7 +40,7 @@ class WorkStore(ChunkOutcomeStore):
             return [job_of(row) for row in c.execute(held).mappings()]
 
     def _stale(self, c: Connection, server: str) -> list[str]:
-        """Jobs of other servers whose leases this server saw unrenewed for longer than their duration."""
+        """The jobs of other servers whose leases were not renewed for longer than their duration, as observed by this server."""
         query = select(jobs.c.id, jobs.c.lease_owner, jobs.c.beat, jobs.c.lease)
         others = c.execute(query.where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner != server)).all()
         now, seen, found = time.monotonic(), {}, []
@@ -58,7 +59,7 @@ class WorkStore(ChunkOutcomeStore):
             c.execute(update(jobs).where(jobs.c.lease_owner == server).values(lease_owner=None, lease_until=0.0))
 
     def begin(self, server: str, job: str) -> None:
-        """Store that a job is running. For a resumed job, the interruption does not count in its pace."""
+        """Store that a job is running. If the job is resumed, the time of the interruption does not affect its pace."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
             if row["state"] == "queued":
@@ -68,8 +69,8 @@ class WorkStore(ChunkOutcomeStore):
                 c.execute(update(jobs).where(jobs.c.id == job).values(landed=now))
 
     def cut_chunks(self, server: str, job: str, sizes: Sequence[int], pause: float = 3000.0) -> list[Chunk]:
-        """The next chunks to run, at most one for each size: first due retries, then new cases (at most ``sizes[k]`` in chunk k),
-        then cases that overran. All are stored, or none."""
+        """Cut and store the next chunks to run, at most one for each element of ``sizes``, in one transaction. Retries that are due
+        come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that overran."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
             due = self._due(c, job, now, pause, len(sizes))
@@ -95,33 +96,34 @@ class WorkStore(ChunkOutcomeStore):
 
     @staticmethod
     def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Any]:
-        """Waiting chunks that are due; cases that overran come last."""
+        """The waiting chunks that are due; chunks with cases that overran come last. A chunk whose time is more than ``pause``
+        seconds ahead is also due, because the clock was set back."""
         over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
         last = case((chunks.c.error == OVERRAN, 1), else_=0)
         due = select(chunks).where(chunks.c.job == job, chunks.c.state == "waiting", over).order_by(last, chunks.c.start)
         return list(c.execute(due.limit(most)).mappings())
 
     def running(self, job: str) -> list[Chunk]:
-        """Chunks stored as running; after a restart, nobody works on them."""
+        """The chunks that are stored as running. After a restart of the server, they do not run."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
         with transaction(self.engine) as c:
             return [chunk_of(row) for row in c.execute(query).mappings()]
 
     def ended(self, job: str, start: int, stop: int) -> list[Chunk]:
-        """Chunks with some of the cases start … stop − 1 that are done or have failed in all attempts."""
+        """The chunks that contain any of the cases start … stop − 1 and are done or have failed in all attempts."""
         here = and_(chunks.c.job == job, chunks.c.start < stop, chunks.c.stop > start, chunks.c.state.in_(("done", "failed")))
         with transaction(self.engine) as c:
             return [chunk_of(row) for row in c.execute(select(chunks).where(here).order_by(chunks.c.start)).mappings()]
 
     def finished(self, job: str, first: int = 0, stop: int | None = None) -> list[Chunk]:
-        """Chunks with parts, in order: all, or those with some of the cases first … stop − 1."""
+        """The finished chunks, in order, that contain any of the cases first … stop − 1. stop: None means the end of the job."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "done", chunks.c.stop > first).order_by(chunks.c.start)
         with transaction(self.engine) as c:
             found = c.execute(query if stop is None else query.where(chunks.c.start < stop)).mappings()
             return [chunk_of(row) for row in found]
 
     def ends(self, job: str) -> str:
-        """Digest (SHA-256) of the ends of the finished chunks, in order."""
+        """The digest (SHA-256) of the list of ends of the finished chunks, in order."""
         with transaction(self.engine) as c:
             return self._ends(c, job)
 
@@ -131,14 +133,14 @@ class WorkStore(ChunkOutcomeStore):
         return sha256(json.dumps([int(stop) for stop in c.execute(query).scalars()]).encode()).hexdigest()
 
     def ask(self, server: str, job: str, known: int, over: bool) -> None:
-        """Store the number of known cases of a study; ``over``: it is final."""
+        """Store the number of known cases of a study. over: whether the number is final."""
         with transaction(self.engine, writing=True) as c:
             self._locked_job(c, server, job)
             values = {"asked": known} | ({"cases": known} if over else {})
             c.execute(update(jobs).where(jobs.c.id == job).values(values))
 
     def end_if_over(self, server: str, job: str) -> str | None:
-        """End a job whose cases are all done or lost; its final state, None while it goes on."""
+        """End a job if all its cases are done or lost. Returns its final state, or None if the job continues."""
         with transaction(self.engine, writing=True) as c:
             row = self._locked_job(c, server, job)
             if row["done"] + row["lost"] < row["cases"]:
@@ -150,14 +152,14 @@ class WorkStore(ChunkOutcomeStore):
                 {
                     "where": f"cases {r['start']} to {r['stop'] - 1}",
                     "what": f"could not be run in {r['attempts']} attempts: {r['error']}",
-                    "hint": "results of other cases are valid; submit these again when the cause is fixed",
+                    "hint": "results of other cases are valid; submit these cases again when the cause is fixed",
                 }
                 for r in c.execute(failed).mappings()
             ]
             return self._end(c, job, "failed", problems)
 
     def end(self, server: str, job: str, state: str, problems: list[dict[str, Any]]) -> None:
-        """End a job early: cancelled, or out of its budget."""
+        """End a job early, because it was cancelled or its budget is used up."""
         with transaction(self.engine, writing=True) as c:
             self._locked_job(c, server, job)
             over = case((chunks.c.state == "done", "done"), (chunks.c.state == "failed", "failed"), else_="dropped")

@@ -1,14 +1,15 @@
-"""The tables. Times are seconds since the epoch; documents are JSON text.
+"""The database tables. Times are seconds since the epoch; documents are JSON text.
 
 States of a job: queued → running → done | failed | cancelled, with cancelling before cancelled. A job is ``failed`` when chunks
 failed in all attempts (its other results are valid), or when its budget is used up. States of a chunk: running → done, or running →
-waiting → running … (up to the allowed attempts) → failed. A chunk that overran is done up to its finished cases; the rest waits as
-chunks of its own. A server works on a job while it holds its lease.
+waiting → running … (up to the allowed number of attempts) → failed. A chunk that overran is done up to its finished cases; its
+other cases wait as separate chunks. A server works on a job while it has the job's lease.
 
-Columns of a job: asked, known cases of a study, else null; pace, recent wall seconds of a case with all workers; landed, time of
-the last rows; beat, renewals of its lease; lease, its duration; ends, digest of the chunk ends of a finished job ("": unknown).
+Columns of a job. asked: number of known cases of a study, null for other jobs. pace: recent wall time of a case with all workers,
+s. landed: time at which the last rows arrived. beat: number of renewals of the lease. lease: duration of the lease, s. ends: digest
+of the chunk ends of a finished job, "" if unknown.
 
-Columns of a chunk: counts, cases by outcome; bytes, size of its part."""
+Columns of a chunk. counts: number of cases by outcome. bytes: size of the part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Usage of keys, deletion, labels and tags, audit log."""
+"""The part of the store for usage of keys, deletion of jobs, labels and tags, and the audit log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DAY = 86_400.0
 
 @dataclass(frozen=True)
 class Usage:
-    """Usage of an owner: active jobs, bytes of results, cases submitted within a day."""
+    """The usage of an owner: number of active jobs, bytes of results, number of cases submitted within a day."""
 
     jobs: int
     bytes: int
@@ -27,7 +27,7 @@ class Usage:
 
 @dataclass(frozen=True)
 class AuditRecord:
-    """An entry of the audit log: when, which key, action, job or key."""
+    """An entry of the audit log. who: id of the key. what: the action. about: id of the job or key."""
 
     id: int
     time: float
@@ -41,7 +41,7 @@ class HousekeepingStore(Store):
     """The part of the store for usage, deletion, tags and the audit log."""
 
     def usage(self, owner: str) -> Usage:
-        """Present usage of an owner. Cases of deleted jobs still count on the day of their submission."""
+        """The present usage of an owner. Cases of deleted jobs still count for a day after their submission."""
         with transaction(self.engine) as c:
             own, now = jobs.c.owner == owner, self.now(c)
             active = c.execute(select(func.count()).select_from(jobs).where(own, jobs.c.state.in_(ACTIVE))).scalar_one()
@@ -52,7 +52,8 @@ class HousekeepingStore(Store):
         return Usage(int(active), int(kept), int(today) + sum(d["cases"] for d in deleted))
 
     def delete(self, job: str, who: str, **data: Any) -> bool:
-        """Delete an ended job with its chunks and events, and log it; False when it runs or does not exist."""
+        """Delete an ended job with its chunks and events, and add the deletion to the audit log. Returns False if the job has not
+        ended or does not exist."""
         with transaction(self.engine, writing=True) as c:
             gone = bool(c.execute(delete(jobs).where(jobs.c.id == job, jobs.c.state.in_(ENDED))).rowcount)
             if gone:
@@ -66,13 +67,13 @@ class HousekeepingStore(Store):
             return c.execute(query).first() is not None
 
     def older(self, seconds: float, most: int = 200) -> list[Job]:
-        """Jobs that ended more than ``seconds`` ago, oldest first."""
+        """The first ``most`` jobs that ended more than ``seconds`` ago, oldest first."""
         with transaction(self.engine) as c:
             old = select(jobs).where(jobs.c.state.in_(ENDED), jobs.c.finished < self.now(c) - seconds)
             return [job_of(row) for row in c.execute(old.order_by(jobs.c.finished).limit(most)).mappings()]
 
     def mark(self, job: str, label: str | None, tags: list[str] | None) -> None:
-        """Change label or tags of a job."""
+        """Change the label or the tags of a job; None changes nothing."""
         values = ({"label": label} if label is not None else {}) | ({"tags": json.dumps(tags)} if tags is not None else {})
         if values:
             with transaction(self.engine, writing=True) as c:
@@ -90,7 +91,7 @@ class HousekeepingStore(Store):
     def audit_records(
         self, after: int = 0, limit: int = 100, who: str | None = None, about: str | None = None
     ) -> list[AuditRecord]:
-        """Entries of the audit log with ids above ``after``, in order."""
+        """The entries of the audit log with ids above ``after``, in order. who, about: only entries with this value."""
         query = select(audit).where(audit.c.id > after).order_by(audit.c.id).limit(limit)
         for column, wanted in ((audit.c.who, who), (audit.c.about, about)):
             if wanted is not None:

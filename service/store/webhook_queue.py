@@ -1,4 +1,4 @@
-"""Queue of webhooks: ends of jobs to report, and the results of attempts."""
+"""The part of the store for the queue of webhooks that report ends of jobs, and for the results of their attempts."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from trunnion.service.store.table_definitions import hooks, jobs
 from trunnion.service.store.usage_tags_audit import HousekeepingStore
 
 CLAIM_SECONDS = 60.0
-"""Time during which no other server sends a claimed webhook."""
+"""Time for which a webhook is claimed, s. During this time, no other server sends it."""
 
 
 @dataclass(frozen=True)
 class Webhook:
-    """A webhook to send: event, job, address, attempts so far."""
+    """A webhook to send. kind: the event. url: the address. attempts: number of attempts, including this one."""
 
     id: int
     kind: str
@@ -31,13 +31,13 @@ class WebhookStore(HousekeepingStore):
     """The part of the store for webhooks."""
 
     def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
-        """Within a transaction: queue the end of a job, if its request names an address."""
+        """In a transaction, queue a webhook for the end of a job, if the request of the job names an address."""
         if c.execute(select(jobs.c.notify).where(jobs.c.id == job)).scalar_one():
             values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
             c.execute(insert(hooks).values(values))
 
     def next_webhook(self) -> Webhook | None:
-        """Claim the next due webhook; None if none is due."""
+        """Claim the next webhook that is due; None if no webhook is due."""
         with transaction(self.engine, writing=True) as c:
             now = self.now(c)
             due = or_(hooks.c.not_before <= now, hooks.c.not_before > now + DAY)  # the clock was set back
@@ -51,7 +51,8 @@ class WebhookStore(HousekeepingStore):
             return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, job_of(job))
 
     def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:
-        """Store the result of an attempt: told (``delay`` None, ``result`` "told"), to retry after ``delay`` s, or given up."""
+        """Store the result of an attempt. The webhook is retried after ``delay`` seconds. If ``delay`` is None, it was delivered
+        (``result`` "told") or is given up."""
         with transaction(self.engine, writing=True) as c:
             state = "waiting" if delay is not None else "told" if result == "told" else "given_up"
             values = {"state": state, "not_before": self.now(c) + (delay or 0.0)}

@@ -1,6 +1,6 @@
-/* The row of outputs at the present time, and communication steps. */
+/* Computation of the row of outputs at the present time, and communication steps. */
 
-/* Update the row of outputs to all present settings. */
+/* Update the row of outputs, with all present parameters and inputs. */
 static fmu_status fmu_refresh(fmu_instance *m) {
   fmu_state *s = m->state;
   if (s->ready && !s->changed) return FMU_OK;
@@ -17,7 +17,7 @@ static fmu_status fmu_refresh(fmu_instance *m) {
 
 static int fmu_near(double a, double b, double scale) { return fabs(a - b) <= SAME_POINT * fmax(fabs(scale), fmax(fabs(a), fabs(b))); }
 
-/* Check a communication step of length h from t; logs the reason of a refusal. */
+/* Check a communication step from time t to t + h. Logs the reason if the step is not allowed. */
 static fmu_status fmu_may_step(fmu_instance *m, double t, double h) {
   fmu_state *s = m->state;
   double target = t + h;
@@ -42,16 +42,17 @@ static fmu_status fmu_set_off(fmu_instance *m) {
   return fmu_take_over(m);
 }
 
-/* End of the run's own steps on the way to `target`, beyond it. After a change, another is likely and would waste work beyond `target`. */
+/* The latest end of the internal steps towards `target`. It is beyond `target`, except after a change by the host: another change
+ * is then likely, and the work beyond `target` would be lost. */
 static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + FAR * h; }
 
-/* Most internal steps of a communication step. */
+/* Largest number of internal steps in a communication step. */
 static long fmu_most_steps(const fmu_state *s) {
   const double most = fmu_setting_of(s, FMU_MAX_STEPS, 0.0);
   return most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS;
 }
 
-/* Report a step up to `target` that ended with `status`. */
+/* Update the state and the log after a step to `target` that ended with the runtime status `status`. */
 static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   fmu_state *s = m->state;
   const double reach = fmu_limit(s, target, target - s->time);
@@ -72,7 +73,7 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   return fmu_failed(m, status, FMU_DISCARD);
 }
 
-/* Advance to `target`, h ahead, by internal or bounded steps, and write the row there. Returns the status of the runtime. */
+/* Advance by h to `target`, in internal steps or one bounded step, and write the row there. Returns the status of the runtime. */
 static int fmu_reach(fmu_instance *m, double target, double h) {
   static const char *const said[] = {0, "one step of impulses", "one step of impulses whose friction a few sweeps found"};
   fmu_state *s = m->state;
@@ -83,7 +84,7 @@ static int fmu_reach(fmu_instance *m, double target, double h) {
   return status;
 }
 
-/* One communication step of length h from t. */
+/* Do the communication step from time t to t + h. */
 static fmu_status fmu_step(fmu_instance *m, double t, double h) {
   fmu_status status = fmu_may_step(m, t, h);
   if (status == FMU_OK) status = fmu_set_off(m);

@@ -1,14 +1,15 @@
-/* Directional derivatives of outputs (model exchange: also of state derivatives) by inputs (model exchange: also by states), from the kernel's
- * exact derivatives. */
+/* Directional derivatives of outputs with respect to inputs. In model exchange, the unknowns can also be state derivatives, and the
+ * knowns states. All derivatives come from the exact derivatives of the kernel. */
 
-/* A direction: signals of inputs, changes of states. columns: whether outputs are requested. */
+/* A direction: changes of the input signals and of the states. columns: whether derivatives of outputs are requested. */
 typedef struct fmu_direction {
   tr_signal *inputs;
   double *states;
   int columns;
 } fmu_direction;
 
-/* Derivatives of all outputs and state derivatives along a direction, computed in a copy of the state. */
+/* Compute the derivatives of all outputs (`all`) and of all state derivatives (`rates`) along a direction, in a copy of the state.
+ * */
 static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all, double *rates) {
   fmu_instance copy = *m;
   copy.state = fmu_allocate(&m->host, m->state->bytes);
@@ -23,13 +24,13 @@ static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all
   return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "there are no derivatives at this state");
 }
 
-/* Whether a reference is a state (behind: 0) or a state derivative (1) of model exchange. */
+/* Whether a reference is a state (behind = 0) or a state derivative (behind = 1) in model exchange. */
 static int fmu_is_exchanged_state(const fmu_instance *m, fmu_reference r, int behind) {
   const unsigned first = fmu_first_state() + (unsigned)(behind * fmu_states());
   return m->exchange && r >= first && r < first + (unsigned)fmu_states();
 }
 
-/* Check a request for derivatives; logs the reason of a refusal. */
+/* Check a request for derivatives. Logs the reason if the request is not allowed. */
 static fmu_status fmu_derivable(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known, size_t nk) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
   const char *also = m->exchange ? " and derivatives of states" : "", *with = m->exchange ? " and states" : "";
@@ -41,7 +42,7 @@ static fmu_status fmu_derivable(fmu_instance *m, const fmu_reference *unknown, s
   return fmu_refresh(m);
 }
 
-/* Add a seed of an input or a state to the direction. */
+/* Add the seed of an input or a state to a direction. */
 static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fmu_direction *d) {
   if (fmu_is_exchanged_state(m, known, 0)) {
     d->states[known - fmu_first_state()] += seed;
@@ -51,24 +52,24 @@ static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fm
   const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
   const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
   if (in->followed == 0.0) d->inputs[which / 2].value += seed;
-  else d->inputs[which / 2].second += answer * seed; /* a motion that follows an input answers with its acceleration at once */
+  else d->inputs[which / 2].second += answer * seed; /* the input at once changes the acceleration of a motion that follows it */
 }
 
-/* Whether an output is among the unknowns. */
+/* Whether any of the unknowns is an output. */
 static int fmu_asks_outputs(const fmu_reference *unknown, size_t nu) {
   for (size_t i = 0; i < nu; ++i)
     if (unknown[i] < (unsigned)MODEL->outputs) return 1;
   return 0;
 }
 
-/* Values of an unknown among outputs or state derivatives; *n: their number. */
+/* The values of an unknown, in the array of outputs or of state derivatives. *n: number of these values. */
 static const double *fmu_numbers_of(fmu_reference unknown, const double *all, const double *rates, int *n) {
   const int column = unknown < (unsigned)MODEL->outputs;
   *n = column ? fmu_width(unknown) : 1;
   return column ? all + unknown : rates + (unknown - fmu_first_state() - (unsigned)fmu_states());
 }
 
-/* out = Σ seed · ∂unknown/∂known. */
+/* For each unknown i: out_i = Σ_j seed_j · ∂unknown_i/∂known_j. */
 static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known,
                                   size_t nk, const double *seed, double *out) {
   tr_signal inputs[MODEL->inputs + 1];
@@ -87,9 +88,10 @@ static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown,
   return FMU_OK;
 }
 
-#define AHEAD 1e-6 /* time step of the slope, relative to 1/rate; the derivative has about as many digits */
+#define AHEAD 1e-6 /* time step of a forward difference, relative to 1/rate; about the relative error of the derivative */
 
-/* The row of outputs a little later, computed in a copy of the state. Returns the time step; 0 when the row cannot be computed. */
+/* Compute the row of outputs a small time step later, in a copy of the state. Returns the time step; 0 if the row cannot be
+ * computed. */
 static double fmu_row_ahead(fmu_instance *m, double *row) {
   const double ahead = AHEAD / MODEL->rate;
   fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
@@ -101,7 +103,8 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
   return reached == TR_DONE ? ahead : 0.0;
 }
 
-/* Time derivatives of outputs: an output where one exists, 0 for discrete ones, else a forward slope. */
+/* Time derivatives of outputs. If another output is the derivative, its value is used. A discrete output has the derivative 0. For
+ * other outputs, the derivative is a forward difference. */
 static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order, double *value) {
   double later[1 + MODEL->columns->nout], ahead = 0.0;
   for (size_t i = 0; i < n; ++i) {

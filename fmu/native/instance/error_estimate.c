@@ -1,11 +1,11 @@
-/* Errors of outputs from the difference to a second run with a tighter tolerance (theory, "Global error"). */
+/* Error estimates of outputs, from the difference to a second run with a tighter tolerance (theory, "Global error"). */
 
-#define RESOLVED 3e-3   /* relative to tolerance and size of an output: smaller differences are meaningless */
-#define ROUND_OFF 1e-13 /* relative to the size of an output and of its unit */
-#define LINEAR 0.3      /* relative to the size of an output and of its unit: larger errors are not small */
-#define DECIDED_LATE 1.0 /* relative to 1/rate: longest time with different numbers of events; beyond, the runs have diverged */
+#define RESOLVED 3e-3   /* smallest meaningful difference, relative to tolerance times size of an output */
+#define ROUND_OFF 1e-13 /* smallest error, relative to the larger of the size of an output and the scale of its unit */
+#define LINEAR 0.3      /* largest error that counts as small, relative to the size of an output plus the scale of its unit */
+#define DECIDED_LATE 1.0 /* longest time, relative to 1/rate, with different numbers of events; after it, the runs have diverged */
 
-/* Start the second run at the start of the run. begin: starts a run. */
+/* Start the second run. It has the same start as the run. begin: function that starts a run. */
 static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *m, double tighter)) {
   fmu_state *s = m->state;
   const fmu_instance quiet = {.host = {.allocate = m->host.allocate, .release = m->host.release}, .state = s, .name = m->name};
@@ -21,7 +21,8 @@ static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *
   s->certified = done ? 1 : -1, s->apart = s->start;
 }
 
-/* Update the errors of the outputs. alike: whether both runs had the same number of events. Returns whether the errors are small. */
+/* Update the error estimates of the outputs. alike: whether both runs had the same number of events. Returns whether the errors are
+ * small. */
 static int fmu_compare(fmu_state *s, int alike) {
   const double *row = FMU_A(s, row) + 1, *other = FMU_A(s, other) + 1, rtol = FMU_SIM(s)->set.rtol;
   double *error = FMU_A(s, errors);
@@ -37,7 +38,7 @@ static int fmu_compare(fmu_state *s, int alike) {
   return small;
 }
 
-/* Advance the second run to the time of the run. reach: end of its internal steps. */
+/* Advance the second run to the time of the run. reach: latest end of the internal steps. */
 static void fmu_second_follows(fmu_instance *m, double reach) {
   fmu_state *s = m->state;
   if (s->certified <= 0) return;

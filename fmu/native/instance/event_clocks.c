@@ -1,11 +1,12 @@
-/* FMI 3.0 clocks that tick at events. A reversal that the look-ahead has reported does not tick again when it is recorded. */
+/* FMI 3.0 clocks that tick at events. The look-ahead can report a reversal before the run records it. The clock then does not tick
+ * again when the run records the reversal. */
 
-#define SAME_EVENT 1e-9 /* relative to 1/rate: nearer events count as the same */
+#define SAME_EVENT 1e-9 /* relative to 1/rate: events at most this far apart in time count as the same event */
 
-/* Whether two times of events are the same. */
+/* Whether events at the times a and b count as the same event. */
 static int fmu_same_event(double a, double b) { return fabs(a - b) <= SAME_EVENT / MODEL->rate; }
 
-/* Forget past and foreseen events. */
+/* Clear all data about past events and about events that the look-ahead found. */
 static void fmu_forget_events(fmu_state *s) {
   s->ticking = s->event = s->midway = 0, s->seen = s->start, s->stride = 0.0;
   if (!MODEL->clocks) return;
@@ -13,12 +14,12 @@ static void fmu_forget_events(fmu_state *s) {
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) FMU_A(s, heard)[i] = FMU_A(s, given_up)[i] = -INFINITY;
 }
 
-/* Whether a reversal was reported before it was recorded. */
+/* Whether event e is a reversal that was reported before the run recorded it. */
 static int fmu_is_heard(const fmu_state *s, const tr_event *e) {
   return e->kind == TR_EV_REVERSAL && fmu_same_event(e->time, FMU_A(s, heard)[(int)e->index]);
 }
 
-/* The clock of an event, -1 where there is none. */
+/* The index of the clock of an event; -1 if the event has no clock. */
 static int fmu_clock_of(const tr_event *e) {
   const int kind = (int)e->kind, of_stop = TR_IS_OF_STOP(kind);
   const int watched = (of_stop ? MODEL->kernel->nsliders : 0) + (int)e->index;
@@ -34,7 +35,7 @@ static void fmu_tick_now(fmu_state *s, const tr_event *e) {
   tick->time = e->time, tick->count += 1.0, tick->active = 1.0;
 }
 
-/* Tick the clock of a recorded event, unless it ticked before. */
+/* Tick the clock of a recorded event, unless the clock already ticked for this event. */
 static void fmu_tick_of(const fmu_instance *m, const tr_event *e) {
   if (!fmu_is_heard(m->state, e)) fmu_tick_now(m->state, e);
 }

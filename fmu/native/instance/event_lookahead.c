@@ -1,28 +1,28 @@
-/* Steps that end at events (FMI 3.0): a copy of the run locates the next event, then the run advances to it. The internal steps of the run are
- * those of a run that does not stop. */
+/* Steps that end at events (FMI 3.0). A copy of the run locates the next event, then the run advances to this event. The internal
+ * steps of the run are the same as in a run without stops. */
 
-#define LOOK_AHEAD 1.0 /* relative to 1/rate: longest look ahead for the confirmation of a reversal; later ones are reported when confirmed */
+#define LOOK_AHEAD 1.0 /* longest look-ahead for the record of a reversal, relative to 1/rate; a later record is reported then */
 
-#define DUE 32         /* most events of a look ahead; the clocks of further ones tick when they are recorded */
+#define DUE 32         /* largest number of events in a look-ahead; clocks of further events tick when the events are recorded */
 
-/* Result of a look ahead. */
+/* Result of a look-ahead. */
 typedef struct fmu_sight {
-  int ended, event;  /* status of the copy; whether there is an event */
-  int same;          /* the copy did only what the run would do */
-  double time, known; /* time of the first event, and of the first record, s; INFINITY: none */
+  int ended, event;  /* ended: status of the copy's step; event: whether an event was found */
+  int same;          /* whether the copy did only what the run would do, so that it can replace the run */
+  double time, known; /* time of the first event, and time at which the first event is recorded, s; INFINITY if there is none */
   int ndue;
   tr_event due[DUE]; /* found events */
 } fmu_sight;
 
-/* Allocate memory for looks ahead; 0 on failure. */
+/* Allocate memory for look-aheads; returns 0 on failure. */
 static int fmu_can_look(fmu_instance *m) {
   m->ahead = fmu_allocate(&m->host, m->state->bytes);
   m->before = fmu_allocate(&m->host, sizeof(double) * (1 + MODEL->columns->nout));
   return m->ahead && m->before;
 }
 
-/* Whether the block has recorded, unreported events that end a step from `from`. sight: result to update, 0 for none. An event in the past is
- * reported at the time of its record. */
+/* Whether the block holds recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead result
+ * to update, or 0. An event at or before `from` is reported at the time of its record. */
 static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(s);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
@@ -38,8 +38,8 @@ static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   return found;
 }
 
-/* Whether a pair reversed by `until` inside a proportional zone that it has not left, and the reversal is neither reported nor given up.
- * give_up: give it up. */
+/* Whether a pair in its proportional zone has reversed by `until`, and this reversal is neither reported nor given up. give_up:
+ * mark such reversals as given up: the look-ahead no longer waits for them. */
 static int fmu_unsure(const fmu_instance *m, double until, int give_up) {
   int found = 0;
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) {
@@ -60,20 +60,22 @@ static int fmu_in_zone(const fmu_instance *m) {
   return 0;
 }
 
-/* Advance the copy to t past events, which are noted. Returns whether it arrived. */
+/* Advance the copy to time t. Events on the way do not stop the copy; they are added to `sight`. Returns whether the copy reached
+ * t. */
 static int fmu_go_past(fmu_instance *m, double t, double limit, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(m->ahead);
   for (;;) {
     const int ended = tr_reach_event(sim, t, fmax(t, limit), (long)MANY_STEPS, FMU_A(m->ahead, row), 0);
     if (ended != TR_EVENT) return ended == TR_DONE;
-    const double known = sight->known; /* records on the way lie beyond the end of the step */
+    const double known = sight->known; /* events are recorded here after the end of the step, so `known` must not change */
     fmu_new_events(m->ahead, from, sight);
     sight->known = known;
     tr_events_take(sim);
   }
 }
 
-/* Reversals inside proportional zones are recorded when the zone is left: advance the copy until the reversals up to `until` are. */
+/* Advance the copy until all reversals up to `until` are recorded. A reversal inside a proportional zone is recorded only when the
+ * pair leaves the zone. */
 static void fmu_look_into_zones(fmu_instance *m, double until, double limit, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(m->ahead);
   if (!fmu_in_zone(m)) return;
@@ -87,7 +89,7 @@ static void fmu_look_into_zones(fmu_instance *m, double until, double limit, dou
   fmu_unsure(m, until, 1);
 }
 
-/* Look ahead to `target`. */
+/* Advance a copy of the run to `target` or the next event. */
 static fmu_sight fmu_look(fmu_instance *m, double target, double limit) {
   fmu_sight sight = {.same = 1, .time = INFINITY, .known = INFINITY};
   const double from = m->state->time;
@@ -107,13 +109,15 @@ static fmu_sight fmu_look(fmu_instance *m, double target, double limit) {
   return sight;
 }
 
-/* The row up to the event that is recorded at `time`, where none was kept: that of a run that does not go beyond. */
+/* Compute in `before` the row just before the event that is recorded at `time`, when the look-ahead has not stored this row. A run
+ * to `time` that does not include the event gives the row. */
 static void fmu_row_up_to(fmu_instance *m, double time, double limit) {
   memcpy(m->ahead, m->state, m->state->bytes);
   if (tr_reach(FMU_SIM(m->ahead), time, limit, (long)MANY_STEPS, m->before) != TR_DONE) m->before[0] = NAN;
 }
 
-/* Go to the event that is recorded first; outputs are as they were up to it until the host has handled it. */
+/* Advance the run to the event that is recorded first. The outputs keep their values just before the event until the host has
+ * handled it. */
 static fmu_status fmu_stop_at_record(fmu_instance *m, const fmu_sight *sight, double target, double limit) {
   fmu_state *s = m->state;
   const double from = s->time;
@@ -130,7 +134,8 @@ static fmu_status fmu_stop_at_record(fmu_instance *m, const fmu_sight *sight, do
   return status;
 }
 
-/* Go to a reversal that is recorded later, inside the proportional zone, where nothing jumps; it is reported now. */
+/* Advance the run to a reversal inside a proportional zone and report the reversal now, although it is recorded later. No output
+ * jumps at such a reversal. */
 static fmu_status fmu_stop_before_record(fmu_instance *m, const fmu_sight *sight, double limit) {
   fmu_state *s = m->state;
   fmu_status status = fmu_arrived(m, tr_reach(FMU_SIM(s), sight->time, limit, fmu_most_steps(s), FMU_A(s, row)), sight->time);
@@ -143,13 +148,14 @@ static fmu_status fmu_stop_before_record(fmu_instance *m, const fmu_sight *sight
   return status;
 }
 
-/* End of the time known to have no event: the end of the pending step, unless a pair can reverse in it. */
+/* The time up to which there is certainly no event: the end of the pending step, or its beginning if a pair can reverse in the
+ * step. */
 static double fmu_seen(const fmu_instance *m) {
   const tr_sim *sim = FMU_SIM(m->ahead);
   return sim->pending.kind == TR_NOTHING || fmu_in_zone(m) ? tr_time(sim) : sim->pending.t;
 }
 
-/* Advance towards `target`, h ahead, at most to the next event. */
+/* Advance by at most h to `target`; stop at the next event. */
 static fmu_status fmu_go_to_event(fmu_instance *m, double target, double h) {
   const double limit = fmu_limit(m->state, target, h);
   fmu_state *s = m->state;

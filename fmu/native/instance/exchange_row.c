@@ -3,7 +3,8 @@
 #if defined FMU_ALONE /* a plain library has no model exchange */
 static fmu_status fmu_row_here(fmu_instance *m) { return (void)m, FMU_ERROR; }
 #else
-/* Apply changes of the host at the present state: inputs, and at events parameters, after which the modes are decided again. */
+/* Apply the host's changes of inputs and, at events, of parameters at the present state. After a change of parameters, the modes
+ * are decided again. */
 static fmu_status fmu_take_in(fmu_instance *m) {
   fmu_state *s = m->state;
   const int anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
@@ -20,7 +21,7 @@ static fmu_status fmu_take_in(fmu_instance *m) {
   return FMU_OK;
 }
 
-/* Refuse a state without a solution in the present modes; a state nearer to the last completed step has one. */
+/* Discard a state without a solution in the present modes. States nearer to the last completed step have a solution. */
 static fmu_status fmu_none_there(fmu_instance *m) {
   return fmu_log(m, FMU_DISCARD, "in the present modes there is no motion at the state given for t = %.12g s: a smaller step ends at the event before it", m->state->time);
 }

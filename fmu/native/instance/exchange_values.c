@@ -1,9 +1,9 @@
-/* Values at the references of states, their derivatives and indicators. */
+/* Values at the references of states, state derivatives and event indicators. */
 
 #if defined FMU_ALONE /* a plain library has no model exchange */
 static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value) { return (void)m, (void)r, (void)value, FMU_ERROR; }
 #else
-/* Evaluate ẏ and the indicators unless they are valid; *rates: ẏ. */
+/* Evaluate the state derivatives ẏ and the event indicators, unless they are valid. *rates: ẏ. */
 static fmu_status fmu_rates(fmu_instance *m, const double **rates) {
   fmu_state *s = m->state;
   fmu_status status = s->mode < FMU_STEPPING ? fmu_refresh(m) : fmu_take_in(m);
@@ -13,7 +13,8 @@ static fmu_status fmu_rates(fmu_instance *m, const double **rates) {
   return s->known ? FMU_OK : fmu_none_there(m);
 }
 
-/* A state, derivative or indicator of a co-simulation instance, computed in a copy of the run, whose internal time can be ahead. */
+/* A state, state derivative or event indicator of a co-simulation instance. It is computed in a copy of the run, because the
+ * internal time of the run can be ahead of the communication point. */
 static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
   const fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;
@@ -29,7 +30,7 @@ static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
   return rates ? FMU_OK : fmu_none_there(m);
 }
 
-/* The number at the reference of a state, a derivative or an indicator. */
+/* The value at the reference of a state, a state derivative or an event indicator. */
 static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value) {
   const int at = (int)(r - fmu_first_state()), n = fmu_states();
   const double *rates = 0;

@@ -1,9 +1,9 @@
-/* Reason and joint of a failed run, in the words of engine/simulation/execution/failure_diagnosis.py. */
+/* Reason and joint of a failed run, with the texts of engine/simulation/execution/failure_diagnosis.py. */
 
-/* The name of a joint with friction by its number, from 1; "" of none. */
+/* The name of a joint with friction by its number (from 1); "" for other numbers. */
 static const char *fmu_joint(double number) { return number >= 1.0 && number <= MODEL->joints ? MODEL->joint[(int)number - 1] : ""; }
 
-/* Name and advice of a status, or of the known reason of a friction failure. */
+/* The outcome of a friction failure whose reason `why` is known, else the outcome of the status. */
 static const fmu_outcome *fmu_outcome_of(int status, int why) {
   for (const fmu_outcome *o = MODEL->why; why != TR_WHY_UNKNOWN && o->status >= 0; ++o)
     if (o->status == why) return o;
@@ -12,7 +12,7 @@ static const fmu_outcome *fmu_outcome_of(int status, int why) {
   return MODEL->outcome + MODEL->noutcomes - 1;
 }
 
-/* The joint with the largest friction in the last row. */
+/* The joint with the largest friction multiplier in the last row. */
 static const char *fmu_most_loaded(tr_sim *sim) {
   const double *z = tr_array(sim, TR_ARRAY_MULTIPLIERS) + MODEL->kernel->active;
   double most = -1.0;
@@ -22,7 +22,7 @@ static const char *fmu_most_loaded(tr_sim *sim) {
   return fmu_joint(joint + 1);
 }
 
-/* The joint of the tree that moves fastest; at rest the first with a freedom. */
+/* The tree joint that moves fastest. If all are at rest, it is the first joint with a degree of freedom. */
 static const char *fmu_fastest(tr_sim *sim) {
   const double *v = tr_array(sim, TR_ARRAY_STATE) + MODEL->kernel->nq;
   double most = -1.0;
@@ -34,7 +34,7 @@ static const char *fmu_fastest(tr_sim *sim) {
   return joint;
 }
 
-/* Joint of a failure ("": none), its reason, and further text. Changes sim. */
+/* The joint of a failure ("" if no joint is known). *why: reason; *more: further text. Changes sim. */
 static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **more) {
   int pair = -1;
   double number;
@@ -52,7 +52,7 @@ static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **mor
   return status == TR_FAIL_GIMBAL ? loop->gimbal : loop->joint;
 }
 
-/* Log the failure of the run. The reason is searched in a copy, so that the state keeps the last row. */
+/* Log the failure of the run. The diagnosis works on a copy, so that the state keeps the last row. */
 static fmu_status fmu_failed(fmu_instance *m, int status, fmu_status as) {
   fmu_state *s = m->state, *copy = fmu_allocate(&m->host, s->bytes);
   const char *more = "", *joint = "";

@@ -1,6 +1,6 @@
-/* Messages to the host by category: statuses; events and progress when logging is on. */
+/* Messages to the host. Each message has a category: a status, an event, or the progress of the run. */
 
-/* Categories: all; by status; events and progress. */
+/* Categories: all messages; one category for each status; events; progress. */
 enum { FMU_SAYS_ALL, FMU_SAYS_EVENTS = 5, FMU_SAYS_PROGRESS, FMU_CATEGORIES };
 static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal",
                                                          "logEvents", "logProgress"};
@@ -9,7 +9,7 @@ static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWar
 /* Whether the host selected a category. */
 static int fmu_wants(const fmu_instance *m, int category) { return m->host.say && m->logging & (1 << category | 1 << FMU_SAYS_ALL); }
 
-#if defined FMU_ALONE /* a library that says nothing */
+#if defined FMU_ALONE /* a plain library logs nothing */
 static void fmu_say(const fmu_instance *m, fmu_status status, int category, const char *form, va_list a) {
   (void)m, (void)status, (void)category, (void)form, (void)a;
 }
@@ -33,7 +33,7 @@ static fmu_status fmu_log(const fmu_instance *m, fmu_status status, const char *
   return status;
 }
 
-/* Send a message of a category that the host selected. */
+/* Send a message of a category, if the host selected this category. */
 static void fmu_tell(const fmu_instance *m, int category, const char *form, ...) {
   va_list a;
   va_start(a, form);
@@ -41,7 +41,7 @@ static void fmu_tell(const fmu_instance *m, int category, const char *form, ...)
   va_end(a);
 }
 
-/* Switch n categories on or off by name, all without names. Returns whether all names exist. */
+/* Switch n categories on or off by name; with n = 0, switch all categories. Returns whether all names exist. */
 static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *name) {
   int chosen = n ? 0 : FMU_EVERYTHING, known = 1;
   for (size_t i = 0; i < n; ++i) {
@@ -54,7 +54,7 @@ static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *
   return known;
 }
 
-/* Report events since the last call with their times. */
+/* Log the events since the last call with their times, and tick their clocks. */
 static void fmu_tell_events(const fmu_instance *m) {
   tr_sim *sim = FMU_SIM(m->state);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
@@ -68,7 +68,7 @@ static void fmu_tell_events(const fmu_instance *m) {
   }
 }
 
-/* Report progress at each tenth of the agreed time. */
+/* Log the progress at each tenth of the time between start and stop time. */
 static void fmu_tell_progress(const fmu_instance *m) {
   fmu_state *s = m->state;
   const tr_stats *c = &FMU_SIM(s)->stats;

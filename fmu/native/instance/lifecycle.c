@@ -1,9 +1,9 @@
-/* Life of an instance: creation, agreed times and tolerance, initialization, termination. */
+/* Life cycle of an instance: creation, times and tolerance of the run, initialization, termination. */
 
-#define LEAST_RTOL 1e-14 /* bounds of relative tolerances: smaller ones are below round-off, larger ones do not approximate */
+#define LEAST_RTOL 1e-14 /* bounds of relative tolerances: smaller ones are below round-off, larger ones give no approximation */
 #define MOST_RTOL 0.1
 
-/* Reason why an instance for this use cannot be created; NULL for none. */
+/* The reason why an instance of this type and GUID cannot be created; NULL if it can be created. */
 static const char *fmu_refusal(int type, const char *guid) {
   if (!(MODEL->types & type))
     return type == FMU_EXCHANGE ? "this FMU is for co-simulation" : "this FMU is for model exchange";
@@ -12,7 +12,8 @@ static const char *fmu_refusal(int type, const char *guid) {
                        : "the GUID is not that of this FMU: the description is of another version";
 }
 
-/* A new instance with the exported values; NULL on failure, with a message. why: reason of a refusal, or NULL. */
+/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a reason not to create it, or
+ * NULL. */
 static fmu_instance *fmu_create(const fmu_host *host, const char *name, const char *why, int logging) {
   fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
   fmu_state layout = {0};
@@ -44,7 +45,7 @@ static void fmu_destroy(fmu_instance *m) {
   fmu_free(&host, m);
 }
 
-/* Set start, stop time and tolerance of the run. */
+/* Set start time, stop time and tolerance of the run. */
 static fmu_status fmu_agree(fmu_instance *m, int tolerance_defined, double tolerance, double start, int stop_defined, double stop) {
   fmu_state *s = m->state;
   FMU_NEED(isfinite(start), "the start time is not a finite number");

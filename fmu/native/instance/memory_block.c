@@ -1,6 +1,6 @@
 /* The memory block of an instance: allocation, layout, exported values. */
 
-#if defined FMU_ALONE /* a library without a heap */
+#if defined FMU_ALONE /* a plain library allocates no memory */
 static void *fmu_allocate(const fmu_host *host, size_t bytes) { return (void)host, (void)bytes, NULL; }
 static void fmu_free(const fmu_host *host, void *p) { (void)host, (void)p; }
 #else
@@ -14,7 +14,7 @@ static void fmu_free(const fmu_host *host, void *p) {
 }
 #endif
 
-/* Set the offsets of the arrays behind the state; returns the bytes of the block. */
+/* Set the offsets of the arrays behind fmu_state. Returns the size of the block, bytes. */
 static size_t fmu_layout(fmu_state *s) {
   int at = 0;
   s->settings = at, at += MODEL->settings;
@@ -32,7 +32,7 @@ static size_t fmu_layout(fmu_state *s) {
   return sizeof(fmu_state) + (MODEL->erring ? sizeof(double) * s->second : sizeof(double) * at) + bytes;
 }
 
-/* Set all values of the block to the exported ones. */
+/* Set all values of the block to the exported values. */
 static void fmu_defaults(fmu_state *s) {
   size_t bytes = s->bytes;
   memset(s, 0, bytes);
@@ -43,30 +43,31 @@ static void fmu_defaults(fmu_state *s) {
   for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
 }
 
-/* The value of the first setting of a kind; `otherwise` where the model has none. */
+/* The value of the first parameter of a kind; `otherwise` if the model has no such parameter. */
 static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {
   for (int i = 0; i < MODEL->settings; ++i)
     if (MODEL->setting[i].kind == kind) return FMU_A(s, settings)[i];
   return otherwise;
 }
 
-/* Exchange the run and the second run. */
+/* Exchange the roles of the run and the second run. */
 static void fmu_swap(fmu_state *s) {
   const int sim = s->sim;
   s->sim = s->second, s->second = sim;
 }
 
-/* Renew the pointers of a run copied from another address. */
+/* Set the pointers in a run that was copied from another address. */
 static void fmu_adopt_run(fmu_state *s) {
   tr_sim *sim = FMU_SIM(s);
   sim->k = MODEL->kernel, sim->o = MODEL->columns, sim->j = MODEL->jacobian;
-  if (!sim->k->scene) return; /* constants of a parts kernel begin with the address of its scene (engine/parts/bytecode/interpreter.h) */
+  if (!sim->k->scene) return;
+  /* the constants of a parts kernel begin with the address of its scene (engine/parts/bytecode/interpreter.h) */
   memcpy(TR_A(sim, c), &sim->k->scene, sizeof(void *));
   memcpy(TR_A(sim, co), &sim->o->scene, sizeof(void *));
   memcpy(TR_A(sim, cj), &sim->j->scene, sizeof(void *));
 }
 
-/* Renew the pointers of a block copied from another address. */
+/* Set the pointers in a block that was copied from another address. */
 static void fmu_adopt(fmu_state *s) {
   fmu_adopt_run(s);
   if (!s->certified) return;

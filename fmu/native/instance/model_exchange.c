@@ -1,7 +1,8 @@
-/* Model exchange for both standards: the importer's solver makes the steps. Evaluation of ẏ and event indicators, and event handling, are in
- * ``hosts/model_exchange.c`` and ``hosts/model_exchange_events.c`` of the runtime. */
+/* Model exchange for FMI 2.0 and 3.0, in which the importer's solver makes the steps. The runtime evaluates state derivatives ẏ and
+ * event indicators (``hosts/model_exchange.c``) and handles events (``hosts/model_exchange_events.c``). */
 
-/* Check a call of model exchange: allowed modes (bits), number of values. */
+/* Check a call of model exchange. modes: bits of the allowed modes. given, wanted: number of values in the call, required number.
+ * */
 static fmu_status fmu_may_exchange(const fmu_instance *m, const char *call, int modes, size_t given, int wanted) {
   if (!m->exchange) return fmu_log(m, FMU_ERROR, "%s: this instance is for co-simulation", call);
   if (!(modes & 1 << m->state->mode)) return fmu_log(m, FMU_ERROR, "%s: not in this mode", call);
@@ -65,7 +66,8 @@ static fmu_status fmu_get_indicators(fmu_instance *m, double *z, size_t n) {
   return FMU_OK;
 }
 
-/* Nominal sizes of states: 1 for angles, the scene's length and rate for others, its energy for works. */
+/* The nominal values of the states, relative to their scale. The scale is 1 for angles, the scene's energy for works, and a product
+ * of the scene's length and rate for other states. */
 static fmu_status fmu_get_nominals(fmu_instance *m, double *x, size_t n) {
   fmu_status status = fmu_may_exchange(m, "GetNominalsOfContinuousStates", FMU_AT_ALL, n, fmu_states());
   if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
@@ -75,7 +77,7 @@ static fmu_status fmu_get_nominals(fmu_instance *m, double *x, size_t n) {
   return FMU_OK;
 }
 
-/* Complete a step of the importer at the present time and state. */
+/* The importer has completed a step to the present time and state. */
 static fmu_status fmu_completed(fmu_instance *m, int *event, int *terminate) {
   fmu_state *s = m->state;
   const fmu_status may = fmu_may_exchange(m, "CompletedIntegratorStep", 1 << FMU_CONTINUOUS, 0, 0), status = may == FMU_OK ? fmu_take_in(m) : may;
@@ -99,19 +101,20 @@ static fmu_status fmu_enter_continuous(fmu_instance *m) {
   return status;
 }
 
-/* Report to an importer after an event. */
+/* Information for the importer after an event. */
 typedef struct fmu_said {
   int again, terminate, values, defined;
   double next;
 } fmu_said;
 
-/* Set the next time event; INFINITY: none. */
+/* Set the time of the next time event; INFINITY if there is none. */
 static void fmu_says_next(fmu_said *said, double next) {
   said->defined = next < INFINITY;
   said->next = said->defined ? next : 0.0;
 }
 
-/* Handle the events at the present time and state. Clocks tick until the next call, which is requested from the importer. */
+/* Handle the events at the present time and state. Clocks that tick stay active until the next call. If a clock ticks, the importer
+ * is asked for another call. */
 static fmu_status fmu_update(fmu_instance *m, fmu_said *said) {
   fmu_state *s = m->state;
   tr_sim *sim = FMU_SIM(s);

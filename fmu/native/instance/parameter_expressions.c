@@ -1,9 +1,9 @@
-/* Numbers that depend on parameters of the scene, by its expressions. */
+/* Evaluation of the expressions by which numbers depend on parameters of the scene. */
 
 static double fmu_least(double a, double b) { return b < a ? b : a; }
 static double fmu_most(double a, double b) { return b > a ? b : a; }
 
-/* Value of the expression with the stack code from `code` to `end`; settings: values of the parameters. */
+/* The value of the expression whose stack code is from `code` to `end`. settings: values of the parameters. */
 static double fmu_expression(const double *code, const double *end, const double *settings) {
   double stack[FMU_STACK], *top = stack - 1;
   while (code < end) {

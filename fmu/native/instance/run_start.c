@@ -1,6 +1,6 @@
-/* Start of a run, and what changes in the run at hand when the host has set inputs or parameters. */
+/* Start of a run, and changes of inputs and parameters during a run. */
 
-/* Pass parameters of the equations to the simulation. */
+/* Pass the parameters of the equations to the simulation. */
 static void fmu_numbers(fmu_state *s) {
   double *p = tr_array(FMU_SIM(s), TR_ARRAY_PARAMETERS);
   for (int i = 0; i < MODEL->settings; ++i) {
@@ -22,8 +22,8 @@ static void fmu_start_values(fmu_state *s) {
   }
 }
 
-/* Check parameters that limit each other; logs a violation. The check happens when they take effect, because hosts set them one after another. The
- * host can correct them and continue. */
+/* Check parameters that limit each other, and log a violation. The check is made when the parameters take effect, because hosts set
+ * them one after another. The host can correct the parameters and continue. */
 static fmu_status fmu_together(fmu_instance *m) {
   const double *value = FMU_A(m->state, settings);
   for (int i = 0; i < MODEL->settings; ++i) {
@@ -37,7 +37,7 @@ static fmu_status fmu_together(fmu_instance *m) {
   return FMU_OK;
 }
 
-/* Relative tolerance of the run, from its parameter or the host; logs the choice when they differ. */
+/* The relative tolerance of the run, from solver.tolerance or from the host. If the two differ, the choice is logged. */
 static double fmu_tolerance(const fmu_instance *m) {
   const fmu_state *s = m->state;
   const double own = fmu_setting_of(s, FMU_TOLERANCE, DEFAULT_RTOL);
@@ -104,7 +104,7 @@ static fmu_status fmu_begin(fmu_instance *m) {
   return FMU_OK;
 }
 
-/* Apply changes of the host to a run. */
+/* Apply the host's changes to a run. */
 static int fmu_change_run(fmu_instance *m) {
   fmu_state *s = m->state;
   int status = tr_cut(FMU_SIM(s), s->time), anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
@@ -113,7 +113,7 @@ static int fmu_change_run(fmu_instance *m) {
   return status == TR_OK ? tr_resume(FMU_SIM(s), anew) : status;
 }
 
-/* Apply changes of the host at the present time. */
+/* Apply the host's changes at the present time, to the run and the second run. */
 static fmu_status fmu_take_over(fmu_instance *m) {
   fmu_state *s = m->state;
   if (!s->changed) return FMU_OK;

@@ -1,8 +1,8 @@
-/* States as bytes: written with a checksum, verified before they are used. */
+/* Copies of states, and states as bytes. The bytes are written with a checksum and verified when they are read. */
 #include <stdint.h>
 
 #define SEAL_MARK "TRUNN-1" /* identifies this format */
-#define SEAL_MIX 0x100000001b3u /* odd, hence invertible: every change of a single word changes the sum */
+#define SEAL_MIX 0x100000001b3u /* odd: multiplication is invertible, so every change of a single word changes the checksum */
 
 /* Header of a serialized state. */
 typedef struct fmu_seal {
@@ -10,7 +10,7 @@ typedef struct fmu_seal {
   uint64_t sum; /* checksum of the state behind it */
 } fmu_seal;
 
-/* Checksum of words of 8 bytes. */
+/* Checksum of all whole 8-byte words of the data. */
 static uint64_t fmu_sum(const void *data, size_t bytes) {
   uint64_t sum = 0xcbf29ce484222325u, word;
   for (size_t at = 0; at + sizeof word <= bytes; at += sizeof word) {
@@ -38,7 +38,7 @@ static void fmu_forget_addresses(fmu_state *s) {
   memset(TR_A(sim, cj), 0, sizeof(void *));
 }
 
-/* Write a state without addresses of this process: equal states are equal bytes. */
+/* Write a state with a checksum and without the addresses of this process, so that equal states give equal bytes. */
 static void fmu_seal_state(const fmu_state *s, char *out) {
   fmu_seal seal = {.mark = SEAL_MARK};
   char *body = out + sizeof seal;
@@ -53,7 +53,7 @@ static int fmu_refit(fmu_state *s) {
   return tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
 }
 
-/* Refit the second run, if any. */
+/* Refit the second run, if there is one. Returns whether it fits. */
 static int fmu_refit_second(fmu_state *s) {
   if (!s->certified) return 1;
   if (!MODEL->erring || s->certified > 1 || s->certified < -1) return 0;
@@ -63,7 +63,7 @@ static int fmu_refit_second(fmu_state *s) {
   return fits;
 }
 
-/* Whether the contents of a state are valid: mode, times, numbers of its run. */
+/* Set the offsets of a state, and return whether its contents are valid: mode, flags, times, runs. */
 static int fmu_in_range(fmu_state *s) {
   fmu_state layout = {0};
   fmu_layout(&layout);
@@ -76,7 +76,7 @@ static int fmu_in_range(fmu_state *s) {
       && fmu_refit(s) && fmu_refit_second(s);
 }
 
-/* Read a state into a block of this FMU's size; returns the error, or NULL. */
+/* Read a state into a block of the size that this FMU needs. Returns the error, or NULL. */
 static const char *fmu_unseal_state(fmu_state *s, size_t room, const char *in, size_t bytes) {
   fmu_seal seal;
   if (bytes != sizeof seal + room) return "these bytes are no state of this FMU: their number is another";
@@ -88,7 +88,7 @@ static const char *fmu_unseal_state(fmu_state *s, size_t room, const char *in, s
   return fmu_in_range(s) ? NULL : "these bytes are no state that a run can have: numbers in it are out of range";
 }
 
-/* Copy the state of an instance; *out: memory for it, or NULL to allocate. */
+/* Copy the state of an instance to *out. If *out is NULL, memory is allocated. */
 static fmu_status fmu_keep(fmu_instance *m, void **out) {
   FMU_NEED(out, "a NULL state was passed");
   if (!*out) *out = fmu_allocate(&m->host, m->state->bytes);

@@ -1,6 +1,6 @@
-/* Getting and setting variables. Value references count outputs, then inputs, then parameters. */
+/* Access to variables. The order of value references is: outputs, inputs, derivative inputs, parameters. */
 
-/* Address of the value of input r, which counts inputs of all kinds. */
+/* Address of the value of input r. r counts the inputs, then the derivative inputs. */
 static double *fmu_input_at(const fmu_state *s, int r) {
   if (r < MODEL->inputs) return &FMU_INPUTS(s)[r].value;
   const int which = MODEL->derivative[r - MODEL->inputs];
@@ -13,7 +13,7 @@ static fmu_status fmu_fresh(fmu_instance *m, fmu_reference r) {
   return (int)r >= MODEL->outputs || (s->ready && !s->changed) ? FMU_OK : fmu_refresh(m);
 }
 
-/* The number at a reference. */
+/* The value at reference r. */
 static double fmu_value(const fmu_state *s, int r) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
   if (r < no && s->certified && !MODEL->whole[r]) return s->certified > 0 ? FMU_A(s, errors)[r] : NAN;
@@ -34,7 +34,7 @@ static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, do
   return FMU_OK;
 }
 
-/* Check a value of a parameter; logs the reason of a refusal. */
+/* Check a value of a parameter. Logs the reason if the value is not allowed. */
 static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, double value) {
   int within = (g->open ? value > g->min : value >= g->min) && value <= g->max && !(g->nonzero && value == 0.0);
   if (!within) return fmu_log(m, FMU_DISCARD, "%s: %s %s (it is %g)", g->name, g->key, g->rule, value);
@@ -45,7 +45,7 @@ static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, doubl
   return FMU_OK;
 }
 
-/* Compute and check the numbers that depend on changed parameters in `trial`; logs the reason of a refusal. */
+/* Compute and check the numbers that depend on changed parameters in `trial`. Logs the reason if a number is not allowed. */
 static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   const double *settings = FMU_A(m->state, settings);
   int first = MODEL->settings - MODEL->followers, anew = 0;
@@ -61,7 +61,7 @@ static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   return FMU_OK;
 }
 
-/* Check a value for reference r and store it in `trial`; logs the reason of a refusal. */
+/* Check a value for reference r; store the value of a parameter in `trial`. Logs the reason if the value is not allowed. */
 static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
   if (r >= fmu_count()) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", (unsigned)r);
@@ -74,7 +74,7 @@ static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   return status;
 }
 
-/* Set input r, which counts inputs of all kinds. */
+/* Set input r. r counts the inputs, then the derivative inputs. */
 static void fmu_put_input(fmu_state *s, int r, double value) {
   fmu_input *in = r < MODEL->inputs ? FMU_INPUTS(s) + r : 0;
   double *at = fmu_input_at(s, r);
@@ -107,7 +107,7 @@ static fmu_status fmu_set(fmu_instance *m, const fmu_reference *vr, size_t n, co
   return FMU_OK;
 }
 
-/* First or second derivative of inputs from the present communication point on. */
+/* Set the first or second derivatives of inputs from the present communication point on. */
 static fmu_status fmu_set_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order,
                                       const double *value) {
   fmu_state *s = m->state;
@@ -134,7 +134,7 @@ static fmu_status fmu_are_whole(const fmu_instance *m, const fmu_reference *vr, 
   return FMU_OK;
 }
 
-/* Integer variables and enumerations. */
+/* Get integer variables and enumerations. */
 static fmu_status fmu_get_whole(fmu_instance *m, const fmu_reference *vr, size_t n, int *value) {
   fmu_status status = fmu_are_whole(m, vr, n);
   for (size_t i = 0; i < n && status <= FMU_WARNING; ++i) {

@@ -9,7 +9,7 @@
 #endif
 
 #define PATH_MOST 4096
-#define NEWEST 20 /* newest Python 3 minor version to try, from 3.9, if the process has none */
+#define NEWEST 20 /* newest minor version of Python 3 that is tried, down to 3.9, if the process contains no libpython */
 
 #if defined _WIN32
 static void *bridge_find(void *library, const char *name) { return (void *)GetProcAddress(library, name); }
@@ -51,7 +51,7 @@ static int bridge_folder(char *out) {
   return end != NULL;
 }
 
-/* Load pythonfmu's library, after a libpython if the process has none; returns the error, or NULL. */
+/* Load pythonfmu's library. If the process contains no libpython, load libpython first. Returns the error, or NULL. */
 static const char *bridge_load(void **library, char *text) {
   char path[2 * PATH_MOST], folder[PATH_MOST];
   if (!bridge_folder(folder)) return "where its library lies cannot be found";
@@ -69,12 +69,12 @@ static const char *bridge_load(void **library, char *text) {
 }
 #endif
 
-/* The value of a hexadecimal digit, −1 of another character. */
+/* The value of a hexadecimal digit; −1 for any other character. */
 static int bridge_digit(char c) {
   return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-/* Whether the slave lies in this folder. */
+/* Whether the folder contains the slave. */
 static int bridge_is_there(const char *folder) {
   char path[2 * PATH_MOST];
   snprintf(path, sizeof path, "%s/slavemodule.txt", folder);
@@ -88,7 +88,8 @@ static int bridge_is_there(const char *folder) {
 #endif
 }
 
-/* Folder of resources from the host's URI (with escapes, file:/ to file:///), else from the place of this library. Returns whether it exists. */
+/* Find the resources folder: from the host's URI (with escapes; file:/, file:// or file:///), else relative to this library.
+ * Returns whether it exists. */
 static int bridge_resources(const char *uri, char *out) {
   const char *from = uri ? uri : "";
   char *to = out, *last = out + PATH_MOST - 1;
@@ -113,7 +114,7 @@ static int bridge_resources(const char *uri, char *out) {
   return bridge_is_there(out);
 }
 
-/* Convert a path for pythonfmu; returns the error, or NULL. */
+/* Convert a path to a form that pythonfmu accepts. Returns the error, or NULL. */
 static const char *bridge_plain(char *path) {
 #if defined _WIN32
   wchar_t wide[PATH_MOST], brief[PATH_MOST];

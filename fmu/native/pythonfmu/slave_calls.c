@@ -1,6 +1,6 @@
-/* FMI 2.0 functions of the python flavour's library: most go to the slave, some to the model. */
+/* FMI 2.0 functions of the library of the python flavour. Most functions call the slave, some call the model directly. */
 
-#define BEHIND "\x1f" /* in the name that the slave is given: between the instance's name and the address of the bridge */
+#define BEHIND "\x1f" /* separates the instance name from the address of the bridge, in the name that is passed to the slave */
 
 /* Data shared by loader and slave; the slave uses the first six fields (fmu/binaries/python_flavour_slave.py.txt). */
 typedef struct fmu_bridge {
@@ -8,12 +8,12 @@ typedef struct fmu_bridge {
   int logging;
   const char *guid; /* expected by the host */
   void *logger;     /* for messages of the model and of the slave */
-  void *model;      /* the model's own instance, */
-  void *library;    /* and its library, as the slave has loaded them */
+  void *model;      /* the instance of the model, which the slave has created */
+  void *library;    /* the library of the model, which the slave has loaded */
   void *above;      /* pythonfmu's library */
   fmi2Component slave;
   fmi2CallbackFunctions host, own;
-  char name[2]; /* the instance's, and behind it the GUID */
+  char name[2]; /* the instance name, followed by the GUID */
 } fmu_bridge;
 
 static const char *const bridge_category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
@@ -26,7 +26,7 @@ static void bridge_log(void *environment, fmi2String name, fmi2Status status, fm
     b->host.logger(b->host.componentEnvironment, b->name, status, category && *category ? category : bridge_category[status], message);
 }
 
-/* The worse status of pythonfmu and the slave. */
+/* The worse of two statuses: that of pythonfmu (`status`) and that of the slave. */
 static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return (int)status > b->status ? status : (fmi2Status)b->status; }
 
 #define EXPORT(result) \
@@ -41,7 +41,7 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
     b->status = fmi2OK; \
     return f ? bridge_worse(b, f(b->slave, STRIP arguments)) : fmi2Error; \
   }
-/* A function that pythonfmu does not pass on: the model answers. */
+/* A function that pythonfmu does not pass to the slave. It calls the model directly. */
 #define MODEL(name, parameters, arguments) \
   EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
     fmu_bridge *b = c; \
@@ -130,7 +130,7 @@ MODEL(fmi2GetIntegerStatus, (const fmi2StatusKind k, fmi2Integer *v), (k, v))
 MODEL(fmi2GetBooleanStatus, (const fmi2StatusKind k, fmi2Boolean *v), (k, v))
 MODEL(fmi2GetStringStatus, (const fmi2StatusKind k, fmi2String *v), (k, v))
 
-/* After a reset there is another slave, and with it another instance of the model. */
+/* A reset creates a new slave and a new instance of the model. */
 PLAIN(fmi2Reset)
 
 EXPORT(fmi2Status) fmi2CancelStep(fmi2Component c) {
@@ -146,7 +146,7 @@ EXPORT(fmi2Status) fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n
   return f ? f(b->model, on, n, category) : fmi2Error;
 }
 
-/* The model verifies the bytes first: pythonfmu accepts any. */
+/* The model first verifies the bytes, because pythonfmu accepts any bytes. */
 EXPORT(fmi2Status) fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
   fmu_bridge *b = c;
   fmi2FMUstate read = NULL;

@@ -1,7 +1,7 @@
-/* An exported model as a plain C library; ``mechanism.h`` documents its functions. Nothing is allocated or printed. The caller owns the struct
- * with all data, which has the layout of an FMU's block. */
+/* The functions of an exported model as a plain C library (documented in ``mechanism.h``). They allocate no memory and print
+ * nothing. The caller owns the struct with all data. Its layout is that of the memory block of an FMU. */
 
-/* Does not compile when the size of the struct was computed with too small parts. */
+/* Does not compile when the size of the struct was computed with too small bounds. */
 typedef char mechanism_has_room[sizeof(fmu_state) <= MECHANISM_SHELL && sizeof(fmu_input) <= MECHANISM_INPUT ? 1 : -1];
 
 static fmu_instance library_instance(mechanism *m) {

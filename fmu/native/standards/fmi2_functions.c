@@ -1,4 +1,4 @@
-/* The FMI 2.0 functions, but those for model exchange alone: as long as the standard's list of functions. */
+/* The FMI 2.0 functions, except those that are only for model exchange. */
 
 FMU_EXPORT const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
@@ -11,7 +11,7 @@ FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_
   return fmi2OK;
 }
 
-/* Pass a message on; the host would interpret "%". */
+/* Pass a message to the host. "%" is replaced, because the host would interpret it as a format. */
 static void fmi2_say(const fmu_host *host, const char *name, fmu_status status, const char *category, char *text) {
   for (char *c = text; *c; ++c)
     if (*c == '%') *c = ' ';

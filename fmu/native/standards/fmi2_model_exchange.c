@@ -1,4 +1,4 @@
-/* The FMI 2.0 functions for model exchange. */
+/* The FMI 2.0 functions that are only for model exchange. */
 
 FMU_EXPORT fmi2Status fmi2EnterEventMode(fmi2Component c) { FMU_CALL(c, fmu_enter_events(m)); }
 

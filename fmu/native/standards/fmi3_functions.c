@@ -1,6 +1,6 @@
-/* The FMI 3.0 functions, but those for model exchange alone: instances, modes, steps, states, derivatives. */
+/* The FMI 3.0 functions, except those that are only for model exchange: instances, modes, steps, states, derivatives. */
 
-/* For functions whose only failure status is an error. */
+/* Return the status of a call from a function that must not return fmi3Discard. */
 #define FMI3_STRICT(call) \
   const fmu_status status = call; \
   return status == FMU_DISCARD ? FMU_ERROR : status
@@ -91,7 +91,8 @@ fmi3Status fmi3Reset(fmi3Instance c) {
   return fmi3OK;
 }
 
-/* Let the host look and set inputs between communication points. Whether it asks for an early return; until: when that is to be. */
+/* Call the host's intermediate update, in which it can get outputs and set inputs. Returns whether the host requests an early
+ * return. *until: reduced to the time of the early return. */
 static int fmi3_ask(fmu_instance *m, int may_return, double *until) {
   fmi3Boolean asked = fmi3False;
   fmi3Float64 when = m->state->time;
@@ -103,7 +104,8 @@ static int fmi3_ask(fmu_instance *m, int may_return, double *until) {
   return 1;
 }
 
-/* Step to `target`, in internal steps when the host requests updates, at most to an event that the host handles. */
+/* Step to `target`, or to the next event if the host handles events. If the host requests intermediate updates, each internal step
+ * is followed by an update. */
 static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
   fmu_status worst = FMU_OK;
   for (double end = target;;) {

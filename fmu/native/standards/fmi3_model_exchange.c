@@ -1,4 +1,4 @@
-/* The FMI 3.0 functions for model exchange. */
+/* The FMI 3.0 functions that are only for model exchange. */
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
                                           fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger) {

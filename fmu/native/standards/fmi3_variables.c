@@ -1,9 +1,9 @@
-/* Getting and setting variables in FMI 3.0. References count as in FMI 2.0, an array by its first value. Behind them: time, clocks, time
- * and count of their ticks, the joint of the last event. */
+/* Access to variables in FMI 3.0. Value references are those of FMI 2.0; an array has the reference of its first value. The next
+ * references are time, clocks, times of their last ticks, numbers of their ticks, and the joint of the last event. */
 
 #define FMI3_NONE (-1)
 
-/* The type of the variable at a reference, FMI3_NONE where there is none. */
+/* The type of the variable at a reference; FMI3_NONE if there is no variable. */
 static int fmi3_type(fmi3ValueReference r) {
   const unsigned all = (unsigned)fmu_count(), clocks = (unsigned)MODEL->clocks->count;
   if (r < all) return MODEL->width[r] ? MODEL->type[r] : FMI3_NONE;
@@ -14,20 +14,20 @@ static int fmi3_type(fmi3ValueReference r) {
   return r < clocks ? FMU_CLOCK : r < 2 * clocks ? FMU_FLOAT64 : r < 3 * clocks ? FMU_UINT64 : r == 3 * clocks && MODEL->clocks->last >= 0 ? FMU_STRING : FMI3_NONE;
 }
 
-/* Total number of values of variables. */
+/* Total number of values of n variables. */
 static size_t fmi3_numbers(const fmi3ValueReference vr[], size_t n) {
   size_t all = 0;
   for (size_t i = 0; i < n; ++i) all += vr[i] < (unsigned)fmu_count() ? (size_t)MODEL->width[vr[i]] : 1;
   return all;
 }
 
-/* Whether a variable can be accessed between communication points: continuous inputs and outputs. */
+/* Whether a variable can be accessed between communication points. Only continuous inputs and outputs can. */
 static int fmi3_is_between(fmi3ValueReference r) {
   if (r >= (unsigned)(MODEL->outputs + fmu_all_inputs()) || fmi3_type(r) != FMU_FLOAT64) return 0;
   return (int)r >= MODEL->outputs || MODEL->slope[r] != -2;
 }
 
-/* Check type and number of values of variables. */
+/* Check the type of n variables and the number of their values. */
 static fmu_status fmi3_are(const fmu_instance *m, const fmi3ValueReference vr[], size_t n, int type, const char *name, size_t nvalues) {
   for (size_t i = 0; i < n; ++i)
     if (fmi3_type(vr[i]) != type) return fmu_log(m, FMU_ERROR, "there is no variable of type %s with value reference %u", name, vr[i]);
@@ -77,7 +77,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
   return status == FMU_OK ? fmu_set(m, vr, n, value) : status;
 }
 
-/* Settable integers are scalars; outputs are refused. */
+/* Define a function that sets integers. Arrays need no treatment, because no settable integer is an array. Outputs cannot be set.
+ * */
 #define FMI3_SET(Name, kind) \
   fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
     FMU_ENTER(c); \
@@ -132,7 +133,7 @@ fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
   return fmi3OK;
 }
 
-/* Clocks tick until they are read, or the event is handled. */
+/* A clock stays active until it is read or the host has handled the event. */
 fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);

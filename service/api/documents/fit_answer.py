@@ -1,4 +1,4 @@
-"""Documents of fits, as ``GET …/answer`` returns them."""
+"""JSON documents of fits that ``GET …/answer`` returns."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ COLUMNS = ("case", "candidate", "outcome.advice", "answer")
 
 
 class ProfileDocument(BaseModel):
-    """The profile of a parameter: fixed values of the parameter, and the rise of the sum of squares for each."""
+    """The profile of a parameter: fixed values of the parameter, and for each value the increase of the sum of squares."""
 
     values: list[float]
     rises: list[float | None]
 
 
 class IntervalDocument(BaseModel):
-    """Confidence interval of a parameter, by its profile and by the curvature at the estimate."""
+    """The confidence interval of a parameter: low and high from its profile, local from the curvature at the estimate."""
 
     low: float | None
     high: float | None
@@ -31,12 +31,12 @@ class IntervalDocument(BaseModel):
         description="bound or open: the data do not limit the parameter at this end."
     )
     high_end: Literal["found", "bound", "open"]
-    local: list[float | None] = Field(min_length=2, max_length=2, description="null: the data do not determine it.")
+    local: list[float | None] = Field(min_length=2, max_length=2, description="null: not determined by the data.")
     profile: ProfileDocument
 
 
 class CombinationDocument(BaseModel):
-    """A combination of inseparable parameters that the data determine."""
+    """A combination of inseparable parameters whose value the data determine."""
 
     exponents: list[float]
     deviation: float | None
@@ -68,7 +68,7 @@ class FitDocument(BaseModel):
 
     values: dict[str, float | None]
     units: dict[str, str]
-    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: the data do not determine it.")
+    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: not determined by the data.")
     correlation: list[list[float | None]]
     misfit: float | None
     rounds: int
@@ -82,7 +82,7 @@ class FitDocument(BaseModel):
 
 
 class CandidateDocument(BaseModel):
-    """A compared friction law; ``why`` is the reason if there is no fit."""
+    """A compared friction law. ``why``: the reason if there is no fit."""
 
     name: str
     weight: float | None
@@ -100,7 +100,8 @@ class ComparedDocument(BaseModel):
 
 
 class ExperimentDocument(BaseModel):
-    """A possible experiment with its expected information gain in bits; null if it is impossible, with the reason in ``why``."""
+    """A possible experiment. ``gain``: expected information gain in bits; null if the experiment is impossible, for the reason in
+    ``why``."""
 
     name: str
     gain: float | None
@@ -109,7 +110,7 @@ class ExperimentDocument(BaseModel):
 
 
 class FitAnswer(BaseModel):
-    """Result of a fit; if laws are compared, that of the best law."""
+    """The result of a fit. If friction laws are compared, ``fit`` is that of the best law."""
 
     kind: Literal["fit"]
     fit: FitDocument | None
@@ -119,7 +120,7 @@ class FitAnswer(BaseModel):
 
 
 def fit_answer(s: Service, job: str, plan: FitPlan, cases: int) -> dict[str, Any] | None:
-    """Combined result of the fits of a job that have ended; None before the first."""
+    """The combined result of the finished fits of a job; None if no fit has finished."""
     import pyarrow as pa
 
     shown = pa.schema([job_contents(s, job).schema.field(n) for n in COLUMNS])

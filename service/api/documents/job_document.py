@@ -1,4 +1,4 @@
-"""Jobs, job lists and attempts as documents."""
+"""JSON documents of jobs, job lists and attempts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.table_definitions import ENDED
 
 COPIED = ("id", "state", "scene", "label", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")
-"""Fields of a job that its document has unchanged."""
+"""Fields of a job record that the document contains without change."""
 State = Literal["queued", "running", "cancelling", "done", "failed", "cancelled"]
 EXAMPLE_JOB: dict[str, Any] = {
     "id": "0123456789abcdef01234567",
@@ -55,17 +55,17 @@ class JobDocument(BaseModel):
     scene: str
     label: str
     tags: list[str]
-    owner: str = Field(description="Id of the key that submitted it; local without keys.")
+    owner: str = Field(description="Id of the key that submitted the job; local on a server without keys.")
     created: str
     started: str | None
     finished: str | None
     cases: int = Field(description="All cases.")
-    done: int = Field(description="Cases with a row in the results, failed runs included.")
+    done: int = Field(description="Cases with a row in the results, including failed runs.")
     lost: int = Field(description="Cases that failed in all attempts (see problems).")
     outcomes: dict[str, int] = Field(description="Rows by outcome.")
     progress: float = Field(ge=0, le=1)
     eta_seconds: float | None = Field(description="Estimated seconds until the job is done.")
-    stepping_seconds: float = Field(description="Time spent stepping, all workers together.")
+    stepping_seconds: float = Field(description="Computing time of the time integration, summed over all workers.")
     build_seconds: float
     bytes: int = Field(description="Size of the stored results.")
     budget: float = Field(description="Seconds of computing time allowed.")
@@ -79,7 +79,7 @@ class JobList(BaseModel):
     """A page of jobs, newest first."""
 
     jobs: list[JobDocument]
-    next: str | None = Field(description="Cursor of the next page; null on the last.")
+    next: str | None = Field(description="Cursor of the next page; null on the last page.")
 
 
 class Attempt(BaseModel):
@@ -97,7 +97,7 @@ def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
 
 
 def stage_of(j: Job, told: str = "") -> str:
-    """Stage of a job. told: the stage that the first worker reported, used before the job has rows."""
+    """The stage of a job. told: the stage that the first worker reported; it is used until the job has rows."""
     if j.state == "queued":
         return "waiting"
     return j.state if j.state != "running" else "running" if j.done else told or "starting"
@@ -121,13 +121,13 @@ def job_document(j: Job, told: str = "") -> dict[str, Any]:
 
 
 def remaining_seconds(j: Job, now: float) -> float | None:
-    """Estimated seconds until a running job is done, from its recent pace; None before the first rows. While no rows arrive, the
-    estimate is at least the time since the last ones."""
+    """Estimated seconds until a running job is done, from its recent pace; None before the first rows arrive. The estimate is at
+    least the time since the last rows arrived."""
     if not j.pace or j.landed is None:
         return None
     return max(j.pace * (j.cases - j.done - j.lost), now - j.landed)
 
 
 def rfc3339(t: float | None) -> str | None:
-    """Seconds since the epoch as an RFC 3339 date and time; None stays None."""
+    """A time in seconds since the epoch as RFC 3339 text; None stays None."""
     return None if t is None else datetime.fromtimestamp(t, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

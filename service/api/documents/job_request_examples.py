@@ -32,7 +32,7 @@ EXAMPLES: Any = {
         },
     },
     "optimise": {
-        "summary": "A study that finds the best numbers; /answer returns its result",
+        "summary": "A study that finds the best parameter values; /answer returns the result",
         "value": {
             "scene": "double_pendulum",
             "optimise": {
@@ -49,7 +49,7 @@ EXAMPLES: Any = {
         "value": {"scene": "double_pendulum", "refine": {"bounds": {"joints.guide.friction.mu": [0.05, 0.9]}}, "until": 1},
     },
     "indices": {
-        "summary": "A Saltelli sample that shows which tolerances matter; /indices returns the Sobol indices",
+        "summary": "A Saltelli sample that shows which parameters matter; /indices returns the Sobol indices",
         "value": {
             "scene": "double_pendulum",
             "sample": {
@@ -66,7 +66,7 @@ EXAMPLES: Any = {
         },
     },
     "fit": {
-        "summary": "A fit to a measured swing; /answer returns the numbers with their intervals",
+        "summary": "A fit to a measured swing; /answer returns the fitted parameters with confidence intervals",
         "value": {
             "scene": "simple_pendulum",
             "fit": {

@@ -1,4 +1,4 @@
-"""Errors as RFC 9457 problem documents, with the list of problems that the command line prints."""
+"""RFC 9457 problem documents for errors. They contain the list of problems that the command line prints."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class ProblemItem(BaseModel):
 
 
 class ProblemDocument(BaseModel):
-    """RFC 9457, with the list of problems."""
+    """A problem document of RFC 9457, with a list of problems."""
 
     type: str = Field("about:blank", description="urn:trunnion:… or about:blank")
     title: str
@@ -116,7 +116,7 @@ class Json(Response):
 def problem_response(
     status: int, detail: str = "", problems: Iterable[Problem] = (), headers: dict[str, str] | None = None
 ) -> Response:
-    """A problem document; without a given detail, the detail is the number of problems."""
+    """A response with a problem document. If ``detail`` is empty, the detail is the number of problems."""
     error = SceneError(problems)
     kind = "urn:trunnion:problems" if error.total else "about:blank"
     body = {
@@ -128,7 +128,7 @@ def problem_response(
 
 
 def counted(n: int) -> str:
-    """Number of problems, such as "3 problems"."""
+    """The number of problems as text, such as "3 problems"."""
     return f"{n} problem{'' if n == 1 else 's'}"
 
 
@@ -137,11 +137,11 @@ OUTAGES: tuple[tuple[type[Exception], str, str, int], ...] = (
     (NoCluster, "cluster", "the cluster is unavailable; try again", 5),
     (CorruptPart, "results", "a stored part is damaged and is being recomputed; try again", 10),
 )
-"""Parts that can be out of reach: error, name in the log, detail for clients, seconds until a retry."""
+"""Errors of components that are temporarily unavailable: exception, name in the log, detail for clients, seconds until a retry."""
 
 
 async def _outage_response(name: str, words: str, seconds: int, _: Request, e: Exception) -> Response:
-    """The answer while a component (database, cluster, part) is unavailable."""
+    """The response while a component (database, cluster, stored part) is unavailable."""
     log.warning("%s: %s", name, e)
     return problem_response(503, words, headers={"Retry-After": str(seconds)})
 
@@ -154,7 +154,7 @@ RESPONSES: dict[type[Exception], Callable[[Any], Response]] = {
     Conflict: lambda e: problem_response(409, str(e)),
     BadCursor: lambda e: problem_response(422, problems=[Problem("cursor", str(e), "take it from the previous page")]),
 }
-"""Answers to errors that the request causes."""
+"""Responses to errors that the request causes, by type of exception."""
 
 
 async def _response(respond: Callable[[Any], Response], _: Request, e: Exception) -> Response:
@@ -186,13 +186,13 @@ METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 
 
 def allowed(app: FastAPI, request: Request) -> list[str]:
-    """Methods that a path accepts."""
+    """The HTTP methods that the path of a request accepts."""
     found = {m for m in METHODS if any(r.matches(dict(request.scope) | {"method": m})[0] == Match.FULL for r in app.routes)}
     return sorted(found | ({"HEAD"} if "GET" in found else set()))
 
 
 def _of_validation(e: Any) -> Problem:
-    """A pydantic error as a problem."""
+    """The problem for a pydantic error."""
     if e["type"] == "json_invalid":
         return Problem("body", f"invalid JSON: {e['ctx']['error']}, at character {e['loc'][-1]}"[:500])
     place = [str(x) for x in e["loc"]]
@@ -203,7 +203,7 @@ def _of_validation(e: Any) -> Problem:
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Entries of an operation's ``responses`` for these errors and for the errors that every operation can return."""
+    """The entries of an operation's ``responses`` for these statuses and for the errors that every operation can return."""
     every = sorted({*statuses, 400, 401, 403, 422, 429, 503} | ({408} if 413 in statuses else set()))
     content = {MEDIA: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
     again = header_schema("Retry-After", "Seconds after which to try again.", "integer")

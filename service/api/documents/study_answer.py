@@ -1,4 +1,4 @@
-"""Documents of studies, as ``GET …/answer`` returns them."""
+"""JSON documents of studies that ``GET …/answer`` returns."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from trunnion.service.api.documents.fit_answer import FitAnswer
 
 
 class NumberDocument(BaseModel):
-    """A number of the scene."""
+    """A varied number of the scene."""
 
     path: str
     unit: str
@@ -34,7 +34,7 @@ class BestAnswer(BaseModel):
     why: str = Field(description="Why the study ended, or that it continues.")
     settled: bool
     feasible: bool = Field(description="Whether the best case satisfies all constraints.")
-    missed: float | None = Field(description="Size of the violation of the constraints; null if the best case has no value.")
+    missed: float | None = Field(description="Total violation of the constraints; null if the best case has no value.")
     case: int
     numbers: list[NumberDocument]
     results: dict[str, float | None]
@@ -44,12 +44,12 @@ class BestAnswer(BaseModel):
 
 
 class Boundary(BaseModel):
-    """A small range of the numbers in which the outcome changes or the result jumps."""
+    """A small interval of the varied numbers in which the outcome changes or the result jumps."""
 
     low: list[float]
     high: list[float]
     outcomes: list[str]
-    narrow: bool = Field(description="Whether the interval of the numbers is as narrow as requested.")
+    narrow: bool = Field(description="Whether the interval is as narrow as requested.")
     change: float | None = Field(description="Jump of the result; null if the outcome changes here.")
 
 

@@ -1,1 +1,1 @@
-"""Rows, plans and tallies of jobs."""
+"""Access to the rows, plans and tallies of jobs."""

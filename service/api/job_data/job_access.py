@@ -1,4 +1,4 @@
-"""Jobs by the ids in requests, and who may change them."""
+"""Finds jobs by their ids, and checks whether the caller may change a job."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from trunnion.service.store.job_and_chunk_records import Job
 
 
 def find_job(s: Service, job: str) -> Job:
-    """A job by its id; Refusal (404)."""
+    """The job with this id; Refusal (404) if there is none."""
     record = s.store.job(job) if job.isalnum() and job.isascii() and len(job) == 24 else None
     if record is None:
         raise Refusal(404, "no such job")
@@ -17,7 +17,7 @@ def find_job(s: Service, job: str) -> Job:
 
 
 def find_own_job(s: Service, caller: Caller, job: str) -> Job:
-    """A job that the caller may change: the caller's own, or any for the role admin. Refusal (403, 404)."""
+    """The job with this id, if the caller may change it: an owned job, or for the role admin any job. Else Refusal (403, 404)."""
     record = find_job(s, job)
     if caller.role != "admin" and record.owner != caller.id:
         raise Refusal(403, "the job belongs to another key: only its owner or a key with the role admin may change it")

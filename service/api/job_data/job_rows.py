@@ -1,4 +1,4 @@
-"""Plans and rows of jobs. Every part is verified when it is read."""
+"""Reads plans and rows of jobs. The checksum of every part is verified when the part is read."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ from trunnion.service.store.table_definitions import ENDED
 log = logging.getLogger("trunnion.service")
 POLL_SECONDS = 0.1
 MOST_REPAIRS = 3
-"""Most recomputations of the same cases during one read; more mean that something keeps damaging the parts."""
+"""Largest number of recomputations of the same cases during one read. After more, something must be damaging the parts
+repeatedly."""
 
 
 def job_contents(s: Service, job: str) -> JobContents:
-    """Contents of a job, which must exist."""
+    """The contents of an existing job, from the cache or the store."""
     with s.job_cache.lock:
         if job in s.job_cache.jobs:
             s.job_cache.jobs.move_to_end(job)
@@ -42,7 +43,7 @@ def job_contents(s: Service, job: str) -> JobContents:
 
 
 def case_numbers(s: Service, job: str, case: int) -> dict[str, float]:
-    """Parameter values of a case. Refusal (409) for a fit, and for a case of a study that has not run."""
+    """The parameter values of a case. Refusal (409) for a fit, and for a case of a study that has not run yet."""
     import pyarrow as pa
 
     plan, schema = job_contents(s, job).plan, job_contents(s, job).schema
@@ -58,7 +59,7 @@ def case_numbers(s: Service, job: str, case: int) -> dict[str, float]:
 
 
 def trajectory_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
-    """Tables of the kept rows of the cases first … stop − 1. Damaged rows are recomputed as in ``result_rows``."""
+    """Tables of the stored trajectory rows of the cases first … stop − 1. Damaged rows are recomputed as in ``result_rows``."""
 
     def read(piece: Piece, low: int, high: int) -> Any:
         table = s.parts.read_rows(piece, list(dict.fromkeys(["case", *schema.names])))
@@ -69,8 +70,8 @@ def trajectory_rows(s: Service, job: str, schema: Any, first: int, stop: int) ->
 
 
 def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
-    """Tables of the results of the cases first … stop − 1. A damaged part is recomputed, and the read waits; CorruptPart when that
-    fails."""
+    """Tables of the results of the cases first … stop − 1. If a part is damaged, the read waits until its cases are recomputed;
+    CorruptPart when this fails."""
 
     def read(piece: Piece, low: int, high: int) -> Any:
         return s.parts.read_part(piece, schema.names)[0].slice(low - piece.start, max(0, high - low))
@@ -79,7 +80,7 @@ def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Ite
 
 
 def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[Piece, int, int], Any]) -> Iterator[Any]:
-    """The table that ``read`` returns for each finished chunk."""
+    """For each finished chunk, the table that ``read`` returns."""
     digest = job_contents(s, job).digest
     todo, repairs = deque(s.store.finished(job, first, stop)), 0
     while todo:
@@ -97,8 +98,8 @@ def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read:
 
 
 def recompute_chunk(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
-    """Request that the cases of a chunk are recomputed, and wait. Returns the chunks that then hold these cases; fewer if the job
-    does not continue."""
+    """Request that the cases of a chunk are recomputed, and wait for the result. Returns the chunks that then contain these cases.
+    If the job does not continue, cases can be missing."""
     log.warning("job %s, cases %d to %d: %s; they are recomputed", chunk.job, chunk.start, chunk.stop - 1, why)
     s.store.reopen_chunk(chunk.job, chunk.start, why)
     s.metrics.chunks.labels("spoiled").inc()
@@ -110,5 +111,5 @@ def recompute_chunk(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
         if sum(c.stop - c.start for c in there) == chunk.stop - chunk.start or now is None or now.state in ENDED:
             return there
         if time.monotonic() > end:
-            raise CorruptPart(f"cases {chunk.start} to {chunk.stop - 1}: {why}; these rows are being recomputed: try later")
+            raise CorruptPart(f"cases {chunk.start} to {chunk.stop - 1}: {why}; these rows are being recomputed: try again later")
         time.sleep(POLL_SECONDS)

@@ -1,5 +1,5 @@
-"""Totals of tallies (mergeable statistics of parts), for jobs with very many cases. Each tally is read once. Totals are cached;
-those of ended jobs are also stored."""
+"""Totals of tallies, for jobs with very many cases. A tally holds mergeable statistics of a part. Each tally is read once. Totals
+are cached; totals of ended jobs are also stored."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from trunnion.service.store.job_and_chunk_records import Chunk
 class DrawnDocument(BaseModel):
     """The sampled cases from which an answer was computed."""
 
-    cases: int = Field(description="Sampled cases, chosen by a hash of their numbers.")
-    of: int = Field(description="Cases that are done.")
+    cases: int = Field(description="Number of sampled cases; a hash of the case number selects them.")
+    of: int = Field(description="Number of finished cases.")
 
 
-DRAWN = Field(None, description=f"null: the answer covers all cases. Of more than {MANY} cases, about a million are sampled.")
+DRAWN = Field(None, description=f"null: the answer covers all cases. Above {MANY} cases, about a million cases are sampled.")
 
 
 def job_tally(s: Service, job: str) -> Tally | None:
-    """Total over the finished cases of a job; None for jobs that are small enough to read all rows. CorruptPart when a damaged part
-    cannot be recomputed."""
+    """The total of the tallies of all finished cases of a job; None for a job so small that all its rows can be read. CorruptPart
+    when a damaged part cannot be recomputed."""
     there = job_contents(s, job)
     if not is_tallied(there.plan):
         return None
@@ -38,7 +38,7 @@ def job_tally(s: Service, job: str) -> Tally | None:
     with kept.lock:
         chunks = s.store.finished(job)
         spans = {(c.start, c.stop): c for c in chunks}
-        if not kept.pieces <= spans.keys():  # some were computed again
+        if not kept.pieces <= spans.keys():  # some cases were recomputed in other chunks
             kept.pieces, kept.tally = set(), None
         ended = sum(c.stop - c.start for c in chunks) == there.plan.cases.count and len(chunks) > BATCH
         all_of = Piece(job, f"{there.digest} all {digest_of(repr(sorted(spans)).encode())}", 0, there.plan.cases.count)
@@ -54,7 +54,7 @@ def job_tally(s: Service, job: str) -> Tally | None:
 
 
 def _read_total(s: Service, all_of: Piece) -> Tally | None:
-    """The stored total of an ended job; None when it is missing or damaged."""
+    """The stored total of an ended job; None if the total is missing or damaged."""
     try:
         return unpacked(read_part_bytes(s.parts.read(s.parts.all_tally(all_of.job)), all_of.of_tally))
     except (CorruptPart, FileNotFoundError):
@@ -62,7 +62,7 @@ def _read_total(s: Service, all_of: Piece) -> Tally | None:
 
 
 def _add_chunks(s: Service, kept: JobTally, there: JobContents, chunks: Iterable[Chunk]) -> None:
-    """Add the tallies of chunks to the total. Damaged chunks are recomputed first."""
+    """Add the tallies of chunks to the total. Chunks with damaged tallies and rows are first recomputed."""
     todo, repairs = deque(chunks), 0
     found, pieces = [kept.tally] if kept.tally is not None else [], set(kept.pieces)
     while todo:
@@ -83,16 +83,16 @@ def _add_chunks(s: Service, kept: JobTally, there: JobContents, chunks: Iterable
 
 
 def sample_document(tally: Tally | None) -> dict[str, Any] | None:
-    """The sampled cases of a tally, as a document."""
+    """The document of the numbers of sampled and of all finished cases."""
     return None if tally is None else {"cases": len(tally.drawn), "of": tally.cases}
 
 
 def note_on_sample(note: str, drawn: dict[str, Any] | None) -> dict[str, str]:
-    """A note that also states the sample size if cases were sampled."""
+    """The note, with the sample size added if cases were sampled."""
     some = drawn is not None and drawn["cases"] < drawn["of"]
     return {"note": f"{note}; {drawn['cases']} of {drawn['of']} cases, selected at random" if some and drawn else note}
 
 
 def sampled_rows(tally: Tally, shown: Any) -> Any:
-    """The sampled rows in order of cases, with the columns of a schema."""
+    """The sampled rows in the order of their cases, with the columns of the schema ``shown``."""
     return tally.drawn.sort_by("case").select(shown.names).cast(shown)

@@ -1,1 +1,1 @@
-"""Endpoints of the API, one file for each resource."""
+"""The endpoints of the API, one file for each resource."""

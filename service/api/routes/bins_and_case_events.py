@@ -1,4 +1,4 @@
-"""Views of a job: its cases in bins, the events of a case, its scene as text."""
+"""/v1/jobs/{id}/bins, /cases/{case}/events and /scene: the cases in bins, the events of a case, the scene as text."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from trunnion.service.store.table_definitions import ENDED
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 MOST_WITHIN = 40
 MOST_HELD = 5_000_000
-"""Most numbers held in memory while one request is answered."""
-WITHIN = "COLUMN=LOW:HIGH, such as joints.ball.friction.mu=0.1:0.3; one limit alone: max:…=:20; words: outcome=done,stuck"
+"""Largest count of numbers that one request holds in memory."""
+WITHIN = "COLUMN=LOW:HIGH, such as joints.ball.friction.mu=0.1:0.3; one limit: max:…=:20; for a text column: outcome=done,stuck"
 CELL = list[float | None] | None
 
 
 class AxisDocument(BaseModel):
-    """An axis: bin i lies between edges i and i + 1. An axis with few distinct numbers lists them in ``values``, one for each
+    """An axis: bin i is between edges i and i + 1. If the column has few distinct values, ``values`` lists them, one for each
     bin."""
 
     name: str
@@ -44,8 +44,8 @@ class AxisDocument(BaseModel):
 
 
 class CellsDocument(BaseModel):
-    """The non-empty bins as columns: indices on the axes, number of cases, first case, cases by outcome. For the column ``of``:
-    cases with a value, least, mean, largest."""
+    """The non-empty bins. x, y: indices on the axes. cases: number of cases. first: the first case. outcomes: number of cases by
+    outcome. For the column ``of``: number of cases with a value (known), least, mean and largest value."""
 
     x: list[int]
     y: list[int] | None
@@ -59,7 +59,7 @@ class CellsDocument(BaseModel):
 
 
 class ColumnDocument(BaseModel):
-    """Statistics of a column over all finished cases: number of values, least, mean, largest."""
+    """Statistics of a column over all finished cases: number of values, least, mean and largest value."""
 
     known: int
     least: float | None
@@ -103,7 +103,7 @@ class CaseEnd(BaseModel):
 
 
 class CaseEvents(BaseModel):
-    """The first 2000 events of a case, the number of all, and the outcome."""
+    """The first 2000 events of a case, the number of all events, and the outcome."""
 
     events: list[CaseEvent]
     count: int
@@ -116,24 +116,24 @@ async def get_job_bins(
     job: str,
     caller: Reader,
     s: ServerState,
-    x: Annotated[str, Query(min_length=1, max_length=1000, description="A column of numbers.")],
-    y: Annotated[str, Query(max_length=1000, description="A second column; default: bins along x alone.")] = "",
-    of: Annotated[str, Query(max_length=1000, description="A third column, with least, mean and largest value in each bin.")] = "",
-    nx: Annotated[int, Query(ge=1, le=MOST_BINS, description="Most bins along x.")] = 60,
-    ny: Annotated[int, Query(ge=1, le=MOST_BINS, description="Most bins along y.")] = 60,
+    x: Annotated[str, Query(min_length=1, max_length=1000, description="A numeric column.")],
+    y: Annotated[str, Query(max_length=1000, description="A second numeric column; default: bins only along x.")] = "",
+    of: Annotated[str, Query(max_length=1000, description="A third column; its least, mean and largest value by bin.")] = "",
+    nx: Annotated[int, Query(ge=1, le=MOST_BINS, description="Largest number of bins along x.")] = 60,
+    ny: Annotated[int, Query(ge=1, le=MOST_BINS, description="Largest number of bins along y.")] = 60,
     within: Annotated[
         list[Annotated[str, Field(max_length=1200)]] | None,
         Query(max_length=MOST_WITHIN, description=f"Count only cases that satisfy this condition (repeatable): {WITHIN}."),
     ] = None,
 ) -> Response:
-    """Count the cases of a job in bins over one or two columns. A column with few distinct numbers (a grid's) has one bin for
-    each."""
+    """Count the cases of a job in bins over one or two columns. A column with few distinct values, such as that of a grid, has one
+    bin for each value."""
     read = "if-none-match" not in request.headers
     return await respond(request, caller.id, s, lambda: _bins(s, job, (x, y, of), (nx, ny), within or [], read))
 
 
 def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: list[str], read: bool) -> Answer:
-    """The response with the bins. read: whether the rows must be read now."""
+    """The answer with the bins. read: read the rows before the response starts, not while its body is sent."""
     there, schema = find_job(s, job), job_contents(s, job).schema
     problems: list[Problem] = []
     names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
@@ -158,8 +158,8 @@ def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, in
 def _counted(
     s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: tuple[Within, ...]
 ) -> dict[str, Any]:
-    """The document of the rows available now. The rows are scanned twice, for the axes and for the bins; large jobs are read again
-    for the second scan. Jobs with very many cases use their sampled rows."""
+    """The document of the bins for the present rows. The rows are scanned twice: for the axes, then for the bins. If they do not
+    fit in memory, they are read again for the second scan. For jobs with very many cases, the sampled rows are used."""
     import pyarrow as pa
 
     schema, there, whole = job_contents(s, job).schema, find_job(s, job), job_tally(s, job)
@@ -198,7 +198,7 @@ def _axis(schema: Any, a: Axis) -> dict[str, Any]:
 
 
 def _number(schema: Any, where: str, name: str, problems: list[Problem]) -> str:
-    """A column of numbers by its name; adds a problem for any other name."""
+    """The name of a numeric column; adds a problem for any other name."""
     numbers = [f.name for f in schema if str(f.type) != "string"]
     if name not in numbers:
         what = "is a text column" if name in schema.names else "is not a column"
@@ -207,7 +207,7 @@ def _number(schema: Any, where: str, name: str, problems: list[Problem]) -> str:
 
 
 def _within(schema: Any, text: str, problems: list[Problem]) -> Within | None:
-    """A parsed condition; None, and a problem, when the text is invalid."""
+    """The condition that a text states. For an invalid text, adds a problem and returns None."""
     name, sign, given = text.rpartition("=")
     if not sign or name not in schema.names:
         problems.append(Problem("within", f"{text[:200]!r} does not name a column", WITHIN))
@@ -227,7 +227,7 @@ def _within(schema: Any, text: str, problems: list[Problem]) -> Within | None:
 
 @router.get("/{job}/cases/{case}/events", response_model=CaseEvents, responses=error_responses(404, 409))
 async def get_case_events(job: str, case: int, caller: Reader, s: ServerState, request: Request) -> Response:
-    """Run a case again and return its events and outcome."""
+    """Run a case again, and return its events and outcome."""
     return Response(await run_case_again(s, request, job, case, None, "events"), media_type="application/json")
 
 
@@ -236,14 +236,14 @@ async def get_case_events(job: str, case: int, caller: Reader, s: ServerState, r
     response_class=Response,
     responses={
         200: {
-            "description": "YAML, which loads back to the same scene.",
+            "description": "YAML text; it loads as the same scene.",
             "content": {"application/yaml": {"schema": {"type": "object"}}},
         },
         **error_responses(404),
     },
 )
 def get_job_scene(job: str, caller: Reader, s: ServerState) -> Response:
-    """Return the scene of a job as YAML, to be changed and submitted again."""
+    """Return the scene of a job as YAML. A client can change it and submit it again."""
     find_job(s, job)
     said = {"Content-Disposition": f'inline; filename="{job}.yaml"'}
     return Response(scene_to_yaml(job_contents(s, job).plan.scene), 200, said, "application/yaml")

@@ -44,7 +44,7 @@ Of = Annotated[
 
 
 class EstimateDocument(BaseModel):
-    """An estimate with its confidence interval; null: undetermined."""
+    """An estimate with its confidence interval; null means undetermined."""
 
     value: float | None
     low: float | None
@@ -66,16 +66,16 @@ class OfPair(EstimateDocument):
 class IndicesDocument(BaseModel):
     """Sobol indices of a result."""
 
-    of: str = Field(description="The result; failed: whether a case ended with an outcome other than done.")
+    of: str = Field(description="Name of the result; failed: whether a case ended with an outcome other than done.")
     unit: str
     points: int
     cases: int
     missing: dict[str, int] = Field(description="Cases without a value, by reason.")
     mean: EstimateDocument
     deviation: EstimateDocument
-    first: list[OfPath] = Field(description="First-order index: share of the variance due to the number alone.")
+    first: list[OfPath] = Field(description="First-order index: share of the variance that is due to this number alone.")
     total: list[OfPath] = Field(
-        description="Total index: share of the variance due to the number alone and in interaction with others."
+        description="Total index: share of the variance due to this number alone and to its interactions with other numbers."
     )
     second: list[OfPair] = Field(description="Second-order index: share of the variance due to the interaction of two numbers.")
     confidence: float
@@ -83,7 +83,7 @@ class IndicesDocument(BaseModel):
 
 
 class IndicesAnswer(BaseModel):
-    """Sobol indices of the requested results; also of failure, if some cases failed."""
+    """Sobol indices of the requested results and, if some cases failed, of failure."""
 
     complete: bool = Field(description="Whether all cases have been run.")
     indices: list[IndicesDocument]
@@ -107,7 +107,7 @@ class SpreadDocument(BaseModel):
     of: str
     unit: str
     cases: int
-    missing: int = Field(description="Number of cases without a value; the intervals hold whatever their values would be.")
+    missing: int = Field(description="Number of cases without a value. The intervals are valid for any values of these cases.")
     quantiles: list[Quantile]
     above: list[Above]
     confidence: float
@@ -124,8 +124,8 @@ class SpreadsAnswer(BaseModel):
 
 @router.get("/{job}/indices", response_model=IndicesAnswer, responses=error_responses(404))
 async def get_job_indices(job: str, caller: Reader, s: ServerState, of: Of = None) -> Response:
-    """Sobol indices of the results by the sampled numbers, with confidence intervals. The sample must use the method ``saltelli``.
-    A running job returns the indices of the finished points."""
+    """Return Sobol indices of the results with respect to the sampled numbers, with confidence intervals. The sample must use the
+    method ``saltelli``. For a running job, the indices are computed from the finished points."""
     return await s.reads.run(caller.id, lambda: _indices(s, job, of))
 
 
@@ -153,7 +153,7 @@ async def get_job_spreads(
         Query(description="Bounds, as KIND:WHAT=BOUND, units allowed (repeatable).", max_length=50),
     ] = None,
 ) -> Response:
-    """Quantiles of the results of a sample, and probabilities of exceeding bounds, with confidence intervals."""
+    """Return quantiles of the results of a sample and the probabilities that results exceed bounds, with confidence intervals."""
     return await s.reads.run(caller.id, lambda: _spreads(s, job, of, at, above))
 
 
@@ -174,7 +174,7 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=error_responses(404, 409))
 async def get_job_answer(job: str, caller: Reader, s: ServerState) -> Response:
-    """Result of a study (``optimise``, ``refine``) or a ``fit``; ``complete`` when it is final."""
+    """Return the result of a study (``optimise``, ``refine``) or a ``fit``. ``complete`` tells whether the result is final."""
     return await s.reads.run(caller.id, lambda: _answer(s, job))
 
 
@@ -200,7 +200,8 @@ def _json(data: Any) -> Response:
 
 
 def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:
-    """Outcomes and some results of a job's cases so far; with very many cases the sampled rows, and the sample's document."""
+    """The outcomes and named results of a job's finished cases, and None. For jobs with very many cases: the sampled rows, and the
+    document of the sample."""
     import pyarrow as pa
 
     there, schema, whole = find_job(s, job), job_contents(s, job).schema, job_tally(s, job)

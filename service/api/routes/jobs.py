@@ -1,4 +1,4 @@
-"""/v1/jobs: submit a batch, list jobs, read one, cancel it, follow its events."""
+"""/v1/jobs: submit a batch, list jobs, read a job, cancel a job, follow the events of a job."""
 
 from __future__ import annotations
 
@@ -71,7 +71,8 @@ async def submit_job(
 
 
 def keep(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
-    """Store a planned job: (job, whether it is new). Refusal (429, 503) when the key or the server has too many."""
+    """Store a planned job. Returns the job, and whether it is new. Refusal (429, 503) when the key or the server has too many
+    jobs."""
     states = s.store.states()
     if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
         raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
@@ -103,7 +104,7 @@ def list_jobs(
     cursor: Annotated[str | None, Query(max_length=200, description="``next`` of the previous page.")] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 50,
 ) -> Response:
-    """List jobs, newest first, a page at a time."""
+    """List jobs, newest first, one page for each request."""
     found, after = s.store.page(state, scene, label, tag, search, cursor, limit)
     return Json({"jobs": [job_document(j) for j in found], "next": after})
 
@@ -117,7 +118,7 @@ class JobFacts(BaseModel):
 
 @router.post("/check", response_model=JobFacts, responses=error_responses(413), openapi_extra=body_schema(JobRequest, EXAMPLES))
 async def check_job(request: Request, caller: Reader, s: ServerState) -> Response:
-    """Check a request: the planned job, or every problem. Nothing is submitted."""
+    """Check a request without submitting it. Return facts about the planned job, or all problems."""
     return Response(await check_body(s, request, caller, "check_job"), media_type="application/json")
 
 
@@ -129,7 +130,7 @@ def get_job(job: str, caller: Reader, s: ServerState) -> Response:
 
 
 def worker_stage(s: Service, job: Job | None) -> str:
-    """Stage that the first worker of a running job reports before the first rows."""
+    """The stage that the first worker of a running job reports before the job has rows; "" for other jobs."""
     return read_stage(s.parts, job.id) if job is not None and job.state == "running" and not job.done else ""
 
 
@@ -144,8 +145,8 @@ def cancel_job(
     s: ServerState,
     purge: Annotated[bool, Query(description="Delete the ended job with its results.")] = False,
 ) -> Response:
-    """Cancel a job of your own (role admin: any job). Computed rows are kept. An ended job does not change. With ``purge``, an
-    ended job is deleted."""
+    """Cancel a job of your own; with the role admin, cancel any job. The computed rows are kept. An ended job does not change. With
+    ``purge``, delete an ended job."""
     find_own_job(s, caller, job)
     if purge:
         forget(s, caller, job)
@@ -159,7 +160,7 @@ def cancel_job(
 
 @router.get("/{job}/request", responses={200: {"content": {"application/json": {"schema": REQUEST}}}, **error_responses(404)})
 def get_job_request(job: str, caller: Reader, s: ServerState) -> Response:
-    """Return the submitted request, with the scene itself in place of its name and changes. It can be submitted again."""
+    """Return the submitted request, with the full scene instead of its name and changes. The request can be submitted again."""
     find_job(s, job)
     return Json(current_document(s.store.document(job)))
 
@@ -188,8 +189,8 @@ async def follow_job(
         str | None, Header(max_length=30, description="Id of the last event that the client received.")
     ] = None,
 ) -> Response:
-    """Follow a job: server-sent events ``submitted``, ``started``, ``progress`` (the job's document), ``chunk_retried``,
-    ``chunk_failed``, ``cancelling``, and one of ``done``, ``failed``, ``cancelled`` at the end."""
+    """Follow a job by server-sent events. The events are ``submitted``, ``started``, ``progress`` (with the job's document),
+    ``chunk_retried``, ``chunk_failed`` and ``cancelling``. The last event is ``done``, ``failed`` or ``cancelled``."""
     await run_in_threadpool(find_job, s, job)
     if s.streams[caller.id] >= STREAMS_OF_ONE:
         raise Refusal(429, f"you follow {STREAMS_OF_ONE} jobs already; poll instead", headers={"Retry-After": "10"})
@@ -200,7 +201,7 @@ async def follow_job(
 
 
 async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
-    """Events of the job as they occur, and the job's document after each change."""
+    """The events of a job when they occur, and the job's document after each change."""
     s.streams[caller.id] += 1
     sent = ""
     try:

@@ -48,7 +48,7 @@ def _item(k: Key) -> dict[str, object]:
 
 @router.post("/v1/keys", tags=["keys"], status_code=201, response_model=KeyMade, responses=error_responses(413))
 def make_key(request: Annotated[KeyRequest, Body(openapi_examples=KEYS)], caller: Admin, s: ServerState) -> Response:
-    """Make an API key. Only this answer has its secret."""
+    """Make an API key. Only this response contains its secret."""
     key, text = new_key(request.name, request.role)
     s.store.add_key(key)
     s.store.note(caller.id, "made a key", key.id, name=key.name, role=key.role)
@@ -73,7 +73,7 @@ def revoke_key(key: str, caller: Admin, s: ServerState) -> Response:
 
 @router.get("/healthz", tags=["health"])
 async def get_health() -> dict[str, str]:
-    """Return the version; any answer means that the server is running."""
+    """Return the version. Any response means that the server is running."""
     return {"status": "ok", "version": version()}
 
 
@@ -94,5 +94,5 @@ async def get_readiness(s: ServerState) -> Response:
 
 @router.get("/metrics", tags=["health"], response_class=PlainTextResponse, responses=error_responses())
 def get_metrics(caller: Reader, s: ServerState) -> Response:
-    """Counters and gauges in the text format of Prometheus."""
+    """Return counters and gauges in the text format of Prometheus."""
     return Response(s.metrics.text(s.store.states(), s.cluster.counted), media_type="text/plain; version=0.0.4; charset=utf-8")

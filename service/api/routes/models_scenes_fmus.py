@@ -45,7 +45,7 @@ FMUS: Any = {
 
 
 class ModelItem(BaseModel):
-    """A bundled model by name, with its title."""
+    """Name and title of a bundled model."""
 
     name: str
     title: str
@@ -96,13 +96,13 @@ def list_models(caller: Reader) -> Response:
 
 @lru_cache(maxsize=256)
 def _title(name: str) -> str:
-    """Title of a bundled model, cached: it changes with the installation only."""
+    """The title of a bundled model. The title is cached, because it can change only with the installation."""
     return load_scene(model_file(name)).title
 
 
 @router.get("/models/{name}", response_model=ModelText, responses=error_responses(404))
 def get_model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> Response:
-    """A bundled model's scene."""
+    """Return the scene of a bundled model."""
     if name not in bundled_names():
         raise Refusal(404, "there is no such model")
     file = model_file(name)
@@ -111,7 +111,7 @@ def get_model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> R
 
 @router.get("/schema", responses={200: {"content": {"application/json": {"schema": {"type": "object"}}}}, **error_responses()})
 def get_scene_schema(caller: Reader) -> Response:
-    """The JSON Schema of scenes."""
+    """Return the JSON Schema of scenes."""
     return Response(_schema(), media_type="application/json")
 
 
@@ -124,7 +124,7 @@ def _schema() -> bytes:
     "/scenes/check", response_model=SceneFacts, responses=error_responses(413), openapi_extra=body_schema(SceneSource, SCENES)
 )
 async def check_scene(request: Request, caller: Reader, s: ServerState) -> Response:
-    """Check a scene: its parameters and columns, or every problem with its line (422)."""
+    """Check a scene. Return its parameters and columns, or (422) all problems with their lines."""
     return Response(await check_body(s, request, caller, "check_scene"), media_type="application/json")
 
 
@@ -143,7 +143,8 @@ async def view_scene(
     s: ServerState,
     shown: Annotated[str, Query(max_length=200, pattern=r"^[\w=&.-]*$", description="Initial view, such as names=1&xray=1.")] = "",
 ) -> Response:
-    """An interactive view of a scene's assembled start (bodies, pins, contact points, forces), or every problem (422)."""
+    """Return an interactive view of the assembled start of a scene (bodies, pins, contact points, forces), or (422) all
+    problems."""
     body, limits = await read_body(request), s.settings.limits
     given = (body, body_media_type(request), limits, shown)
     return HTMLResponse(await run_in_worker(s.checks, caller, "draw_scene", *given, seconds=limits.check_seconds))
@@ -162,7 +163,7 @@ async def view_scene(
     openapi_extra=body_schema(FmuRequest, FMUS),
 )
 async def export_fmu(request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Export a scene as an FMU and download it, within the server's ``answer_seconds`` and ``memory``."""
+    """Export a scene as an FMU and return the file. The export is limited by the server's ``answer_seconds`` and ``memory``."""
     body, seconds = await read_body(request), s.settings.limits.answer_seconds
     with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"

@@ -1,4 +1,4 @@
-"""All endpoints of the API: a new one is a file in this folder and one line here."""
+"""The list of all endpoint files of the API. A new endpoint needs a file in this folder and a line here."""
 
 from __future__ import annotations
 

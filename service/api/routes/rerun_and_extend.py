@@ -1,4 +1,4 @@
-"""/v1/jobs/{id}/rerun and /extend: jobs made from other jobs."""
+"""/v1/jobs/{id}/rerun and /extend: new jobs that are derived from a job."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ ANSWERS: dict[int | str, dict[str, Any]] = {202: {"description": "The new job.",
     "/{job}/rerun", status_code=202, response_model=JobDocument, responses=ANSWERS, openapi_extra=body_schema(RerunRequest, AGAIN)
 )
 async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Run failed cases of a job again as a new job, with changed settings. The new job has the tag ``of:ID`` with the id of the
-    first job."""
+    """Run the failed cases of a job again as a new job, with changed settings. The new job has the tag ``of:ID``, where ID is the
+    id of the first job."""
     body, about = await read_body(request), (body_media_type(request), s.settings.limits)
     there = await run_in_threadpool(_ended, s, job)
     seconds = s.settings.limits.check_seconds
@@ -51,8 +51,8 @@ async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerStat
     "/{job}/extend", status_code=202, response_model=JobDocument, responses=ANSWERS, openapi_extra=body_schema(ExtendRequest, MORE)
 )
 async def extend_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Run more cases of the same scene as a new job with the same settings. Cases of the first job are skipped. The new job has
-    the tag ``of:ID`` with the id of the first job."""
+    """Run more cases of the same scene as a new job with the same settings. Cases of the first job are skipped. The new job has the
+    tag ``of:ID``, where ID is the id of the first job."""
     body, limits = await read_body(request), s.settings.limits
     there = await run_in_threadpool(find_job, s, job)
     document = await run_in_threadpool(s.store.document, job)
@@ -69,7 +69,8 @@ def _ended(s: Service, job: str) -> Job:
 
 
 def _failed(s: Service, there: Job, wanted: list[str] | None) -> list[int]:
-    """Cases to run again: those with the given outcomes, and those without a row. Refusal (409) when there are none."""
+    """The cases to run again: cases with the wanted outcomes (None: all but done), and cases without a row. Refusal (409) when
+    there is no such case."""
     import pyarrow as pa
 
     schema = job_contents(s, there.id).schema
@@ -86,7 +87,7 @@ def _failed(s: Service, there: Job, wanted: list[str] | None) -> list[int]:
 
 
 def _follows(s: Service, caller: Any, there: Job, made: dict[str, Any]) -> Response:
-    """Store a job made from another."""
+    """Store a job that is derived from the job ``there``."""
     tags = [*[t for t in made["tags"] if not t.startswith("of:")], f"of:{there.id}"]
     job, _ = keep(s, caller, made | {"tags": tags, "label": made["label"] or there.label}, None)
     return Json(job_document(job), 202, {"Location": f"/v1/jobs/{job.id}"})

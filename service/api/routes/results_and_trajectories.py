@@ -1,4 +1,4 @@
-"""/v1/jobs/{id}/results and /trajectories, and single cases: trajectory, animation."""
+"""/v1/jobs/{id}/results, /trajectories, /cases/{case}/trajectory and /cases/{case}/animation."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ REPLAYS_AT_ONCE = 4
 
 @dataclass(frozen=True)
 class RowQuery:
-    """Which rows and columns of a job are fetched, and in which format."""
+    """The requested rows and columns of a job, and the format."""
 
     format: Format = None
     column: Annotated[list[str] | None, Query(description="Only these columns (repeatable).", max_length=1000)] = None
     first: Annotated[int, Query(ge=0, le=10**12, description="First case.")] = 0
-    count: Annotated[int | None, Query(ge=1, le=10**12, description="Most cases.")] = None
+    count: Annotated[int | None, Query(ge=1, le=10**12, description="Largest number of cases.")] = None
     accept: Accept = "*/*"
 
 
@@ -47,7 +47,7 @@ Rows = Annotated[RowQuery, Depends()]
 
 
 def _row_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Responses of an operation that returns rows of a job."""
+    """The documented responses of an operation that returns rows of a job. statuses: further error statuses."""
     complete = header_schema("Trunnion-Complete", "true if all cases have rows, false if some are still missing.")
     rows = {"description": "Rows of the finished cases, in order of cases.", "content": CONTENT, **complete}
     return {200: rows, **CONDITIONAL_RESPONSES, **error_responses(404, 406, 416, *statuses)}
@@ -55,23 +55,23 @@ def _row_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 @router.get("/{job}/results", response_class=StreamingResponse, responses=_row_responses())
 async def get_job_results(request: Request, job: str, caller: Reader, s: ServerState, query: Rows) -> Response:
-    """Return the table with one row for each case; while the job runs, the rows so far. The header ``Trunnion-Complete`` says
-    whether all rows are included. A complete table has an ETag and supports Range requests. JSON and CSV are compressed for
-    clients that accept gzip."""
+    """Return the table of results with one row for each finished case. The header ``Trunnion-Complete`` tells whether all rows are
+    included. A complete table has an ETag and supports Range requests. JSON and CSV are compressed for clients that accept gzip."""
     kind = choose_format(query.format, query.accept)
     return await respond(request, caller.id, s, lambda: _rows_answer(s, job, kind, query, kept=False))
 
 
 @router.get("/{job}/trajectories", response_class=StreamingResponse, responses=_row_responses(409))
 async def get_job_trajectories(request: Request, job: str, caller: Reader, s: ServerState, query: Rows) -> Response:
-    """Return the stored rows of all cases (``trajectories`` of the request) as one table with a column ``case``."""
+    """Return the stored trajectory rows of all cases as one table with a column ``case``. The request of the job selects these rows
+    by ``trajectories``."""
     kind = choose_format(query.format, query.accept)
     return await respond(request, caller.id, s, lambda: _rows_answer(s, job, kind, query, kept=True))
 
 
 def _rows_answer(s: Service, job: str, kind: str, query: RowQuery, kept: bool) -> Answer:
-    """Rows of a job as a response: one row for each case, or (``kept``) the stored rows of every case. Refusal (409) if the job
-    stores none."""
+    """The answer with rows of a job: one row for each case or, with ``kept``, the stored trajectory rows of every case. Refusal
+    (409) if the job stores no trajectory rows."""
     import pyarrow as pa
 
     record, contents = find_job(s, job), job_contents(s, job)
@@ -100,7 +100,7 @@ def _rows_answer(s: Service, job: str, kind: str, query: RowQuery, kept: bool) -
 
 
 def _columns(known: list[str], asked: list[str] | None) -> list[str]:
-    """The requested columns, by default all; SceneError for unknown ones."""
+    """The requested columns, by default all columns; SceneError for unknown columns."""
     unknown = [c for c in asked or () if c not in known]
     if unknown:
         hint = f"one of {', '.join(known)[:1000]}"
@@ -123,11 +123,11 @@ async def get_case_trajectory(
     outputs: Annotated[
         list[str] | None, Query(description="Patterns of columns (repeatable; default: the scene's).", max_length=100)
     ] = None,
-    certify: Annotated[bool, Query(description="Whether to add each column's global error (`<column>.error`).")] = False,
+    certify: Annotated[bool, Query(description="Add the global error of each column (`<column>.error`).")] = False,
     accept: Accept = "*/*",
 ) -> Response:
     """Run a case again and return all its rows: one column for each quantity, one row for each output time. With ``certify``, a
-    second run at a tighter tolerance estimates the error of every number; null where no error is stated."""
+    second run with a tighter tolerance estimates the error of every value; null means that there is no estimate."""
     import pyarrow as pa
 
     kind = choose_format(format, accept)
@@ -153,7 +153,7 @@ async def get_case_animation(job: str, case: int, caller: Reader, s: ServerState
 
 
 async def run_case_again(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
-    """Run a case again on the cluster; the bytes of the answer. kind: as for ``run_trajectory``."""
+    """Run a case again on the cluster and return the bytes of the result. kind: as for ``run_trajectory``."""
     digest, changes = await run_in_threadpool(_check, s, job, case, outputs)
     call = ClusterCall(
         run_trajectory, (s.parts.url, job, digest, case, outputs, kind, changes), s.replays, REPLAYS_AT_ONCE, priority=10
@@ -167,8 +167,8 @@ async def run_case_again(s: Service, request: Request, job: str, case: int, outp
 
 
 def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> tuple[str, dict[str, float]]:
-    """(digest of the job's document, parameter values of the case). Refusal (404, 409) or SceneError when the case cannot run
-    again."""
+    """The digest of the job's document and the parameter values of the case. Refusal (404, 409) or SceneError when the case cannot
+    run again."""
     there = find_job(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")
@@ -180,7 +180,7 @@ def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> tuple[
 
 
 def _check_size(s: Service, job: str, changes: dict[str, float], outputs: list[str] | None) -> None:
-    """SceneError when there are too many rows, a pattern matches no column, or the case is an invalid scene."""
+    """Raise SceneError when there are too many rows, a pattern matches no column, or the scene of the case is invalid."""
     from trunnion.kernel.interface.output_columns import columns, select
     from trunnion.scene.overrides import apply
     from trunnion.simulation.run import pattern_problems
@@ -195,7 +195,7 @@ def _check_size(s: Service, job: str, changes: dict[str, float], outputs: list[s
     size = 8 * width * (math.ceil(until / every) if every > 0.0 else 1)
     if size > REPLAY_BYTES:
         problems.append(
-            Problem("outputs", f"{size:.3g} bytes are more than the {REPLAY_BYTES:.3g} allowed", "ask for fewer columns")
+            Problem("outputs", f"{size:.3g} bytes are more than the {REPLAY_BYTES:.3g} allowed", "request fewer columns")
         )
     if problems:
         raise SceneError(problems)

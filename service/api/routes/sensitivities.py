@@ -1,4 +1,4 @@
-"""/v1/sensitivities: derivatives of outputs by parameters along one run."""
+"""/v1/sensitivities: derivatives of outputs with respect to parameters along one run."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from trunnion.service.request_models.sensitivity_and_fmu_requests import Sensiti
 
 router = APIRouter(prefix="/v1", tags=["sensitivities"])
 QUEUE_SECONDS = 60
-"""Longest wait of a request in the queue, in addition to the request's budget."""
+"""Longest time that a request waits in the queue, s, in addition to the request's budget."""
 EXAMPLES: Any = {
     "friction": {
-        "summary": "Derivatives of a swing by the friction coefficient and the radius of the ball",
+        "summary": "Derivatives of a swing with respect to the friction coefficient and the radius of the ball",
         "value": {
             "scene": "spherical_pendulum",
             "parameters": ["joints.ball.friction.mu", "joints.ball.friction.radius"],
@@ -63,16 +63,16 @@ class Moved(BaseModel):
 
 
 class SensitivityDocument(BaseModel):
-    """Outputs and their derivatives at the sample times; null: undefined."""
+    """Outputs and their derivatives at the sample times; null means undefined."""
 
     time: list[float] = Field(description="s")
     outputs: list[str]
     units: list[str] = Field(description="Units of the outputs.")
     parameters: list[str]
     parameter_units: list[str]
-    derivative_units: list[list[str]] = Field(description="Output by parameter.")
-    values: list[list[float | None]] = Field(description="Sample by output.")
-    derivatives: list[list[list[float | None]]] = Field(description="Sample by output by parameter.")
+    derivative_units: list[list[str]] = Field(description="Indexed by output and parameter.")
+    values: list[list[float | None]] = Field(description="Indexed by sample and output.")
+    derivatives: list[list[list[float | None]]] = Field(description="Indexed by sample, output and parameter.")
     notes: list[str]
     events: list[Moved]
 
@@ -86,10 +86,10 @@ class SensitivityDocument(BaseModel):
     openapi_extra=body_schema(SensitivityRequest, EXAMPLES),
 )
 async def compute_sensitivities(caller: Submitter, s: ServerState, request: Request) -> Response:
-    """Return d(output)/d(parameter) along a run and across its events. The derivatives are exact, without finite differences. If
-    the client closes the connection, the work ends."""
+    """Return d(output)/d(parameter) along a run and across its events. The derivatives are exact, without finite differences. The
+    computation ends if the client closes the connection."""
     document, seconds = await check_body(s, request, caller, "plan_sensitivity")
-    half = max(1, s.cluster.counted // 2)  # the other workers are for jobs, and for looking at them
+    half = max(1, s.cluster.counted // 2)  # the other workers run jobs and views of their results
     call = ClusterCall(run_sensitivity, (document, seconds), s.derivatives, half)
     answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, call)
     return Response(answer, media_type="application/json")

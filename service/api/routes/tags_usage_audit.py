@@ -1,4 +1,4 @@
-"""Labels and tags of jobs, quotas and usage, the audit log."""
+"""/v1/jobs/{id} (label and tags), /v1/usage (usage and quotas) and /v1/audit (the audit log)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trunnion.service.request_models.job_request import PlainText, RequestModel,
 from trunnion.service.store.usage_tags_audit import Usage
 
 router = APIRouter(prefix="/v1", tags=["housekeeping"])
-LABEL_EXAMPLES: Any = {"tags": {"summary": "Find it again", "value": {"label": "guide, second try", "tags": ["guide", "2026-03"]}}}
+LABEL_EXAMPLES: Any = {"tags": {"summary": "Label and tags", "value": {"label": "guide, second try", "tags": ["guide", "2026-03"]}}}
 
 
 class LabelAndTags(RequestModel):
@@ -30,11 +30,11 @@ class LabelAndTags(RequestModel):
 
 
 class UsageDocument(BaseModel):
-    """Usage and quotas of a key."""
+    """Usage of a key, and its quotas (``most``)."""
 
-    jobs: int = Field(description="Queued or running.")
-    bytes: int = Field(description="Stored results.")
-    cases: int = Field(description="Cases submitted within a day.")
+    jobs: int = Field(description="Number of queued or running jobs.")
+    bytes: int = Field(description="Size of the stored results.")
+    cases: int = Field(description="Number of cases submitted within a day.")
     most: dict[str, float]
 
 
@@ -43,14 +43,14 @@ class AuditRecordDocument(BaseModel):
 
     id: int
     time: str
-    who: str = Field(description="Id of the key; local without keys, server for its own actions.")
+    who: str = Field(description="Id of the key; local on a server without keys; server for actions of the server itself.")
     what: str
     about: str = Field(description="Id of the job or key.")
     data: dict[str, Any]
 
 
 def check_quota(s: Service, caller: Caller, cases: int) -> None:
-    """Refusal (429) with every reason when a key has used up its quotas."""
+    """Raise Refusal (429), with every exceeded quota, when a job with this number of cases exceeds quotas of the key."""
     has, limits = s.store.usage(caller.id), s.settings.limits
     over = [
         Problem(f"quota.{name}", f"{now:.6g} {what} and {more:.6g} more exceed the {most:.6g} allowed for a key", hint)
@@ -66,7 +66,7 @@ def check_quota(s: Service, caller: Caller, cases: int) -> None:
 
 
 def forget(s: Service, caller: Caller, job: str) -> None:
-    """Delete an ended job with its results. Refusal (409) while it runs."""
+    """Delete an ended job with its results. Refusal (409) if the job has not ended."""
     there = find_job(s, job)
     if not s.retention.delete(there, caller.id):
         raise Refusal(409, "the job has not ended: cancel it first")
@@ -77,7 +77,7 @@ def forget(s: Service, caller: Caller, job: str) -> None:
 def mark_job(
     job: str, marks: Annotated[LabelAndTags, Body(openapi_examples=LABEL_EXAMPLES)], caller: Submitter, s: ServerState
 ) -> Response:
-    """Change label or tags of a job of your own (role admin: any job)."""
+    """Change label or tags of a job of your own; with the role admin, of any job."""
     find_own_job(s, caller, job)
     s.store.mark(job, marks.label, marks.tags)
     return Json(job_document(find_job(s, job)))
@@ -85,7 +85,7 @@ def mark_job(
 
 @router.get("/usage", response_model=UsageDocument, responses=error_responses())
 def get_usage(caller: Reader, s: ServerState) -> Response:
-    """Return usage and quotas of your key."""
+    """Return the usage and the quotas of your key."""
     return Json(usage_document(s.store.usage(caller.id), s.settings.limits))
 
 
@@ -98,12 +98,12 @@ def usage_document(has: Usage, limits: Limits) -> dict[str, Any]:
 def list_audit(
     caller: Admin,
     s: ServerState,
-    after: Annotated[int, Query(ge=0, le=2**62, description="Only records after the one with this id.")] = 0,
+    after: Annotated[int, Query(ge=0, le=2**62, description="Only records after the record with this id.")] = 0,
     who: Annotated[str | None, Query(max_length=64, pattern="^[^\\x00]*$", description="Only actions of this key.")] = None,
     about: Annotated[
         str | None, Query(max_length=64, pattern="^[^\\x00]*$", description="Only actions on this job or key.")
     ] = None,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Response:
-    """List the audit log: jobs submitted, cancelled, deleted; keys made and revoked. Oldest first."""
+    """List the audit log, oldest record first: jobs submitted, cancelled and deleted, keys made and revoked."""
     return Json([d.__dict__ | {"time": rfc3339(d.time)} for d in s.store.audit_records(after, limit, who, about)])

@@ -1,1 +1,1 @@
-"""Components of a running server."""
+"""The components of a running server."""

@@ -1,4 +1,4 @@
-"""Caches of a server: contents of jobs, totals of tallies, lengths of answers."""
+"""Caches of a server: contents of jobs, totals of tallies, lengths of responses."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 CACHED_JOBS, CACHED_LENGTHS = 64, 256
 CACHED_TALLIES = 4
-"""Most jobs whose tallies are cached; a job takes up to some hundred megabytes."""
+"""Largest number of jobs whose tallies are cached. The tallies of one job need up to some hundred megabytes."""
 Make = Callable[[], Iterator[bytes]]
-"""A function that creates the bytes of an answer."""
+"""A function that creates the bytes of a response."""
 
 
 @dataclass(frozen=True)
 class JobContents:
-    """Immutable contents of a job's document: plan, schema of the table, digest, text."""
+    """The immutable contents of a job's document: plan, schema of the result table, digest and text of the document."""
 
     plan: Plan
     schema: Any
@@ -33,7 +33,7 @@ class JobContents:
 
 @dataclass
 class JobCache:
-    """Recently read jobs."""
+    """The contents of recently read jobs, and the progress of recently read studies."""
 
     jobs: OrderedDict[str, JobContents] = field(default_factory=OrderedDict)
     lock: threading.Lock = field(default_factory=threading.Lock)
@@ -41,7 +41,7 @@ class JobCache:
     following: threading.Lock = field(default_factory=threading.Lock)
 
     def follow(self, job: str, study: Callable[[], Study | None]) -> StudyProgress | None:
-        """The study of a job with the results of its rounds so far; None for a job without a study."""
+        """The study of a job with the results of its finished rounds; None for a job without a study."""
         with self.following:
             if job not in self.follows:
                 made = study()
@@ -55,7 +55,7 @@ class JobCache:
 
 @dataclass
 class JobTally:
-    """The total of the pieces (start, stop) added so far."""
+    """The total of the tallies of a job. pieces: the case ranges (start, stop) that the total includes."""
 
     lock: threading.Lock = field(default_factory=threading.Lock)
     pieces: set[tuple[int, int]] = field(default_factory=set)
@@ -64,7 +64,7 @@ class JobTally:
 
 @dataclass
 class TallyCache:
-    """Tallies of recently queried jobs."""
+    """The totals of recently queried jobs."""
 
     jobs: OrderedDict[str, JobTally] = field(default_factory=OrderedDict)
     lock: threading.Lock = field(default_factory=threading.Lock)
@@ -79,13 +79,13 @@ class TallyCache:
 
 
 class AnswerLengths:
-    """Lengths of streamed answers by their entity tags."""
+    """The lengths of streamed responses by their entity tags."""
 
     def __init__(self) -> None:
         self.kept: OrderedDict[str, int] = OrderedDict()
 
     def of(self, tag: str, make: Make) -> int:
-        """Number of bytes; the first call generates the answer to count them."""
+        """The number of bytes of a response. The first call for a tag generates the response and counts its bytes."""
         if tag not in self.kept:
             self.kept[tag] = sum(map(len, make()))
             while len(self.kept) > CACHED_LENGTHS:

@@ -1,4 +1,5 @@
-"""Turns of requests that read stored rows. Few requests read at the same time, so that large reads do not delay small ones."""
+"""Turns of requests that read stored rows. Only few requests read at the same time, so that large reads do not delay small
+reads."""
 
 from __future__ import annotations
 
@@ -12,19 +13,19 @@ from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.request_workers.fair_queue import FairQueue, QueueFull
 
 READERS = 3
-"""Concurrent reads; one caller has at most one less."""
+"""Largest number of concurrent reads. One caller has at most READERS − 1 of them."""
 T = TypeVar("T")
 
 
 class ReadTurns(FairQueue[int]):
-    """Turns of reading requests. Used in the event loop only."""
+    """Turns of reading requests. Only for use in the event loop."""
 
     def __init__(self) -> None:
         super().__init__(range(READERS))
 
     async def run(self, who: str, work: Callable[[], T], begun: bool = False) -> T:
-        """Run work on a thread when it is the caller's turn. Refusal (429, 503) when too many wait. begun: the answer has started,
-        so the request is never refused."""
+        """Run ``work`` on a thread when it is the caller's turn. Refusal (429, 503) when too many requests wait. begun: the
+        response has started, so that the request must not be refused."""
         try:
             slot = await self.take(who, begun)
         except QueueFull as e:
@@ -39,7 +40,7 @@ class ReadTurns(FairQueue[int]):
             self.release(who, slot)
 
     async def stream(self, who: str, first: bytes, others: Iterator[bytes]) -> AsyncIterator[bytes]:
-        """An answer in pieces, each in its own turn: a slow client holds no turn."""
+        """The pieces of a response. Each piece is created in its own turn, so that a slow client occupies no turn."""
         piece: bytes | None = first
         while piece is not None:
             yield piece

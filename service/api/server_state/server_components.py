@@ -1,4 +1,4 @@
-"""Components of a server, for request handlers: settings, store, cluster, dispatcher, parts, metrics."""
+"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics and others."""
 
 from __future__ import annotations
 
@@ -26,27 +26,28 @@ from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 
 CHECK_PROCESSES, EXPORT_PROCESSES = 2, 2
-"""Processes that check requests, and that export FMUs."""
+"""Numbers of processes that check requests and that export FMUs."""
 PROBE_SECONDS = 5.0
-"""A database that takes longer to answer is not ready."""
+"""If the database needs more time for a probe, s, it is not ready."""
 
 
 @dataclass
 class Turns:
-    """Long requests of one kind: how many wait or run, and how many run. For the event loop only."""
+    """Long requests of one kind. there: number of waiting and running requests. busy: number of running requests. Only for use in
+    the event loop."""
 
     there: int = 0
     busy: int = 0
 
 
 class DatabaseProbe:
-    """Probes the database on its own thread, which no load of requests can block."""
+    """Probes the database on a separate thread, so that a high load of requests cannot delay the probe."""
 
     def __init__(self, store: WorkStore):
         self.store, self.pool = store, ThreadPoolExecutor(1, thread_name_prefix="pulse")
 
     async def database(self) -> str:
-        """ "ok", or the problem."""
+        """The state of the database: "ok" or "unreachable"."""
         try:
             await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pool, self.store.ping), PROBE_SECONDS)
         except (Unreachable, TimeoutError):
@@ -56,7 +57,7 @@ class DatabaseProbe:
 
 @dataclass
 class Service:
-    """Components of one server."""
+    """The components of a server."""
 
     settings: Settings
     store: WorkStore
@@ -78,7 +79,7 @@ class Service:
     reads: ReadTurns = field(default_factory=ReadTurns)
 
     def close(self) -> None:
-        """End all components; each ends before the components that it uses."""
+        """End all components. Each component ends before the components that it uses."""
         self.checks.close()
         self.exports.close()
         self.retention.stop()
@@ -89,7 +90,7 @@ class Service:
 
 
 def make_data_folder(settings: Settings) -> None:
-    """Make the data folder; SceneError when it is not writable."""
+    """Make the data folder; SceneError when the folder is not writable."""
     try:
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.TemporaryFile(dir=settings.data):
@@ -104,7 +105,8 @@ def write_error_text(e: OSError) -> str:
 
 
 def create_service(settings: Settings) -> Service:
-    """Create the components of a server and migrate the database. SceneError for wrong settings, Unreachable without a database."""
+    """Create the components of a server and migrate the database. SceneError for wrong settings, Unreachable when the database does
+    not respond."""
     make_data_folder(settings)
     store = WorkStore(settings.database_url)
     store.upgrade()
@@ -123,5 +125,5 @@ def create_service(settings: Settings) -> Service:
 
 
 async def service(request: Request) -> Service:
-    """The components of the server of a request."""
+    """The components of the server that handles a request."""
     return request.app.state.service  # type: ignore[no-any-return]

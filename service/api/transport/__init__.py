@@ -1,1 +1,1 @@
-"""Keys, limits and formats of all requests."""
+"""Handling of all requests: keys, limits and formats."""

@@ -1,4 +1,4 @@
-"""API keys with roles (stored as hashes), access without keys from this machine, rate limits."""
+"""API keys with roles (stored as hashes), access from this machine without keys, rate limits."""
 
 from __future__ import annotations
 
@@ -23,23 +23,24 @@ from trunnion.service.store.job_and_chunk_records import Key
 
 COOKIE = "trunnion_key"
 ROLES = ("read", "submit", "admin")
-"""Roles; each may do everything that earlier roles may do."""
+"""Roles. Each role includes the rights of all roles before it."""
 FAILURES = "30/minute"
-"""Most wrong keys that an address may try."""
+"""Limit of the rate at which an address may send wrong keys."""
 bearer = HTTPBearer(auto_error=False, scheme_name="bearer", description="An API key.")
 header = APIKeyHeader(name="X-API-Key", auto_error=False, scheme_name="header", description="An API key.")
 
 
 @dataclass(frozen=True)
 class Caller:
-    """The key's id ("local" without keys) and role."""
+    """The caller of a request: id of the key ("local" on a server without keys) and role."""
 
     id: str
     role: str
 
 
 def new_key(name: str, role: str) -> tuple[Key, str]:
-    """(stored key, key itself: shown once). The secret has 256 random bits, so that a plain digest is safe."""
+    """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits, therefore a
+    plain digest of the secret is safe."""
     identity, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
     return Key(identity, name, role, _digest(secret), time.time(), None), f"tr_{identity}_{secret}"
 
@@ -58,7 +59,7 @@ def valid_key(s: Service, text: str) -> Key | None:
 
 
 def need(role: str) -> Callable[..., Caller]:
-    """A dependency that returns the caller and requires a role."""
+    """A FastAPI dependency that returns the caller; Refusal (403) if the caller's role is lower than ``role``."""
 
     def caller(
         request: Request,
@@ -66,7 +67,7 @@ def need(role: str) -> Callable[..., Caller]:
         token: Annotated[HTTPAuthorizationCredentials | None, Security(bearer)] = None,
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
-        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for links and images of the page
+        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the page's links and images
         address = request.client.host if request.client else "unknown"
         found = _find_caller(s, token.credentials if token else named or cookie, request.app.state.failures, address)
         _check_rate(s, request, found.id if found.id != "local" else address)
@@ -96,14 +97,14 @@ def _find_caller(s: Service, text: str | None, failures: Rates, address: str) ->
 
 
 class Rates:
-    """Limits the rate of requests of each caller; "" is no limit."""
+    """Limits the rate of requests of each caller. text: a rate such as "20/second", or "" for no limit."""
 
     def __init__(self, text: str):
         self.item = parse(text) if text else None
         self.window = SlidingWindowCounterRateLimiter(MemoryStorage())
 
     def wait(self, who: str) -> int:
-        """Count a request. Returns 0, or, beyond the limit, the seconds until the next request is allowed."""
+        """Count a request. Returns 0 if the request is allowed, else the seconds until the next request is allowed."""
         if self.item is None or self.window.hit(self.item, who):
             return 0
         return max(1, math.ceil(self.window.get_window_stats(self.item, who).reset_time - time.time()))

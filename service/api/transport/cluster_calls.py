@@ -1,4 +1,5 @@
-"""Requests that the cluster answers. They hold no thread, and are cancelled when the client disconnects."""
+"""Requests whose result the cluster computes. They occupy no thread while they wait. They are cancelled when the client
+disconnects."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ RESULT_SECONDS = 10
 
 @asynccontextmanager
 async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
-    """Wait for one of ``most`` concurrent turns. Refusal (503) when too many wait."""
+    """Wait for one of ``most`` concurrent turns. Refusal (503) when too many requests wait."""
     if turns.there >= MOST_WAITING:
         raise Refusal(503, "too many such requests wait; try again", headers={"Retry-After": "10"})
     turns.there += 1
@@ -43,8 +44,8 @@ async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
 
 @dataclass(frozen=True)
 class ClusterCall:
-    """A function to call on the cluster. most: concurrent calls; priority: above 0 a call precedes the chunks of jobs, which have
-    0."""
+    """A function call on the cluster. most: largest number of concurrent calls. priority: the chunks of jobs have the priority 0;
+    calls with a higher priority run before the chunks."""
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
@@ -54,7 +55,7 @@ class ClusterCall:
 
 
 async def call_cluster(s: Service, request: Request, seconds: float, call: ClusterCall) -> bytes:
-    """Result of a call. Refusal (503) when too many wait, or after ``seconds`` without a result."""
+    """The result of a call. Refusal (503) when too many calls wait, or when there is no result after ``seconds``."""
     end = time.monotonic() + seconds
     work = asyncio.create_task(_run_call(s, call))
     try:
@@ -70,7 +71,8 @@ async def call_cluster(s: Service, request: Request, seconds: float, call: Clust
 
 
 async def _run_call(s: Service, call: ClusterCall) -> bytes:
-    """Take a turn and call; cancelling this task cancels the call on the cluster."""
+    """Wait for a turn, then call the function on the cluster. If this task is cancelled, the call on the cluster is also
+    cancelled."""
     async with take_turn(call.turns, call.most):
         future = await run_in_threadpool(lambda: s.cluster.submit(call.function, *call.arguments, priority=call.priority))
         loop, over = asyncio.get_running_loop(), asyncio.Event()
@@ -91,7 +93,7 @@ async def _run_call(s: Service, call: ClusterCall) -> bytes:
 
 
 def _result(future: Any) -> Any:
-    """Result of a future. Raises the function's own error, or NoCluster when the worker was lost."""
+    """The result of a future. Raises the error that the function raised, or NoCluster when the worker was lost."""
     from distributed import KilledWorker
 
     error = future.exception(timeout=RESULT_SECONDS) if future.status == "error" else None

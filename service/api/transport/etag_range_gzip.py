@@ -1,4 +1,4 @@
-"""HTTP for large answers: ETag, Range, gzip."""
+"""HTTP features for large responses: ETag, Range, gzip."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ TEXTS = ("application/json", "text/csv")
 RANGE = re.compile(r"bytes=(\d{0,18})-(\d{0,18})")
 CONDITIONAL_RESPONSES: dict[int | str, dict[str, Any]] = {
     206: {
-        "description": "The part asked for with Range.",
-        **header_schema("Content-Range", "Range of the bytes, and their number."),
+        "description": "The requested Range of the content.",
+        **header_schema("Content-Range", "Range of the sent bytes, and the number of all bytes."),
     },
-    304: {"description": "If-None-Match names the present answer."},
+    304: {"description": "The entity tag in If-None-Match is that of the present content."},
 }
-"""Responses other than the whole answer."""
+"""Documented responses that do not contain the whole content."""
 
 
 def etag_of(*facts: Any) -> str:
-    """Entity tag of an answer; these values determine its bytes completely."""
+    """The entity tag of a response. facts: values that completely determine its bytes."""
     return digest_of(text_of(list(facts)))[:32]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer to send. make: creates its bytes; tag: its entity tag, or None while the answer can change (it is then sent
-    whole)."""
+    """The content of a response. make: creates its bytes. tag: entity tag; None while the content can change, so that it is always
+    sent as a whole."""
 
     make: Make
     media: str
@@ -48,7 +48,7 @@ class Answer:
 
 
 async def respond(request: Request, who: str, s: Service, answer: Callable[[], Answer]) -> Response:
-    """Create and send an answer, in the caller's turns of reading."""
+    """Create and send the response to a request. Both are done in the caller's read turns. answer: creates the content."""
     found = await s.reads.run(who, answer)
     make, media, tag = found.make, found.media, found.tag
     plain = "gzip" not in accepted_encodings(request.headers.get("accept-encoding", "")) or media not in TEXTS
@@ -74,7 +74,7 @@ async def respond(request: Request, who: str, s: Service, answer: Callable[[], A
 
 
 def whole_answer(make: Make, headers: dict[str, str], plain: bool) -> Iterator[bytes]:
-    """All bytes, compressed unless ``plain``; sets the header."""
+    """All bytes, compressed unless ``plain``. Adds the header Content-Encoding for compressed bytes."""
     if plain:
         return make()
     headers["Content-Encoding"] = "gzip"
@@ -84,7 +84,7 @@ def whole_answer(make: Make, headers: dict[str, str], plain: bool) -> Iterator[b
 async def stream_response(
     reads: ReadTurns, who: str, pieces: Iterator[bytes], media: str, headers: dict[str, str], status: int = 200
 ) -> Response:
-    """Stream the pieces. The first is made before the response starts, so that its errors get a status."""
+    """Stream the pieces. The first piece is created before the response starts, so that an error in it gives an error status."""
     first = await reads.run(who, lambda: next(pieces, b""))
     return StreamingResponse(reads.stream(who, first, pieces), status, headers, media)
 
@@ -107,7 +107,7 @@ def gzip_pieces(pieces: Iterator[bytes]) -> Iterator[bytes]:
 
 
 def range_ends(first: str, last: str, length: int) -> tuple[int, int] | None:
-    """(first byte, end) of a Range; None when it is empty."""
+    """The first byte and the end (exclusive) of a Range; None when the range is empty."""
     if not first:
         start, stop = (max(0, length - int(last)), length) if last else (length, length)
     else:

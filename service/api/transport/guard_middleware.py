@@ -1,4 +1,4 @@
-"""Checks before every request: size and duration of the body, origin, HEAD; default headers of every answer."""
+"""Checks of every request (size and duration of the body, host, origin), HEAD requests, and default headers of every response."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from trunnion.service.api.documents.problem_documents import problem_response
 from trunnion.service.basics.server_settings import is_loopback
 
 BODY_SECONDS = 60.0
-"""Time for a whole body to arrive."""
+"""Longest time in which a whole body must arrive, s."""
 SMALL, SMALL_BODY = (("POST", "/v1/keys"), ("PATCH", "/v1/jobs/")), 10_000
-"""Methods and path prefixes whose bodies the server parses itself, and the limit of such bodies, bytes."""
+"""SMALL: methods and path prefixes of requests whose bodies the server process parses itself. SMALL_BODY: largest size of such
+bodies, bytes."""
 SECURITY_HEADERS: dict[bytes, bytes] = {
     b"x-content-type-options": b"nosniff",
     b"referrer-policy": b"no-referrer",
     b"x-frame-options": b"SAMEORIGIN",
     b"content-security-policy": b"frame-ancestors 'self'",
 }
-"""Default headers of every answer."""
+"""Default headers of every response."""
 WARNING, SAFE = b'299 trunnion "%s"', " !#$&'()*+,/:;=?@[]~"
-"""Form of the header (RFC 7234), and characters of a note that are not percent-encoded."""
+"""WARNING: form of the Warning header (RFC 7234). SAFE: characters of a note that are not percent-encoded."""
 
 
 class GuardMiddleware:
-    """Admits requests. Without keys, only requests addressed to this machine itself: a foreign page could otherwise use a visitor's
-    browser."""
+    """Admits or refuses requests. A server without keys admits only requests whose Host is a loopback address. Otherwise, a page of
+    another site could send requests through a visitor's browser."""
 
     def __init__(self, app: ASGIApp, most: int, open: bool):
         self.app, self.most, self.open = app, most, open
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or refuse it."""
+        """Pass the request to the application, or refuse it."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -65,7 +66,7 @@ class GuardMiddleware:
         if self.open and not is_loopback(_hostname(f"//{host}")):
             return problem_response(
                 403,
-                "without keys, the server answers only requests to this machine's own address: start it with --keys to share it",
+                "without keys, the server accepts only requests to this machine's own address: start it with --keys to share it",
             )
         if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _netloc(origin) != host:
             return problem_response(403, "requests from other sites are refused")
@@ -73,7 +74,7 @@ class GuardMiddleware:
 
 
 def limit_body(receive: Receive, most: int) -> Receive:
-    """A ``receive`` that limits the size of the body and the time in which it arrives."""
+    """A ``receive`` that limits the size of the body and the time until the whole body has arrived."""
     got, end, whole = 0, time.monotonic() + BODY_SECONDS, False
 
     async def next_one() -> Message:
@@ -94,7 +95,7 @@ def limit_body(receive: Receive, most: int) -> Receive:
 
 
 def add_headers(send: Send, notes: Sequence[str] = ()) -> Send:
-    """A ``send`` that adds the default headers, and a Warning for each note about a deprecated word."""
+    """A ``send`` that adds the default headers, and a Warning header for each note about a deprecated word."""
 
     async def said(message: Message) -> None:
         if message["type"] == "http.response.start":
@@ -107,7 +108,7 @@ def add_headers(send: Send, notes: Sequence[str] = ()) -> Send:
 
 
 async def answer_head(app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
-    """Answer HEAD with the headers of GET; the body is not generated."""
+    """Respond to HEAD with the headers of GET. The body is not generated."""
     begun = asyncio.Event()
 
     async def first(message: Message) -> None:

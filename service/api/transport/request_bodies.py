@@ -1,4 +1,4 @@
-"""Bodies of requests: schemas for OpenAPI, checks by the worker pool."""
+"""Request bodies: their schemas in the OpenAPI document, and their checks by the worker pool."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ BODY_MODELS: dict[str, type[BaseModel]] = {}
 
 
 def body_schema(model: type[BaseModel], examples: dict[str, Any]) -> dict[str, Any]:
-    """The part of an operation's description for its body."""
+    """The part of an operation's OpenAPI description that describes its body."""
     BODY_MODELS[model.__name__] = model
     content = {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}, "examples": examples}
     return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 
 def body_schemas() -> dict[str, Any]:
-    """Schemas of all request models and of the models in them."""
+    """The schemas of all request models and of the models that they contain."""
     schemas: dict[str, Any] = {}
     for name, model in BODY_MODELS.items():
         made = model.model_json_schema(ref_template="#/components/schemas/{model}")
@@ -39,7 +39,7 @@ def body_schemas() -> dict[str, Any]:
 
 
 async def check_body(s: Service, request: Request, caller: Caller, task: str) -> Any:
-    """Result of a task of the worker pool on the body of a request; SceneError with all problems."""
+    """The result of a worker pool task for the body of a request; SceneError with all problems of the body."""
     body, limits = await read_body(request), s.settings.limits
     return await run_in_worker(s.checks, caller, task, body, body_media_type(request), limits, seconds=limits.check_seconds)
 
@@ -56,7 +56,8 @@ async def read_body(request: Request) -> bytes:
 
 
 async def run_in_worker(pool: WorkerPool, caller: Caller, task: str, *arguments: Any, seconds: float) -> Any:
-    """Result of a task of a worker pool. Refusal (422, 429, 503) when it needs too much time or memory, or too many wait."""
+    """The result of a worker pool task. Refusal (422) when the task needs too much time or memory, (429, 503) when too many tasks
+    wait."""
     try:
         return await pool.ask(caller.id, task, *arguments, seconds=seconds)
     except asyncio.CancelledError:

@@ -1,4 +1,4 @@
-"""Tables as JSON, CSV, Parquet or Arrow, by content negotiation, streamed in batches."""
+"""Encoding of tables as JSON, CSV, Parquet or Arrow, streamed in batches. Content negotiation chooses the format."""
 
 from __future__ import annotations
 
@@ -42,13 +42,14 @@ CONTENT: dict[str, Any] = {
     MEDIA["parquet"]: {"schema": {"type": "string", "format": "binary"}},
     MEDIA["arrow"]: {"schema": {"type": "string", "format": "binary"}},
 }
-"""Media type → description in the OpenAPI document."""
+"""By media type: the description in the OpenAPI document."""
 JSON_ROWS = 500
-"""Rows encoded at a time: encoding blocks all other Python threads."""
+"""Number of rows that are encoded at a time. It is small, because encoding blocks all other Python threads."""
 
 
 def choose_format(asked: str | None, accept: str) -> str:
-    """Format that the query names, else the format that the Accept header prefers. Refusal (406) without a common format."""
+    """The format that the query names, else the format that the Accept header prefers. Refusal (406) if the client accepts none of
+    the formats."""
     if asked is not None:
         return asked
     best, name = 0.0, None
@@ -72,7 +73,7 @@ def _weight(parameters: list[str]) -> float:
 
 
 def table_bytes(kind: str, schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
-    """The tables, one after another, as one document of a format."""
+    """The bytes of one document of a format that contains the rows of all tables."""
     return {"json": _json, "csv": _csv, "parquet": _parquet, "arrow": _arrow}[kind](schema, tables)
 
 
@@ -105,7 +106,7 @@ def _csv(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[by
 
 
 def _take(sink: io.BytesIO) -> bytes:
-    """The bytes written since the last call; Arrow's writers count their position themselves."""
+    """The bytes written since the last call. The sink can be emptied, because Arrow's writers count their position themselves."""
     data = sink.getvalue()
     sink.seek(0)
     sink.truncate()

@@ -1,4 +1,4 @@
-// Columns and numbers of scenes in words with units, for axes and legends.
+// Labels with units for columns and scene numbers, on axes and in legends.
 
 import { ask } from "./requests_and_dom.js";
 
@@ -9,7 +9,8 @@ export const learn = async () => { schema ??= await ask("GET", "/v1/schema").cat
 export const unit = (u) => (!u || u === "1" ? "" : u.replaceAll("*", "·").replace(/\^2\b/g, "²").replace(/\^3\b/g, "³"));
 const withUnit = (text, u) => (unit(u) ? `${text} (${unit(u)})` : text);
 
-// First clause of a number's description in the schema: "Coefficient of (sliding) friction (laws …). (plain …)" is "coefficient of friction".
+// The first clause of a description in the schema, without parentheses. "Coefficient of (sliding) friction (laws …). …" gives
+// "Coefficient of friction".
 const clause = (text) => text.replace(/\([^)]*\)/g, "").split(/[.;:]/)[0].replace(/,.*$/, "").replace(/\s+/g, " ").trim();
 const lower = (text) => (/^[A-Z][a-z]/.test(text) ? text[0].toLowerCase() + text.slice(1) : text);
 const resolved = (node) => {
@@ -17,7 +18,7 @@ const resolved = (node) => {
   return ref ? schema.$defs[ref.split("/").pop()] : node;
 };
 
-// "joints.ball.friction.mu" as "coefficient of friction of ball".
+// The label of a path: "joints.ball.friction.mu" gives "coefficient of friction of ball".
 function ofPath(path) {
   if (!schema) return path;
   const parts = path.split("."), names = [];
@@ -36,7 +37,7 @@ function ofPath(path) {
   return `${words}${index ? " " + index : ""}${names.length ? " of " + names.join(" ") : ""}`;
 }
 
-// A column of a table, {name, unit, description}, in words.
+// The label of a table column {name, unit, description}.
 export function words(c) {
   if (c.description === "varied") return ofPath(c.name);
   if (c.name === "case") return "case";
@@ -55,7 +56,7 @@ function broken(text, most) {
   return out;
 }
 
-// A text in the fewest lines of a given length, balanced, with Plotly's line breaks.
+// The text with Plotly's line breaks: the fewest lines of at most `most` characters, of about equal length.
 export function lines(text, most = 42) {
   const fewest = broken(text, most).length;
   let room = most;
@@ -63,10 +64,10 @@ export function lines(text, most = 42) {
   return broken(text, room).join("<br>");
 }
 
-// Join notes: each begins with a capital and ends with a full stop.
+// Joins notes to one text. Each note begins with a capital letter and ends with a full stop.
 export const sentences = (notes) => [...new Set(notes.filter(Boolean))].map((n) => n[0].toUpperCase() + n.slice(1) + (/[.!?]$/.test(n) ? "" : ".")).join(" ");
 
-// Names shortened to the last words that distinguish them.
+// For each path: its shortest end, with the same number of parts for all paths, that distinguishes the paths.
 export function short(paths) {
   for (let n = 1; ; n++) {
     const cut = paths.map((p) => p.split(".").slice(-n).join("."));

@@ -1,4 +1,4 @@
-// Colour and shape of outcomes, in plots and legends.
+// Colours and marker shapes of outcomes, in plots and legends.
 
 import { make, many } from "./requests_and_dom.js";
 
@@ -14,7 +14,7 @@ function place(name) {
   const at = KNOWN.indexOf(name);
   if (at >= 0) return at;
   if (!others.includes(name)) others.push(name);
-  return 1 + others.indexOf(name) % (KNOWN.length - 1); // never the mark of done
+  return 1 + others.indexOf(name) % (KNOWN.length - 1); // the first mark is only for the outcome done
 }
 
 export const color = (k) => getComputedStyle(document.documentElement).getPropertyValue(`--c${k % 8}`).trim();
@@ -22,7 +22,7 @@ export const shape = (k) => SHAPES[k % SHAPES.length];
 export const of = (name) => ({ color: color(place(name)), shape: shape(place(name)) });
 export const said = (name) => name.replace(/_/g, " ");
 
-// A mark for a legend; hidden from screen readers.
+// An SVG mark for a legend. Screen readers ignore it.
 function drawn(width, height, box, path) {
   const [svg, line] = ["svg", "path"].map((tag) => document.createElementNS("http://www.w3.org/2000/svg", tag));
   for (const [name, value] of Object.entries({ viewBox: box, width, height, "aria-hidden": "true" })) svg.setAttribute(name, value);

@@ -1,10 +1,10 @@
-// Requests to the server, and small helpers for the page.
+// Requests to the server, and small helper functions for the page.
 
 export const $ = (id) => document.getElementById(id);
 export const ENDED = ["done", "failed", "cancelled"];
 const heard = new Set();
 
-// Listeners called with true or false after each request: whether the server answered.
+// Adds a listener. After each request, it is called with true if the server responded, else with false.
 export const onAnswer = (tell) => heard.add(tell);
 
 class ProblemError extends Error {
@@ -29,7 +29,7 @@ export const key = () => sessionStorage.getItem("key") || "";
 
 export function useKey(text) {
   sessionStorage.setItem("key", text);
-  document.cookie = `trunnion_key=${encodeURIComponent(text)}; path=/; SameSite=Strict`; // for downloads, events and pictures
+  document.cookie = `trunnion_key=${encodeURIComponent(text)}; path=/; SameSite=Strict`; // downloads, event streams and frames can only send cookies
 }
 
 async function sent(method, path, body, signal, more) {
@@ -65,7 +65,7 @@ export async function ask(method, path, body, signal, more) {
 
 export const askText = async (method, path, body, signal) => (await sent(method, path, body, signal)).text();
 
-// Debounce: work starts after a pause; a new call aborts the present one.
+// Debounces a function: `work` starts when no call came for `wait` ms. A new start aborts the work that is still running.
 export function later(work, wait = 300) {
   let timer = 0, running = null;
   return (...given) => {
@@ -84,7 +84,7 @@ export function notice(text) {
   box.replaceChildren(...(text ? [text, " ", make("button", { type: "button", "aria-label": "dismiss", onclick: () => notice("") }, "×")] : []));
 }
 
-// Show an unhandled error at the top; the banner reports a lost server.
+// Shows an unhandled error at the top of the page. A lost server is not shown here, because the banner reports it.
 export function wrong(e) {
   if (e.name !== "AbortError" && e.status !== 0) notice(e.problems?.length ? e.problems.map((p) => `${p.where}: ${p.what}`).join("; ") : e.message);
 }
@@ -94,10 +94,10 @@ export function problemItem(p, jump) {
   return make("li", {}, line, make("b", {}, p.where), `: ${p.what} `, make("span", { class: "hint" }, p.hint ? `→ ${p.hint}` : ""));
 }
 
-// A list of problems, focusable so that the keyboard can scroll it.
+// A list of problems. It can have the focus, so that the keyboard can scroll it.
 export const problemList = (problems, jump) => make("ul", { class: "problems", tabindex: "0", "aria-label": "problems" }, ...problems.map((p) => problemItem(p, jump)));
 
-// A path or column name with line breaks allowed after dots.
+// The nodes of a path or column name, in which line breaks are allowed after dots and colons.
 export const breaking = (text) => text.split(/(?<=[.:])(?!\d)/).flatMap((part, i) => (i ? [make("wbr"), part] : [part]));
 
 const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
@@ -111,7 +111,7 @@ export function number(x) {
 export const many = (n) => n.toLocaleString("en");
 export const few = (n, one, more = `${one}s`) => `${many(n)} ${n === 1 ? one : more}`;
 
-// Options of a select; keeps the selected one if it remains.
+// Sets the options of a select element. The selected option stays selected if it still exists.
 export function choices(select, options, first) {
   const before = select.value;
   select.replaceChildren(...options.map(([value, text, title]) => make("option", { value, title }, text ?? value)));
@@ -119,7 +119,7 @@ export function choices(select, options, first) {
   select.value = values.includes(before) ? before : values.includes(first) ? first : values[0] ?? "";
 }
 
-// A short time: the hour today, else with the day; the title has the full time.
+// A <time> element with a short text: "today" and the hour, or the day and the hour. Its title has the full time.
 export function dated(text) {
   const at = new Date(text), now = new Date(), today = at.toDateString() === now.toDateString();
   const day = { day: "numeric", month: "short", ...(at.getFullYear() === now.getFullYear() ? {} : { year: "numeric" }) };

@@ -1,4 +1,4 @@
-// Rows of a job: few in the browser; many counted in bins by the server.
+// The rows of a job. The browser fetches all rows of small jobs; for large jobs, the server counts the rows in bins.
 
 import { ask } from "./requests_and_dom.js";
 
@@ -14,7 +14,7 @@ export class Table {
 
   get large() { return this.job.cases > MOST; }
 
-  // Fetch the present rows; false without any.
+  // Fetches the present rows. Returns whether there are any.
   async fetch() {
     const got = await ask("GET", `/v1/jobs/${this.job.id}/results?format=json&count=${this.large ? 1 : MOST}`);
     this.columns = got.columns;
@@ -22,7 +22,7 @@ export class Table {
     return this.large ? this.job.done > 0 : got.rows.length > 0;
   }
 
-  // Whether the rows are fits, which are not plotted.
+  // Whether the rows are fits. Fits are not plotted.
   get fits() { return this.at("answer") >= 0; }
 
   at(name) { return this.columns.findIndex((c) => c.name === name); }
@@ -36,7 +36,7 @@ export class Table {
     return [...kept, ...["outcome.time", "audit.energy", "steps"].map((name) => this.column(name)).filter(Boolean)];
   }
 
-  // Bins over all cases; within: {column: [low, high]}.
+  // Counts all cases in bins. within: Map of column to [low, high].
   bins(x, y = "", of = "", { nx = 60, ny = 60, within = new Map(), words = [] } = {}) {
     const conditions = [...within].map(([name, [low, high]]) => `${name}=${low ?? ""}:${high ?? ""}`).concat(words);
     const query = `x=${enc(x)}${y ? `&y=${enc(y)}` : ""}${of ? `&of=${enc(of)}` : ""}&nx=${nx}&ny=${ny}` + conditions.map((w) => `&within=${enc(w)}`).join("");

@@ -1,4 +1,4 @@
-// Addresses: / new run, /jobs list, /jobs/ID one job, /compare?jobs=… comparison.
+// Shows the view for the address: / for a new run, /jobs for the list, /jobs/ID for a job, /compare?jobs=… for a comparison.
 
 import { $ } from "./requests_and_dom.js";
 
@@ -22,7 +22,7 @@ export function go(address, focus = true) {
   return shown(focus);
 }
 
-// Store the state of the view in the address, without an entry in the history.
+// Stores the state of the view in the address, without a new entry in the history.
 export function remember(query) {
   const text = new URLSearchParams(query).toString();
   history.replaceState(null, "", location.pathname + (text ? `?${text}` : ""));

@@ -1,11 +1,11 @@
-// Status of the server: a banner while it does not answer or cannot work, with repeated checks.
+// Checks the server repeatedly, and shows a banner while it does not respond or is not ready.
 
 import { $, onAnswer, key } from "./requests_and_dom.js";
 
 const CALM = 10000, EAGER = 1500; // ms between checks
 let gone = null, back = new Set(), timer = 0;
 
-// Functions that fetch again when the server is back.
+// Adds a function that is called when the server responds again. Returns a function that removes it.
 export const onReturn = (work) => { back.add(work); return () => back.delete(work); };
 
 export function begin() {
@@ -44,8 +44,8 @@ async function look() {
     const told = await answer.json().catch(() => ({}));
     returned();
     if (answer.status === 503) {
-      const why = told.trouble || (told.database !== "ok" ? `its database is ${told.database}` : "it has just begun");
-      say(`The server cannot work now: ${why}. Jobs are stored and continue later.`);
+      const why = told.trouble || (told.database !== "ok" ? `its database is ${told.database}` : "it has just started");
+      say(`The server is not ready: ${why}. Jobs are stored and continue later.`);
     } else if (!gone) say("");
   } catch {
     lost();

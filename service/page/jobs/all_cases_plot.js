@@ -1,4 +1,5 @@
-// All cases of a job as points, heat map, contours or parallel coordinates, by the number of varied numbers; they share one selection.
+// Plots all cases of a job as points, heat map, contours or parallel coordinates. The count of varied numbers decides which plots
+// are offered. All plots share one selection.
 
 import { $, choices, few, later, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as cases from "./case_curves.js";
@@ -27,7 +28,7 @@ export function clear() {
   for (const id of ["kind", "across", "up", "by"]) $(id).replaceChildren();
 }
 
-// The table changed.
+// Draws a changed table.
 export async function changed(now) {
   table = now;
   const paths = table.paths.map((c) => [c.name, c.name, words(c)]), n = paths.length;
@@ -61,7 +62,7 @@ async function scatter({ x, up }) {
   const traces = charts.points(table.rows, at, (r) => r[i], (r) => r[k], (r) => charts.hover(table.columns, r), selection.size ? inside : null);
   const said = `${words(table.column(up))} against ${words(table.column(x))}, ${few(table.rows.length, "case")}, outcomes by colour and shape`;
   await charts.draw($("sweepplot"), traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
-  return [lost ? `${few(lost, "case")} of ${many(table.rows.length)} without this number: drawn below the others.` : "", "Click a case to show its curves; shift-click to add another case."];
+  return [lost ? `${few(lost, "case")} of ${many(table.rows.length)} without this result: drawn below the others.` : "", "Click a case to show its curves; shift-click to add another case."];
 }
 
 // Whether a row satisfies the selection.
@@ -74,7 +75,7 @@ function selected(now) {
   again();
 }
 
-// A box in the plot selects ranges of its two columns.
+// Selects the ranges of two columns that a box in the plot covers.
 function boxed({ x, y, up }, range) {
   const flat = $("kind").value === "heat" || $("kind").value === "contour", now = new Map(selection);
   now.set(x, range.x);
@@ -82,7 +83,7 @@ function boxed({ x, y, up }, range) {
   selected(now);
 }
 
-// Number of selected cases, their outcomes, links to the first.
+// Shows the number of selected cases, their outcomes, and buttons for the first cases.
 async function told() {
   const box = $("selected");
   box.hidden = !selection.size;
@@ -102,5 +103,5 @@ async function told() {
   box.replaceChildren(
     make("p", {}, make("b", {}, `${few(count, "case")} selected`), ` (${conditions}) `, make("button", { type: "button", onclick: () => selected(new Map()) }, "Select all again")),
     make("ul", { class: "outcomes" }, ...outcomes.chips(counts)),
-    make("p", { class: "row small" }, first.length ? "Look at case" : "", ...first.map((n) => make("button", { type: "button", onclick: () => cases.choose(n, true) }, String(n)))));
+    make("p", { class: "row small" }, first.length ? "Show case" : "", ...first.map((n) => make("button", { type: "button", onclick: () => cases.choose(n, true) }, String(n)))));
 }

@@ -1,4 +1,4 @@
-// Animation of a case in a frame beside its curves, at the time of the cursor.
+// The animation of a case, in a frame beside its curves. It shows the time of the cursor.
 
 import { $, choices } from "../basics/requests_and_dom.js";
 
@@ -25,7 +25,7 @@ export function clear() {
   job = null;
 }
 
-// Cases to animate; the first one is selected.
+// Offers cases for the animation. The case that was shown stays selected, else the first case is selected.
 export function offer(now, numbers) {
   const before = job?.id === now.id ? $("moving").value : "";
   job = now;
@@ -64,11 +64,11 @@ function loaded() {
   $("animation").contentWindow.seek(from);
 }
 
-// The server answered with an error: show it.
+// Shows the error that the server returned instead of an animation.
 function refused(inside) {
   $("animation").hidden = true;
   let why = "";
-  try { const told = JSON.parse(inside.body.textContent); why = told.problems?.[0]?.what ?? told.detail; } catch { /* it says nothing */ }
+  try { const told = JSON.parse(inside.body.textContent); why = told.problems?.[0]?.what ?? told.detail; } catch { /* the response names no reason */ }
   $("motionnote").textContent = `This case cannot be animated${why ? `: ${why}` : " now"}.`;
 }
 

@@ -1,4 +1,4 @@
-// Cases over time: several cases and columns in one plot, marked events, a cursor that moves the mechanism.
+// Plots cases against time: several cases and columns, with marked events. A cursor sets the time of the animation.
 
 import { $, ask, choices, downloads, few, later, make, notice, number, wrong } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
@@ -50,14 +50,14 @@ export async function changed(now, rows, query) {
   } else if (missing) await drawn();
 }
 
-// The first finished case, else the first case.
+// The first case with the outcome done, else the first case.
 async function earliest() {
   if (table.rows) return (table.rows.find((r) => r[table.at("outcome")] === "done") ?? table.rows[0])?.[0];
   const of = (words) => table.bins("case", "", "", { nx: 1, words }).then((got) => got.cells.first[0]);
   return (await of(["outcome=done"])) ?? of([]);
 }
 
-// A case selected elsewhere replaces the shown ones, or joins them.
+// Shows the case n, which was selected in another plot. more: show it in addition to the shown cases.
 export function choose(n, more) {
   const now = more ? [...new Set([...wanted(), n])] : [n];
   $("cases").value = now.slice(-MOST_CASES).join(", ");
@@ -83,7 +83,7 @@ function add(name) {
 
 let missing = false;
 
-// Rows and events of a case, which runs again on the server once.
+// Rows and events of a case. The case runs again on the server; the result is cached.
 async function one(n, columns) {
   const there = `/v1/jobs/${job.id}/cases/${n}`, key = `${n} ${columns.join(" ")}`;
   if (!kept.has(key)) {
@@ -113,11 +113,11 @@ async function drawn() {
   else { charts.clear($("timeplot")); $("at").disabled = true; }
 }
 
-// The shown cases: mark, parameter values, outcome.
+// Lists the shown cases with mark, parameter values and outcome.
 function told(numbers, heads) {
   $("casevalues").replaceChildren(...numbers.map((n, i) => {
     const r = heads[i], mark = outcomes.mark({ color: outcomes.color(i), shape: "square" });
-    if (!r) return make("li", {}, mark, ` case ${n}: not there (yet)`);
+    if (!r) return make("li", {}, mark, ` case ${n}: no result yet`);
     const of = (name) => r[table.at(name)], values = table.paths.map((c) => `${c.name} = ${number(of(c.name))} ${unit(c.unit)}`.trim()).join(", ");
     const end = `${outcomes.said(of("outcome"))}${of("outcome.joint") ? ` in ${of("outcome.joint")}` : ""}${of("outcome.advice") ? `: ${of("outcome.advice")}` : ""}`;
     return make("li", {}, mark, make("b", {}, ` case ${n}`), `: ${values}; ${end}${of("audit.note") ? `; ${of("audit.note")}` : ""}${of("error.why") ? `; no errors are stated (${of("error.why")})` : ""}`);
@@ -155,7 +155,7 @@ async function plotted(numbers, runs, columns, found) {
   cursor(Math.min(at, span[1]));
 }
 
-// Legend: line style of each column; cases have colours.
+// Shows the line style of each column in the legend. Colours distinguish the cases.
 function dashed() {
   [...$("shown").children].forEach((chip, k) => {
     chip.querySelector("svg")?.remove();
@@ -163,7 +163,7 @@ function dashed() {
   });
 }
 
-// Value of a column at a time, linear between rows like the curve.
+// The value of a column at time t, interpolated linearly between the rows, like the curve.
 function between(times, rows, y, t) {
   const i = lowest(times, t), [a, b] = [rows[Math.max(0, i - 1)]?.[y], rows[i]?.[y]], step = times[i] - times[i - 1];
   return i && a != null && b != null && step > 0 && t < times[i] ? a + ((b - a) * (t - times[i - 1])) / step : b;
@@ -175,7 +175,7 @@ function lowest(times, t) {
   return low;
 }
 
-// The cursor: a line over the curves, and the mechanism at that time.
+// Moves the cursor to time t: the line over the curves and, unless the animation caused the move (told), the animation.
 function cursor(t, told = false) {
   at = Math.min(span[1], Math.max(span[0], t));
   $("at").value = at;

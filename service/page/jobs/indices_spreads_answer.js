@@ -1,4 +1,5 @@
-// Results of samples (Sobol indices, distributions, probabilities of exceeding a bound), of studies (optimum, boundaries) and of fits.
+// Shows the results of samples (Sobol indices, distributions, probabilities that a result exceeds a bound), of studies (optimum,
+// boundaries) and of fits.
 
 import { $, ask, breaking, few, later, make, many, number } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
@@ -25,7 +26,7 @@ export function clear() {
   for (const part of [$("answers").tHead, $("answers").tBodies[0]]) part.replaceChildren();
 }
 
-// Show a job that has rows.
+// Shows the results of a job that has rows.
 export async function changed(now, rows) {
   [job, table] = [now, rows];
   if (table.fits) { await fitted(); return; }
@@ -83,11 +84,11 @@ async function bars(index) {
   const of = (e) => names.get(e.path), pair = (e) => e.paths.map((p) => names.get(p)).join(" × ");
   const traces = ["first", "total"].map((kind) => bar(kind, there(index[kind]).map(of), there(index[kind])));
   traces.push(bar("second", there(index.second).map(pair), there(index.second)));
-  const layout = { ...charts.legend, barmode: "group", xaxis: charts.axis("part of the variance, with 95 % intervals"), yaxis: charts.axis("", { autorange: "reversed" }) };
+  const layout = { ...charts.legend, barmode: "group", xaxis: charts.axis("share of the variance, with 95 % intervals"), yaxis: charts.axis("", { autorange: "reversed" }) };
   await charts.draw($("indexplot"), traces, layout, `Sobol indices of ${index.of}, with intervals`);
 }
 
-// Histogram of the result over the finished cases, with quantiles and the bound.
+// Draws a histogram of a result over the finished cases, with quantiles and bounds.
 async function histogram(spread) {
   const got = await table.bins(spread.of, "", "", { nx: 40, words: ["outcome=done"] }), ink = charts.inks().ink;
   const line = (x, color, dash) => ({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, line: { color, width: 1.5, dash } });
@@ -96,7 +97,7 @@ async function histogram(spread) {
   const word = (x, text, y, color) => ({ x, y, yref: "paper", text, showarrow: false, xanchor: "left", xshift: 3, font: { size: 11, color } });
   const words = [...known.map((q, i) => word(q.value, `${+(100 * q.probability).toPrecision(4)} %`, 1 - 0.06 * i, ink)), ...bounds.map((b) => word(b.bound, `above: ${number(100 * b.value)} %`, 0.94 - 0.06 * known.length, shade("total")))];
   const at = middles(got.x), layout = { xaxis: charts.axis(title(table.column(spread.of))), yaxis: charts.axis("cases"), shapes, annotations: words, bargap: 0.02 };
-  await charts.draw($("spreadplot"), [{ type: "bar", x: got.cells.x.map((i) => at[i]), y: got.cells.cases, marker: { color: shade("cases") } }], layout, `how often ${spread.of} is what, with quantiles`);
+  await charts.draw($("spreadplot"), [{ type: "bar", x: got.cells.x.map((i) => at[i]), y: got.cells.cases, marker: { color: shade("cases") } }], layout, `histogram of ${spread.of}, with quantiles`);
 }
 
 function answers(index, spread) {
@@ -120,7 +121,7 @@ async function study() {
   if (!answer) return;
   $("questions").hidden = false;
   $("indexplot").hidden = $("spreadplot").hidden = true;
-  $("questionnote").textContent = sentences([`${answer.why}; ${answer.cases} cases`, answer.feasible === false ? "no case satisfies all constraints; this case comes nearest" : ""]);
+  $("questionnote").textContent = sentences([`${answer.why}; ${answer.cases} cases`, answer.feasible === false ? "no case satisfies all constraints; this case violates them least" : ""]);
   await (answer.kind === "optimise" ? best(answer) : boundaries(answer));
 }
 

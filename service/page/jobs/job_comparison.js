@@ -1,4 +1,4 @@
-// Comparison of jobs: differences of their requests, and a result of each over the same number.
+// Compares jobs: shows the differences of their requests, and plots a result of each job over the same varied number.
 
 import { $, ask, breaking, choices, few, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
@@ -50,7 +50,7 @@ function listed() {
   $("compared").replaceChildren(...tables.map((t, i) => make("li", {}, outcomes.mark(look(i)), " ", make("a", { href: `/jobs/${t.job.id}`, "data-route": true }, called(t)),` · ${few(t.job.cases, "case")}, ${t.job.state}: `, Object.entries(t.job.outcomes).map(([o, n]) => `${many(n)} ${outcomes.said(o)}`).join(", "))));
 }
 
-// Fields of the requests that differ, by path.
+// Lists the fields in which the requests differ, by path.
 function differences() {
   const flat = requests.map((r) => {
     const out = new Map();
@@ -70,7 +70,7 @@ function differences() {
 
 async function drawn() {
   const mine = turn, up = $("compareup").value, across = $("compareacross").value;
-  if (!up || !across) { $("comparenote").textContent = "These jobs have no result and number in common."; return; }
+  if (!up || !across) { $("comparenote").textContent = "These jobs have no common result, or no common varied number."; return; }
   const found = await Promise.all(tables.map((t) => (t.job.done ? t.bins(across, "", up, { nx: 60 }) : null)));
   if (mine !== turn) return;
   const c = tables[0].column(up), x = tables[0].column(across);
@@ -91,7 +91,7 @@ async function drawn() {
     const n = known.reduce((s, r) => s + r[1], 0), u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)}\u00a0${u}`.trim() : "–");
     return [called(t), many(n), put(Math.min(...known.map((r) => r[2]))), n ? put(known.reduce((s, r) => s + r[0] * r[1], 0) / n) : "–", put(Math.max(...known.map((r) => r[3])))];
   });
-  fill($("comparetable"), ["", "cases with it", "least", "mean", "largest"], rows);
+  fill($("comparetable"), ["", "cases with a value", "least", "mean", "largest"], rows);
 }
 
 function fill(table, heads, rows) {

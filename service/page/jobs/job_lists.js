@@ -1,4 +1,4 @@
-// Lists of jobs: recent ones beside a new run; all, with search and comparison.
+// Lists of jobs: the recent jobs below a new run, and all jobs with search and comparison.
 
 import { $, ENDED, ask, dated, few, later, make, wrong } from "../basics/requests_and_dom.js";
 import * as router from "../basics/router.js";
@@ -28,7 +28,7 @@ async function anew() {
   await more();
 }
 
-// An answer that a newer search has overtaken is dropped.
+// Fetches a page of jobs. Its result is dropped (null) if a newer search has started in the meantime.
 async function answer(from) {
   const list = known, page = await ask("GET", asking(from));
   if (list !== known) return null;
@@ -63,7 +63,7 @@ function list() {
   picked();
 }
 
-// Replace rows without moving the focus.
+// Replaces the rows of a list; the focus stays on the same element of the same job.
 function fill(box, jobs, choosing) {
   const focused = box.contains(document.activeElement) ? [document.activeElement.tagName, document.activeElement.dataset.job] : null;
   box.replaceChildren(...jobs.map((job) => row(job, choosing)));
@@ -87,7 +87,7 @@ function picked() {
   $("comparechosen").textContent = chosen.size ? `Compare ${chosen.size}` : "Compare";
 }
 
-// Arrow keys move through the list.
+// Moves the focus through the list by arrow keys.
 function arrows(e) {
   const step = { ArrowDown: 1, ArrowUp: -1 }[e.key];
   if (!step) return;

@@ -1,4 +1,4 @@
-// One job: stages, outcome, problems, downloads, follow-up jobs.
+// The view of one job: stages, outcomes, problems, downloads, follow-up jobs.
 
 import { $, ENDED, ask, dated, downloads, few, make, many, notice, problemItem, wrong } from "../basics/requests_and_dom.js";
 import * as cases from "./case_curves.js";
@@ -11,7 +11,7 @@ import { onReturn } from "../basics/server_status.js";
 import { Table } from "../basics/result_rows.js";
 import { learn } from "../basics/axis_labels.js";
 
-const GROW = 2000; // ms between updates of a running job's rows; at least ten times the duration of one
+const GROW = 2000; // shortest time between two updates of a running job's rows, ms
 const STAGES = [["waiting", "Waiting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
 let job = null, source = null, table = null, next = 0, seen = new Set();
 
@@ -63,14 +63,14 @@ async function reload(query) {
   if (!ENDED.includes(now.state)) follow(id);
 }
 
-// Draw the present rows in all views.
+// Draws the present rows in all plots.
 async function rows(query) {
   const id = job.id, now = new Table(job), some = await now.fetch();
   if (id !== job.id) return;
   table = now;
   for (const part of ["over", "closer"]) $(part).hidden = !some || now.fits;
   $("pending").hidden = some || ENDED.includes(job.state);
-  $("edit").hidden = now.fits; // the form has no fits
+  $("edit").hidden = now.fits; // the form cannot edit a fit
   if (!some) return;
   const asked = ENDED.includes(job.state) || now.fits ? questions.changed(job, table) : null;
   await Promise.all(now.fits ? [asked] : [over.changed(table), asked, cases.changed(job, table, query)]);
@@ -96,7 +96,7 @@ function follow(id) {
       if (id === job.id) $("trouble").textContent = `Cases ${many(first)} to ${many(last)} ${kind === "chunk_failed" ? "could not be run" : "are tried again"}: ${error}`;
     });
   }
-  mine.addEventListener("error", () => { ask("GET", `/v1/jobs/${id}`).catch(() => {}); }); // reports a lost server
+  mine.addEventListener("error", () => { ask("GET", `/v1/jobs/${id}`).catch(() => {}); }); // this request reports a lost server
 }
 
 async function grown() {
@@ -116,12 +116,12 @@ function update(now) {
   seen.add(now.stage);
   const going = !ENDED.includes(now.state);
   staged(going);
-  if (!going) $("trouble").textContent = ""; // the list of problems has it
+  if (!going) $("trouble").textContent = ""; // the list of problems contains it
   $("bar").value = now.progress;
   $("bar").hidden = !going;
   const left = now.state === "running" && now.eta_seconds != null ? `, about ${few(Math.ceil(now.eta_seconds), "second")} to go` : "";
   const took = now.finished && now.started ? ` in ${lasted((new Date(now.finished) - new Date(now.started)) / 1000)}` : "";
-  const at = now.stage.includes(":") ? `, ${now.stage}` : ""; // progress of a fit
+  const at = now.stage.includes(":") ? `, ${now.stage}` : ""; // the stage of a fit states its progress
   $("state").textContent = `${now.state}: ${many(now.done)} of ${many(now.cases)}${at}${left}${going ? "" : took}`;
   $("outcomes").replaceChildren(...outcomes.chips({ ...now.outcomes, ...(now.lost ? { "could not be run": now.lost } : {}) }));
   $("cancel").hidden = !going;
@@ -133,7 +133,7 @@ function update(now) {
 
 const lasted = (s) => (s < 90 ? `${s < 10 ? s.toFixed(1) : Math.round(s)} s` : s < 5400 ? `${Math.round(s / 60)} min` : `${(s / 3600).toFixed(1)} h`);
 
-// Stages. The first worker reports deriving and compiling; a scene of precompiled parts needs neither.
+// Shows the stages. The first worker reports deriving and compiling; a scene of precompiled parts does not need these stages.
 function staged(going) {
   const at = job.stage === "starting" ? "waiting" : !going ? "ended" : job.stage.startsWith("fitting") ? "running" : job.stage, i = Math.max(0, STAGES.findIndex(([s]) => s === at));
   const built = job.build_seconds > 0.05 || seen.has("compiling") || seen.has("deriving");

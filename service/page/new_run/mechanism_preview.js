@@ -1,8 +1,8 @@
-// Interactive view of the mechanism at its start, beside the editor: the page of animations in a frame.
+// An interactive view of the mechanism at its start, beside the editor. It is an animation page in a frame.
 
 import { $, askText, later, make, problemList } from "../basics/requests_and_dom.js";
 
-const SLOW = 600; // ms until the picture of an earlier scene is marked as outdated
+const SLOW = 600; // time until the picture of an earlier scene is marked as outdated, ms
 const SHOWN = "values=0&bare=1&names=1";
 let front = null, of = "", turn = 0;
 
@@ -28,20 +28,21 @@ export const draw = later(async (signal, text, model) => {
   }
 }, 150);
 
-// Show why there is no new picture; the last one stays, dimmed.
+// Shows why there is no new picture. The last picture stays and is dimmed.
 export function stale(problems) {
   front?.classList.add("stale");
   $("previewnote").replaceChildren(...(problems.length ? [problemList(problems)] : [front ? "The picture shows the last scene without problems." : ""]));
 }
 
-// Load a new frame behind the visible one. When drawn, it replaces that one, and keeps its view for the same model.
+// Loads a new frame behind the visible frame. After it is drawn, the new frame replaces the visible frame. If both show the same
+// model, the view direction stays the same.
 function show(page, model) {
   return new Promise((resolve, reject) => {
     const frame = make("iframe", { title: "the mechanism at its start: arrow keys and W A S D turn it", src: "/page/blank_frame.html", class: "behind" });
     let loads = 0;
     frame.addEventListener("load", () => {
       if (++loads === 1) {
-        try { frame.contentWindow.put(page); } catch { frame.remove(); reject(new Error("the page could not be loaded")); } // the server was lost meanwhile
+        try { frame.contentWindow.put(page); } catch { frame.remove(); reject(new Error("the page could not be loaded")); } // the server was lost in the meantime
         return;
       }
       if (loads > 2) return;

@@ -1,4 +1,4 @@
-// Fields of a request: varied numbers and the rest; conversion from and to the form.
+// The fields of a request: conversion from and to the form.
 
 import { $, make } from "../basics/requests_and_dom.js";
 
@@ -11,7 +11,7 @@ export function clear() {
   for (const id of ["reductions", "until", "label", "goalof", "target", "within"]) $(id).value = "";
 }
 
-// Default result of a study: the first one of the scene.
+// Sets the default result of a study: the first default reduction of the scene, or for a refinement the outcome.
 export function proposed(facts) {
   if (study() && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
 }
@@ -32,11 +32,11 @@ export function switched(facts) {
 
 const forms = () => (study() ? "low:high" : way() === "sample" ? "low:high, or normal(mean, deviation), triangular(low, mode, high), …" : "first:last:count, or a, b, c");
 
-// A row: number, values, present value, problem.
+// Adds a row for a varied number: path, values, and a note with the present value or a problem.
 export function axis(path, values, suggested, changed) {
   const id = `axis${Math.random().toString(36).slice(2)}`;
   const input = make("input", { class: "path", list: "paths", value: path, "aria-label": "number of the scene", "aria-describedby": id, autocomplete: "off", spellcheck: "false" });
-  const range = make("input", { class: "values", value: values, "aria-label": "its values", "aria-describedby": id, placeholder: forms(), autocomplete: "off" });
+  const range = make("input", { class: "values", value: values, "aria-label": "values of the number", "aria-describedby": id, placeholder: forms(), autocomplete: "off" });
   const row = make("div", { class: "axis", role: "group" });
   const remove = make("button", { type: "button", "aria-label": `do not vary ${path || "this number"}`, onclick: () => { row.remove(); $("addaxis").focus(); changed(); } }, "×");
   row.append(input, range, remove, make("p", { class: "now", id }));
@@ -58,14 +58,14 @@ const told = (p) => (p.hint ? `${p.what}: ${p.hint}` : p.what);
 const PLACES = { reductions: "reductions", until: "until", label: "label", "sample.count": "samplecount", "sample.seed": "seed", "optimise.cases": "most", "refine.cases": "most", reach: "target" };
 const OF_WAYS = ["samplecount", "seed", "most", "target", "goalof", "within"];
 
-// The field of a problem; the goal and the constraints of a study are reductions, too.
+// The form field to which a problem belongs. A problem with a reduction can belong to the goal or the constraints of a study.
 function place(p) {
   if (p.where.startsWith("within")) return "within";
   const named = study() && p.where === "reductions" ? ["goalof", "within"].find((id) => p.what.includes(`'${$(id).value.split("=")[0].trim()}'`)) : null;
   return named ?? (p.where === "cases" && study() ? "most" : PLACES[p.where]);
 }
 
-// Show problems at their rows and fields.
+// Shows problems at the rows and fields to which they belong.
 export function tell(problems) {
   for (const row of $("axes").children) {
     const path = row.querySelector(".path").value.trim(), note = row.querySelector(".now");
@@ -96,7 +96,7 @@ export function request() {
   return body;
 }
 
-// Request of a study.
+// The request of a study. rows: [path, range].
 function wanted(rows) {
   const asked = { bounds: Object.fromEntries(rows.map(([p, v]) => [p, ends(v)])), cases: +$("most").value };
   const of = $("goalof").value.trim();
@@ -109,7 +109,7 @@ function wanted(rows) {
 
 const spread = (v) => (Array.isArray(v) ? v.map((x) => x ?? "").join(":") : String(v));
 
-// Fill the form from a request (of a job or a draft); a list of cases becomes values of each number.
+// Fills the form from the request of a job or from a draft. A list of cases becomes a list of values for each number.
 export function put(body, suggested, changed) {
   clear();
   const is = ["sample", "optimise", "refine"].find((w) => body[w]) ?? "vary", study = body.optimise ?? body.refine;

@@ -1,4 +1,4 @@
-// New run: scene, varied numbers and reductions, checked while typing; submission.
+// The form of a new run: scene, varied numbers and reductions, which are checked while the user types; submission.
 
 import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
 import * as asked from "./request_fields.js";
@@ -22,7 +22,7 @@ export function begin() {
   onReturn(() => { if (router.here() === "compose") start().catch(wrong); });
 }
 
-// Open the view with the draft of this tab, a job's scene (?from=ID), or the first model.
+// Opens the view with the request of a job (?from=ID), else with the draft of this tab, else with a bundled model.
 export async function enter(query) {
   const from = query.get("from");
   await start(from).catch(wrong);
@@ -57,7 +57,7 @@ async function load() {
   await check();
 }
 
-// Fill the form from a job's request.
+// Fills the form from the request of a job.
 async function take(id) {
   const [body, scene] = await Promise.all([ask("GET", `/v1/jobs/${id}/request`), askText("GET", `/v1/jobs/${id}/scene`)]);
   $("model").value = "";
@@ -72,11 +72,11 @@ export const typed = () => { keep(); checkScene(); };
 
 function changed() { keep(); checkJob(); }
 
-// Store a draft, which survives a reload.
+// Stores a draft, so that a reload of the page keeps the text.
 function keep() {
   try {
     sessionStorage.setItem(DRAFT, JSON.stringify({ model: $("model").value, scene: editor.text(), body: asked.request() }));
-  } catch { /* storage is full: no draft */ }
+  } catch { /* the storage is full: no draft is stored */ }
 }
 
 function suggested(path) {
@@ -129,7 +129,7 @@ async function check(signal) {
   await checkRequest(signal);
 }
 
-// Remove results of an earlier text while the new one is not checked.
+// Removes the results for an earlier text while the new text is not checked.
 const SLOW = 400, GONE = "Not checked: the server does not answer."; // ms
 
 function unanswered(why, ...boxes) {
@@ -172,7 +172,8 @@ async function checkRequest(signal) {
   }
 }
 
-// The idempotency key changes with the form only, so that a repeated submission after a lost answer makes one job.
+// Submits the job. The idempotency key changes only with the form, so that a repeated submission after a lost response creates no
+// second job.
 async function submit() {
   if (!facts || $("submit").disabled) return;
   notice("");

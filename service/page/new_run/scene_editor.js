@@ -1,8 +1,8 @@
-// Scene editor: line numbers, problems at their lines.
+// The scene editor, with line numbers and with problems at their lines.
 
 import { $, make } from "../basics/requests_and_dom.js";
 
-const GAP = 3; // characters between the end of a line and its problem
+const GAP = 3; // distance between the end of a line and its problem, characters
 let lines = 0, told = [];
 
 export function begin(changed) {
@@ -35,7 +35,7 @@ function follow() {
   for (const m of $("marks").querySelectorAll("span")) m.style.left = `calc(${+m.dataset.at + GAP}ch - ${scrollLeft}px)`;
 }
 
-// Problems appear behind their lines; the title of each names the place.
+// Shows problems at the ends of their lines.
 export function tell(problems) {
   told = problems.filter((p) => p.line);
   const rows = $("scene").value.split("\n"), byLine = Map.groupBy ? Map.groupBy(told, (p) => p.line) : grouped(told);

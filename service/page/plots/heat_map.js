@@ -1,4 +1,4 @@
-// A result over two numbers as heat map or contours; very many cases as their density. All from bins of all cases.
+// Plots a result over two numbers as heat map or contours, or the density of very many cases. The data are bins of all cases.
 
 import { few, many, number } from "../basics/requests_and_dom.js";
 import * as charts from "./plotly.js";
@@ -6,21 +6,22 @@ import * as outcomes from "../basics/outcome_colours.js";
 import { middles } from "../basics/result_rows.js";
 import { lines, title, words } from "../basics/axis_labels.js";
 
-// Colour scale: beside the plot, or below a narrow one.
+// The colour scale: beside a wide plot, below a narrow plot.
 const BAR = (text, box) => (box.clientWidth > 560
   ? { title: { text: lines(text, 30), side: "right", font: { size: 11 } }, thickness: 12, outlinewidth: 0 }
   : { title: { text: lines(text, 46), side: "top", font: { size: 11 } }, thickness: 10, outlinewidth: 0, orientation: "h", y: -74 / (box.clientHeight - BELOW), yanchor: "top" });
-const BELOW = 128, room = (box) => (box.clientWidth > 560 ? {} : { margin: { l: 20, r: 16, t: 16, b: BELOW } }); // px for titles and scale
+const BELOW = 128, room = (box) => (box.clientWidth > 560 ? {} : { margin: { l: 20, r: 16, t: 16, b: BELOW } }); // px for the titles and the colour scale
 const fit = (n) => Math.max(8, Math.min(80, Math.round(Math.sqrt(n / 2))));
 
-// A matrix [y][x] of a property of the cells; null for empty ones.
+// A matrix [y][x] of the values of(k) for all cells k; null for empty cells.
 function matrix(got, of) {
   const out = Array.from({ length: got.y.edges.length - 1 }, () => new Array(got.x.edges.length - 1).fill(null));
   got.cells.x.forEach((i, k) => { out[got.cells.y[k]][i] = of(k); });
   return out;
 }
 
-// Cells with failed cases, by their most frequent outcome.
+// Marks for the cells with failed cases, by the most frequent failure outcome of a cell. at: ordinate of the marks without a y
+// axis.
 function failing(got, at = null) {
   const c = got.cells, names = Object.keys(c.outcomes).filter((n) => n !== "done"), xs = middles(got.x), ys = got.y ? middles(got.y) : null;
   return names.map((name) => {
@@ -34,7 +35,7 @@ function failing(got, at = null) {
   }).filter((t) => t.x.length);
 }
 
-// Ends of the colour scale, without a few far outliers.
+// The ends of the colour scale, so that a few far outliers do not extend it; {} if there are no outliers.
 export function span(values) {
   const known = values.filter((v) => v != null).sort((a, b) => a - b), at = (part) => known[Math.round(part * (known.length - 1))];
   if (known.length < 20) return {};
@@ -42,13 +43,13 @@ export function span(values) {
   return top === most && foot === least ? {} : { zmin: foot, zmax: top };
 }
 
-// The counted cases: all, selected, or sampled.
+// A text about the counted cases: all, selected, or sampled.
 const counted = (got, selection) => (got.drawn ? `${few(got.cases, "case")} of ${many(got.drawn.of)}, sampled` : `${selection.size ? "" : "All "}${few(got.cases, "case")}`);
 
-// A result over two numbers.
+// Draws a result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
   const n = table.large ? fit(table.job.cases / 2) : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
-  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // a grid: fewer distinct numbers than cases
+  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // a grid has few distinct numbers compared with its cases
   const coarse = grid ? got : await table.bins(x, y, up, { nx: n, ny: n, within: selection });
   if (!still()) return null;
   const c = coarse.cells, ends = span(c.mean), z = matrix(coarse, (k) => c.mean[k]), text = matrix(coarse, (k) => told(c, k, up));
@@ -62,18 +63,18 @@ export async function field(box, { table, x, y, up, selection, still }, kind) {
   const most = Math.max(0, ...c.cases), none = c.mean.filter((v) => v == null).length;
   return [
     `${counted(coarse, selection)}${most > 1 ? `, up to ${many(most)} in a cell, whose colour shows their mean` : ""}.`,
-    none ? `${few(none, "cell")} without this number.` : "", traces.length > 1 ? "Marks: cells with cases whose outcome is not done." : "",
+    none ? `${few(none, "cell")} without this result.` : "", traces.length > 1 ? "Marks: cells with cases whose outcome is not done." : "",
     "zmax" in ends ? `Colours cover ${number(ends.zmin)} to ${number(ends.zmax)}; some cells lie outside this range.` : "",
   ];
 }
 
 function told(c, k, up) {
   const others = Object.entries(c.outcomes).filter(([name, n]) => n[k] && name !== "done").map(([name, n]) => `${many(n[k])} ${outcomes.said(name)}`);
-  const value = c.mean[k] == null ? "no number" : c.known[k] > 1 ? `mean ${number(c.mean[k])}, ${number(c.least[k])} to ${number(c.most[k])}` : number(c.mean[k]);
+  const value = c.mean[k] == null ? "no value" : c.known[k] > 1 ? `mean ${number(c.mean[k])}, ${number(c.least[k])} to ${number(c.most[k])}` : number(c.mean[k]);
   return [`${up}: ${value}`, c.cases[k] > 1 ? few(c.cases[k], "case") : `case ${c.first[k]}`, ...others].join("<br>");
 }
 
-// Density of very many cases, a result over one number; cases without the result below.
+// Draws the density of very many cases, for a result over one number. Marks below the plot show cases without the result.
 export async function density(box, { table, x, up, selection, still }) {
   const n = Math.max(20, Math.min(150, Math.round(Math.sqrt(table.job.cases) / 3)));
   const [got, all] = await Promise.all([table.bins(x, up, "", { nx: n, ny: Math.round(n / 1.5), within: selection }), table.bins(x, "", "", { nx: n, within: selection })]);
@@ -84,8 +85,8 @@ export async function density(box, { table, x, up, selection, still }) {
     type: "heatmap", x: middles(got.x), y: middles(got.y), z, colorscale: "Viridis", zmin: 0, name: "", customdata: matrix(got, (k) => c.first[k]), text: matrix(got, (k) => few(c.cases[k], "case")),
     hovertemplate: "%{x}, %{y}<br>%{text}<extra></extra>", colorbar: { ...BAR("cases in a cell", box), tickvals: ticks.map(Math.log10), ticktext: ticks.map(many) },
   }, ...failing(all, floor)];
-  const said = `${words(table.column(up))} against ${words(table.column(x))}: how many of ${few(all.cases, "case")} lie where`;
+  const said = `${words(table.column(up))} against ${words(table.column(x))}: density of ${few(all.cases, "case")}`;
   await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
   const lost = Object.values(got.missing).reduce((a, b) => a + b, 0);
-  return [`${counted(all, selection)}, counted in cells.`, lost ? `${few(lost, "case")} without this number.` : "", traces.length > 1 ? "Marks below: numbers at which the outcome of cases is not done." : "", "Click a cell to show one of its cases."];
+  return [`${counted(all, selection)}, counted in cells.`, lost ? `${few(lost, "case")} without this result.` : "", traces.length > 1 ? "Marks below: numbers at which the outcome of cases is not done." : "", "Click a cell to show one of its cases."];
 }

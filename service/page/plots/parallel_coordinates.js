@@ -1,12 +1,13 @@
-// Parallel coordinates: one axis for each varied number and for the result. A case is a line through its values; with very many cases,
-// the density between neighbouring axes is shaded. Dragging along an axis, or numbers, select a range.
+// Parallel coordinates, with one axis for each varied number and one for the result. A case is a line through its values. For very
+// many cases, the density between neighbouring axes is shaded. The user selects a range by dragging along an axis, or by typing
+// numbers.
 
 import { $, breaking, make, number } from "../basics/requests_and_dom.js";
 import { inks } from "./plotly.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { lines, title } from "../basics/axis_labels.js";
 
-const MOST = 10, TOP = 64, FOOT = 18, HIGH = 320, LEAST = 116, SIDE = 76, BINS = 24; // axes; px; px; px between axes; px beside them; bins an axis
+const MOST = 10, TOP = 64, FOOT = 18, HIGH = 320, LEAST = 116, SIDE = 76, BINS = 24; // most axes; margins above and below, height, least distance of axes, margin at the sides, all in px; bins of each axis
 let axes = [], selection = new Map(), tell = () => {}, paint = () => {}, watcher = null;
 
 export function clear() {
@@ -88,12 +89,12 @@ function shaded(canvas, pairs, some) {
       ctx.fill();
     });
   });
-  layer(pairs, some ? soft : accent, some ? 0.02 : 0.06); // about twenty bands cover each point
+  layer(pairs, some ? soft : accent, some ? 0.02 : 0.06); // weak, because about twenty bands cover each point
   if (some) layer(some, accent, 0.2);
   ruled(ctx);
 }
 
-// Axes with titles, ends and selected ranges.
+// Draws the axes with their titles, ends and selected ranges.
 function ruled(ctx) {
   const { ink, accent, paper } = inks();
   ctx.globalAlpha = 1;
@@ -147,7 +148,7 @@ function brush(canvas) {
   });
 }
 
-// Selection by numbers, for the keyboard.
+// Input fields for a selection by numbers, which the keyboard can use.
 function numbers(open) {
   const rows = axes.map(({ c, low, high }) => {
     const ends = [0, 1].map((i) => make("input", { type: "number", step: "any", class: "short", "data-of": `${c.name} ${i}`, "aria-label": `${i ? "most" : "least"} ${c.name}`, placeholder: number(+(i ? high : low).toPrecision(4)), value: selection.get(c.name)?.[i] ?? "" }));

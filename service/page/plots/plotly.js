@@ -1,10 +1,10 @@
-// Plots by Plotly from the installed package, loaded for the first plot, in the colours of the page.
+// Plots by Plotly, in the colours of the page. Plotly is part of the installed package and is loaded for the first plot.
 
 import { make, number, wrong } from "../basics/requests_and_dom.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { lines } from "../basics/axis_labels.js";
 
-// Disables Plotly's upload of plots.
+// Buttons that would upload plots to Plotly; they are removed.
 const AWAY = ["sendChartToCloud", "sendDataToCloud", "editInChartStudio"];
 const tools = () => ({
   responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 600 ? false : "hover", plotlyServerURL: "",
@@ -25,11 +25,11 @@ export function inks() {
   return { ink: get("ink"), soft: get("soft"), line: get("line"), paper: get("paper"), accent: get("accent") };
 }
 
-const ROOM = 42, NARROW = 30; // characters of a line of a title
+const ROOM = 42, NARROW = 30; // most characters in a line of a title
 
 export const axis = (text, more = {}, room = window.innerWidth < 600 ? NARROW : ROOM) => ({ title: { text: lines(text, room), font: { size: text.length > 60 ? 11 : 13 }, standoff: 8 }, automargin: true, zeroline: false, ...more });
 
-// Colours of a layout and its axes.
+// The layout with the colours of the page for background, texts and axes.
 function colored(layout) {
   const { ink, soft, accent, line } = inks(), out = {
     modebar: { bgcolor: "rgba(0,0,0,0)", color: soft, activecolor: accent },
@@ -40,7 +40,7 @@ function colored(layout) {
 
 export const legend = { showlegend: true, legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" } };
 
-// Draw into a box; said: description for screen readers.
+// Draws a plot into a box. said: description for screen readers. Returns null if the box is hidden.
 export async function draw(box, traces, layout, said) {
   const P = await plotly();
   if (!box.isConnected || box.closest("[hidden]")) return null;
@@ -59,7 +59,7 @@ export function on(box, what, work) {
   box.on?.(what, work);
 }
 
-// Functions that redraw when the colour scheme changes.
+// Adds a function that redraws when the colour scheme changes.
 export const onScheme = (work) => schemes.push(work);
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () => {
@@ -69,12 +69,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () =
 
 const look = (outcome) => ({ color: outcomes.of(outcome).color, symbol: outcomes.of(outcome).shape, size: 8 });
 
-// Cases as points, one trace for each outcome. chosen: highlighted cases, null for all.
+// The traces of cases as points, one for each outcome. chosen: tells whether a case is highlighted; null: all are.
 export function points(rows, at, x, y, text, chosen) {
   const known = rows.map(y).filter((v) => v != null && Number.isFinite(v)), low = Math.min(...known), high = Math.max(...known);
-  const floor = known.length ? low - 0.06 * ((high - low) || Math.abs(low) || 1) : 0; // below all values: cases without one
+  const floor = known.length ? low - 0.06 * ((high - low) || Math.abs(low) || 1) : 0; // height of cases without a value, below all values
   const names = [...new Set(rows.map((r) => r[at]))].sort((a, b) => (a === "done" ? -1 : b === "done" ? 1 : a < b ? -1 : 1));
-  const told = (outcome) => ({ type: "scatter", mode: "markers", name: outcomes.said(outcome), legendgroup: outcome, x: [null], y: [null], marker: look(outcome) }); // a legend at full strength
+  const told = (outcome) => ({ type: "scatter", mode: "markers", name: outcomes.said(outcome), legendgroup: outcome, x: [null], y: [null], marker: look(outcome) }); // a legend entry with full opacity
   return names.flatMap((outcome) => {
     const mine = rows.filter((r) => r[at] === outcome), size = mine.length > 1000 ? 4 : mine.length > 200 ? 5.5 : 8;
     const opacity = chosen ? mine.map((r) => (chosen(r) ? 0.95 : 0.12)) : mine.length > 1000 ? 0.6 : 0.9;

@@ -1,4 +1,4 @@
-"""Alembic's entry: migrations run on the connection handed over by ``trunnion.service.store.database_connection``."""
+"""The entry point of Alembic. Migrations run on the connection that ``trunnion.service.store.database_connection`` passes."""
 
 from alembic import context
 

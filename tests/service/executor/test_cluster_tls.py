@@ -156,4 +156,4 @@ def test_a_scheduler_without_tls_is_warned_of(caplog: pytest.LogCaptureFixture, 
     from trunnion.service.executor.dask_cluster import Cluster
 
     Cluster("tcp://127.0.0.1:1", 0, tmp_path)
-    assert "anyone who reaches it can run code" in caplog.text
+    assert "anyone who can connect to it can run code" in caplog.text

@@ -1,4 +1,4 @@
-"""Columns for the pace of a job, the renewals of its lease, and the contents of its chunks."""
+"""Adds columns for the pace of a job, the renewals of its lease, and the contents of its chunks."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -8,7 +8,7 @@ down_revision = "0001"
 
 
 def upgrade() -> None:
-    """Add the columns. Counts of existing parts are unknown and stay empty."""
+    """Add the columns. The counts of existing chunks are unknown and stay empty."""
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.add_column(sa.Column("pace", sa.Float(), nullable=False, server_default="0"))
         jobs.add_column(sa.Column("landed", sa.Float(), nullable=True))

@@ -1,4 +1,4 @@
-"""Tags of jobs, and the audit log."""
+"""Adds the tags of jobs and the audit log."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -25,7 +25,7 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop them."""
+    """Drop the column and the table."""
     op.drop_table("audit")
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.drop_index("ix_jobs_owner_created")

@@ -1,4 +1,4 @@
-"""Webhooks for ends of jobs, and their results."""
+"""Adds webhooks for ends of jobs, and the results of webhooks."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -27,7 +27,7 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop them."""
+    """Drop the column and the table."""
     with op.batch_alter_table("hooks", schema=None) as hooks:
         hooks.drop_index("ix_hooks_state")
     op.drop_table("hooks")

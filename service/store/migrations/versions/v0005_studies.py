@@ -1,4 +1,4 @@
-"""A column for the number of known cases of a study."""
+"""Adds a column for the number of known cases of a study."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -14,6 +14,6 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop it."""
+    """Drop the column."""
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.drop_column("asked")

@@ -1,4 +1,4 @@
-"""An index that finds recent entries of the audit log."""
+"""Adds an index by which recent entries of the audit log are found."""
 
 from alembic import op
 
@@ -12,5 +12,5 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop it."""
+    """Drop the index."""
     op.drop_index("ix_audit_time", "audit")

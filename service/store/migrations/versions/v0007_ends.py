@@ -1,4 +1,4 @@
-"""A digest of the chunk ends of a finished job; for older jobs it is computed on request."""
+"""Adds a column for the digest of the chunk ends of a finished job. For older jobs, the digest is computed on request."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -14,6 +14,6 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop it."""
+    """Drop the column."""
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.drop_column("ends")
