@@ -225,7 +225,7 @@ def _reduce(m: Model) -> None:
     m.S, m.Se, m.g0 = symmetric(total[:, lam]), total[:, eta], total[:, 0]
     for c in system.light:
         assert c.light is not None
-        m.S[c.rows, c.rows] -= 1.0 / c.light.inertia
+        m.S[c.rows, c.rows] += c.light.response
 
 
 def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:

@@ -80,7 +80,7 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
         "title": scene.title,
         "bodies": list(scene.bodies),
         "joints": {n: j.type for n, j in scene.joints.items()},
-        "loops": len(built.system.cuts),
+        "loops": len(built.system.cuts) - len(built.system.light),
         "until": float(scene.simulation.until),
         "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
         "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],

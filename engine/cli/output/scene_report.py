@@ -30,7 +30,9 @@ def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
     (one, why), (many, _) = kernel_of(system), kernel_of(system, RUNS)
     report = {
         "scene": scene.name, "title": scene.title, "bodies": bodies, "joints": [joint_data(j, scene) for j in system.joints],
-        "freedoms": {"tree": system.nv, "constraint_rows": system.rows, "driven": sum(len(j.driven) for j in system.joints)},
+        "freedoms": {
+            "tree": system.nv, "constraint_rows": system.constraint_rows, "driven": sum(len(j.driven) for j in system.joints),
+        },
         "loops": len(cut), "cut": cut, "states": {"coordinates": system.nq, "rates": system.nv},
         "parameters": len(model.built.parameters.values), "inputs": list(system.inputs),
         "kernel": {"kind": one, "why": why, "many": many},
@@ -68,7 +70,7 @@ def start_data(model: Any) -> dict[str, Any]:
         "joint": result.outcome.joint, "advice": result.outcome.advice,
         "notes": [*result.notes, *beginning, *contact_travel_notes(scene), *magnitude_notes(scene), *unused_notes(scene)],
         "redundant_rows": result.redundancy.count, "not_unique": list(result.redundancy.joints),
-        "moving_freedoms": model.system.nv - model.system.rows + result.redundancy.count,
+        "moving_freedoms": model.system.nv - model.system.constraint_rows + result.redundancy.count,
     }  # fmt: skip
 
 

@@ -80,7 +80,7 @@ class JacobianProgram(AccelerationTangents):
             if c.joint.light:
                 j = self.system.tree[c.joint.light.joint]
                 self.program.copy(free_of(self.qdd, j).slice(j.free.index(c.joint.light.freedom), 1), out)
-                less, force = self.scene.constant([-1.0 / c.joint.light.inertia]), Slot(Space.Z, self.rows[c.joint.rows], 1)
+                less, force = self.scene.constant([c.joint.light.response]), Slot(Space.Z, self.rows[c.joint.rows], 1)
                 self.program.call(Builtin.ADD_DOT, [less, force, out], [1, 1])
             for k in range(n):
                 if c.joint.rows + k in self.rows:

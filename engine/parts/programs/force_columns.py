@@ -98,7 +98,7 @@ class ForceColumns:
         own = Slot(Space.MAPS, m.at("S") + m.active * column, column + 1)
         self._constrain(own, column + 1)
         if c.joint.light:
-            program.call(Builtin.ADD, [self.scene.constant([-1.0 / c.joint.light.inertia]), own.slice(column, 1)], [1])
+            program.call(Builtin.ADD, [self.scene.constant([c.joint.light.response]), own.slice(column, 1)], [1])
         for other in range(column):
             program.copy(own.slice(other, 1), Slot(Space.MAPS, m.at("S") + m.active * other + column, 1))
         e = self.rubbing.get(c.joint.name)

@@ -48,7 +48,7 @@ class SparseForceColumns:
             self._couple(r, other)
         if c.joint.light:
             own_response = Slot(Space.MAPS, m.at("S") + (m.active + 1) * r.rows[0], 1)
-            program.call(Builtin.ADD, [self.scene.constant([-1.0 / c.joint.light.inertia]), own_response], [1])
+            program.call(Builtin.ADD, [self.scene.constant([c.joint.light.response]), own_response], [1])
 
     def _column(self, r: LoopPath, k: int) -> None:
         """Reduce column k inward."""

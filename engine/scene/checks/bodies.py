@@ -59,6 +59,8 @@ def _amounts(path: Path, b: Body) -> Iterator[Finding]:
     elif not shaped and b.inertia is None:
         hint = "inertia: [0, 0, 0] makes it a point mass"
         yield Finding(path, "a mass without a shape gives no inertia", hint, about=keys)
+    elif b.mass == 0.0 and b.inertia is None:
+        yield Finding((*path, "mass"), "a shape of mass 0 gives no inertia", "add an inertia, such as [0, 0, 0]", about=keys)
 
 
 def _inertia(path: Path, b: Body) -> Iterator[Finding]:

@@ -61,7 +61,7 @@ class Body:
     density: Density | None = None
     """Density of the shape."""
     mass: Mass | None = None
-    """Mass, instead of a density."""
+    """Mass, instead of a density; 0, with an ``inertia``, for a body whose motion the others determine."""
     center: Position = (0.0, 0.0, 0.0)
     """Mass centre (and middle of the shape) in the body's frame."""
     inertia: tuple[Inertia, ...] | None = None

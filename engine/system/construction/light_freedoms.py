@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from trunnion.basics.problems import Problem
 from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.mass_properties import mass_properties
@@ -52,6 +53,23 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
         )
         for at, x in enumerate(found)
     )  # fmt: skip
+
+
+def massless_and_free(
+    scene: Scene, bodies: Sequence[Body], joints: Sequence[Joint], found: Sequence[LightFreedom]
+) -> list[Problem]:
+    """Bodies of mass 0 that can move freely: neither a loop nor a heavier body outboard of them determines their motion."""
+    light = {(x.joint, x.freedom) for x in found}
+    out = []
+    for i, b in enumerate(bodies):
+        if _mass(scene, b) > 0.0 or any(_mass(scene, bodies[k]) > 0.0 for k in range(len(bodies)) if i in _path(bodies, k)):
+            continue
+        j = joints[i]
+        free = [k for k in j.free if (i, k) not in light and j.devices[k].turned is None]
+        if any(not (j.kind.turns(k) and _spin(scene, b) > 0.0) for k in free):
+            hint = "give it a mass, close a loop through it, or make it a part of another body"
+            out.append(Problem(f"bodies.{b.name}.mass", "the mass is 0, and no loop determines the motion of the body", hint))
+    return out
 
 
 def with_inertias(joints: Sequence[Joint], found: Sequence[LightFreedom]) -> tuple[Joint, ...]:

@@ -15,7 +15,7 @@ from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.construction.cam_profile_spline import profile
 from trunnion.system.construction.friction_builder import element
 from trunnion.system.construction.joint_frames import frame
-from trunnion.system.construction.light_freedoms import light_freedoms, light_rows, with_inertias
+from trunnion.system.construction.light_freedoms import light_freedoms, light_rows, massless_and_free, with_inertias
 from trunnion.system.construction.load_builder import load
 from trunnion.system.construction.mimic_couplings import ties
 from trunnion.system.construction.point_curve_spline import curve
@@ -26,6 +26,8 @@ from trunnion.system.construction.wheel_placement import misfits, stands, wheels
 from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, System, state_coordinates
 from trunnion.system.structure.parameter_table import Param, ParameterTable
 
+MASSLESS = 1e-15
+"""Mass of a body of mass 0 over that of the heaviest body: its effect is round-off (theory, "Light bodies")."""
 INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
@@ -63,6 +65,7 @@ class _Maker(Points):
 
     def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
         super().__init__(scene, table, spanning)
+        self.heaviest = max((mass_properties(b)[0] for b in scene.bodies.values()), default=0.0)
         rolls = any(REGISTRY[scene.joints[n].type].rolls for n in spanning.cut)
         self.stands = stands(scene, spanning) if rolls else {}
         wrong = misfits(scene, spanning, self.stands) if rolls else []
@@ -78,6 +81,8 @@ class _Maker(Points):
         joints = self.place(joints)
         tied = ties(self.scene, self.table, joints)
         light = light_freedoms(self.scene, self.table, bodies, joints, tied)
+        if undetermined := massless_and_free(self.scene, bodies, joints, light):
+            raise SceneError(undetermined)
         added = light_rows(joints, light, sum(j.kind.rows for j in (*joints, *tied) if j.cut))
         joints = with_inertias(joints, light) if light else joints
         loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())
@@ -92,6 +97,7 @@ class _Maker(Points):
         """Body ``name``, which tree joint ``joint`` with index i carries: mass, mass centre, inertia and points as leaves."""
         b = self.scene.bodies[name]
         m, center, inertia = mass_properties(b)
+        m = m or MASSLESS * self.heaviest
         shaped = b.inertia is None
         six = [inertia[0][0], inertia[1][1], inertia[2][2], inertia[0][1], inertia[0][2], inertia[1][2]]
         unit = "m^2" if shaped else "kg*m^2"

@@ -212,6 +212,11 @@ class System:
         """The rows of light freedoms, the last of the ties."""
         return tuple(j for j in self.ties if j.light)
 
+    @property
+    def constraint_rows(self) -> int:
+        """Number of rows that constrain the motion: all but those of light freedoms."""
+        return self.rows - len(self.light)
+
     def light_rows_of(self, j: Joint) -> list[Joint]:
         """The rows of a tree joint's light freedoms."""
         return [c for c in self.light if c.light is not None and self.tree[c.light.joint].name == j.name]

@@ -89,6 +89,10 @@ class Mimic:
     offset: Leaf
 
 
+NO_INERTIA = 1e-15
+"""Inertia that a light freedom has at least, over the inertia added to it; above round-off."""
+
+
 @dataclass(frozen=True)
 class LightFreedom:
     """A freedom that moves only bodies which are light beside others on a loop (theory, "Light bodies"). The recursion adds
@@ -99,3 +103,9 @@ class LightFreedom:
     freedom: int
     turns: bool
     inertia: float
+
+    @property
+    def response(self) -> float:
+        """The row's own entry of S without the response of the mechanism: minus 1/inertia. A freedom without inertia that no loop
+        determines (a massless rod that turns about its own axis) keeps NO_INERTIA of the added inertia."""
+        return -(1.0 + NO_INERTIA) / self.inertia
