@@ -91,7 +91,9 @@ def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2
             entries |= {"bristle_stiffness": some(200.0, 2000.0), "bristle_damping": some(0.0, 0.5)}
     elif rng.random() < 0.3:
         entries["v_eps"] = some(0.1, 0.5)  # Some pairs slide inside the linear part of (104).
-    entries |= {n.name: some(0.05, 0.3) for n in LAWS[law].numbers if n.needed and n.default is None and n.name not in entries}
+    for n in LAWS[law].numbers:
+        if n.needed and n.default is None and n.name not in entries:
+            entries[n.name] = entries.get(n.not_below, 0.0) + some(0.05, 0.3)
     if kind not in SIZED:
         entries |= {s.name: some(0.005, 0.03) for s in CONTACTS[REGISTRY[kind].friction].sizes if s.needed}
     elif kind == "universal" and rng.random() < 0.5:
