@@ -14,6 +14,7 @@ import pytest
 from trunnion.fmu.c_text.dead_code_and_ascii import definitions
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.shared_libraries import RUNTIME, write_headers
+from trunnion.runtime.abi.tolerances import number
 
 ROOT = Path(__file__).resolve().parents[2]
 UNIT = RUNTIME / "runtime.c"
@@ -173,7 +174,7 @@ SHARED = ("base/tolerances.h", "base/stick_rule.h")
 """Where constants are defined that several files use."""
 ENGINE = ROOT / "engine"
 OTHERS = [*(ENGINE / "kernel").rglob("*.hpp"), *(ROOT / "fmu" / "native").rglob("*.[ch]"), *ENGINE.rglob("*.py")]
-"""Files outside the runtime that may use its constants (Python by ``trunnion.abi.tolerances.number``)."""
+"""Files outside the runtime that may use its constants (Python by ``trunnion.runtime.abi.tolerances.number``)."""
 
 
 def test_a_number_has_one_name_and_a_name_one_number() -> None:
@@ -196,6 +197,12 @@ def test_a_number_that_several_files_use_stands_among_the_tolerances() -> None:
             elif users - {file} and not file.endswith(".h"):
                 wrong[name] = (file, users)
     assert wrong == {}
+
+
+def test_thresholds_that_depend_on_each_other_are_in_order() -> None:
+    """``engine/runtime/README.md``: else a decision would be an event again at once."""
+    assert number("TOL_SPEED") < number("REST_SPEED") == number("TOL_RESOLVE") < number("TOL_RELEASE")
+    assert number("REST_SPEED") < number("NEAR_MISS") < number("CAPTURE_SPEED")
 
 
 def test_no_number_of_the_runtime_is_copied() -> None:

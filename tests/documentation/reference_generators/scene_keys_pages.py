@@ -1,18 +1,19 @@
 """``reference/scene_keys*.md``: every key of a scene with meaning, values, unit, default and example, from the declarations.
 
 Meanings, values and defaults are those of the JSON Schema. The example of a key is the shortest value that the scene of examples
-gives to the key.
+gives to the key. A number of a friction law that this scene does not use has the example of its declaration.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path as FilePath
 from typing import Any
 
+from trunnion.elements import friction
 from trunnion.scene.file_format import json_schema
 from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.file_format.yaml_writer import flow
@@ -20,6 +21,8 @@ from trunnion.scene.findings.findings_and_paths import Path
 
 EXAMPLES = FilePath(json_schema.__file__).with_name("key_examples")
 """Folder of the scene of examples and of the files that it names."""
+RUBS: Path = ("joints", "axle", "friction")
+"""Place in that scene of a friction that any law suits."""
 LONGEST = 110
 """Characters of an example, at most."""
 PAGES = {
@@ -37,7 +40,7 @@ PAGES = {
 """Page → its title and its groups of keys, in the order in which a reader needs them."""
 HEAD = """
 A scene is a YAML or JSON file. `trunnion new NAME` writes a scene to start from. `trunnion check FILE` lists all mistakes at
-once. Editors read the same keys from the [JSON Schema](scene.schema.json). All examples below are in one
+once. Editors read the same keys from the [JSON Schema](scene.schema.json). The examples are from one
 [scene](../../scene/file_format/key_examples/scene.yaml). Other keys: [bodies and joints](scene_keys_bodies_joints.md), [loads,
 drives and signals](scene_keys_loads_signals.md), [assemblies](scene_keys_assemblies.md).
 
@@ -80,11 +83,12 @@ numbers. Bodies of turned or mirrored copies must be placed. A mirror image keep
 @dataclass(frozen=True)
 class Example:
     """The example of a key. path: place of the value in the scene of examples; named: whether the value has entries by name, and
-    the example is one of them."""
+    the example is one of them; beside: other keys of the same place, which the value requires."""
 
     path: Path
     value: Any
     named: bool
+    beside: dict[str, Any] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
@@ -109,13 +113,23 @@ def groups_of_keys() -> dict[str, dict[str, Any]]:
 
 @cache
 def examples() -> dict[tuple[str, str], Example]:
-    """(group, key) → the shortest value of the scene of examples."""
+    """(group, key) → the shortest value of the scene of examples; for numbers of laws that it lacks, the declared example."""
     out: dict[tuple[str, str], Example] = {}
     for file in ("scene.yaml", "shared_keys.yaml"):
         for group, key, example in _given(read((EXAMPLES / file).read_bytes()).data, groups_of_keys()["Scene"], (), "Scene"):
             if (group, key) not in out or len(example.text) < len(out[group, key].text):
                 out[group, key] = example
-    return out
+    return dict(_declared()) | out
+
+
+def _declared() -> Iterator[tuple[tuple[str, str], Example]]:
+    """(group, key), example of every number of a friction law, at a joint of the scene of examples."""
+    for name, law in friction.REGISTRY.items():
+        values = {n.name: read(f"a: {n.example}").data["a"] for n in law.numbers}
+        for n in law.numbers:
+            yield ("Friction", n.name), Example((*RUBS, n.name), values[n.name], False, values | {"law": name})
+            if n.default is not None:
+                yield ("FrictionDefaults", n.name), Example(("friction", n.name), values[n.name], False)
 
 
 def _given(value: Any, schema: dict[str, Any], path: Path, name: str) -> Iterator[tuple[str, str, Example]]:

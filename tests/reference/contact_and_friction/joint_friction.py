@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.reference.contact_and_friction import contact_roots as ct
 from tests.reference.contact_and_friction.friction_laws import is_adams, law_of
-from tests.reference.mechanics.joint_constraints import directions
+from tests.reference.mechanics.joint_constraints import directions, of
 from tests.reference.mechanics.kinematics import State
 from tests.reference.mechanics.rotation import cross
 
@@ -90,12 +90,12 @@ def _journal(joint, fc, mc, rates, law, adams) -> ct.Outcome:
 
 
 PAIRS = {
-    "spherical": (_ball, lambda out: out.torque),
-    "prismatic": (_sleeve, lambda out: np.array([out.force])),
-    "cylindrical": (_shaft, lambda out: np.array([out.force, out.torque])),
-    "revolute": (_journal, lambda out: np.array([out.torque])),
+    "ball": (_ball, lambda out: out.torque),
+    "sleeve": (_sleeve, lambda out: np.array([out.force])),
+    "shaft": (_shaft, lambda out: np.array([out.force, out.torque])),
+    "journal": (_journal, lambda out: np.array([out.torque])),
 }
-"""For each joint type: how its sliding pair is solved, and how the outcome's friction on the pin lies along the freedoms."""
+"""By ``Reference.rubs``: how the sliding pair is solved, and how the outcome's friction on the pin lies along the freedoms."""
 
 
 class Rubbing:
@@ -109,7 +109,8 @@ class Rubbing:
 
     def __init__(self, state: State, name: str):
         self.joint, self.pose, self.pin = state.scene.joints[name], state.joint_pose(name), pin_of(state, name)
-        if self.joint.type not in (*PAIRS, "universal"):
+        self.rubs = of(self.joint.type).rubs
+        if self.rubs not in (*PAIRS, "cross"):
             raise NotImplementedError(f"{name}: no friction in a {self.joint.type} joint")
         self.six = directions(state, name)
         self.law = law_of(state.scene, self.joint.friction)
@@ -120,16 +121,16 @@ class Rubbing:
     def friction(self, wrench, devices, scale: float = 1.0) -> tuple[np.ndarray, list]:
         """Friction on the inboard part along each freedom, and the contacts."""
         law = replace(self.law, scale=scale)
-        if self.joint.type == "universal":
+        if self.rubs == "cross":
             return self._universal(wrench, devices, law)
         sign, A = self.pin.sign, self.pin.A
         arm = self.pose.p_out - ends_of(self.pose, self.joint)
         fc, mc = sign * A.T @ wrench[:3], sign * A.T @ (wrench[3:] + cross(arm, wrench[:3]))
-        solver, along = PAIRS[self.joint.type]
+        solver, along = PAIRS[self.rubs]
         out = solver(sized(self.pose, self.joint), fc, mc, self.rates, law, self.adams)
         back = self.pose.A_in.T @ A
         seen = [replace(c, normal=back @ c.normal) for c in out.contacts]
-        if self.joint.type != "spherical":
+        if self.rubs != "ball":
             return sign * along(out), seen
         n = seen[0].normal
         angle, elevation = float(np.arctan2(n[2], n[0])), float(np.arcsin(np.clip(n[1], -1, 1)))

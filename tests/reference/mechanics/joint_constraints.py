@@ -24,6 +24,7 @@ class Reference:
     crossed    it turns about two axes at a right angle, the first fixed inboard, the second outboard.
     lead       its travel along e1 is tied to its angle by a pitch.
     one_sided  it means something else when its two sides change places (a slot is in one part, the pin on the other).
+    rubs       its contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
     """
 
     free: tuple[int, ...] = ()
@@ -31,6 +32,7 @@ class Reference:
     crossed: bool = False
     lead: bool = False
     one_sided: bool = False
+    rubs: str = ""
 
     @property
     def scalars(self) -> int:
@@ -45,12 +47,12 @@ class Reference:
 
 TYPES = {
     "fixed": Reference(),
-    "revolute": Reference(free=(3,)),
-    "prismatic": Reference(free=(0,)),
-    "cylindrical": Reference(free=(0, 3)),
+    "revolute": Reference(free=(3,), rubs="journal"),
+    "prismatic": Reference(free=(0,), rubs="sleeve"),
+    "cylindrical": Reference(free=(0, 3), rubs="shaft"),
     "screw": Reference(free=(3,), lead=True),
-    "universal": Reference(free=(3, 4), crossed=True),
-    "spherical": Reference(free=(3, 4, 5), ball=True),
+    "universal": Reference(free=(3, 4), crossed=True, rubs="cross"),
+    "spherical": Reference(free=(3, 4, 5), ball=True, rubs="ball"),
     "planar": Reference(free=(1, 2, 3)),
     "free": Reference(free=(0, 1, 2, 3, 4, 5), ball=True),
     "point_on_line": Reference(free=(0, 3, 4, 5), ball=True, one_sided=True),
@@ -63,10 +65,9 @@ def of(kind: str) -> Reference:
     """The reference of a joint type; LookupError that says what to add for one that has none."""
     if kind not in TYPES:
         raise LookupError(
-            f'joint type "{kind}" has no independent reference: add an entry to TYPES in '
-            'tests/reference/mechanics/joint_constraints.py (the '
-            "directions it is free along; not copied from engine/joints). One that ``Reference`` cannot say needs lines in "
-            "joint_transform, joint_coordinates, joint_rates and position_residual; one that rubs, an entry in PAIRS of rubbing.py"
+            f'joint type "{kind}" has no independent reference: add an entry to TYPES in tests/reference/mechanics/'
+            "joint_constraints.py (the directions it is free along; not copied from engine/elements/joints). What "
+            "``Reference`` cannot say needs lines in joint_transform, joint_coordinates, joint_rates and position_residual"
         )
     return TYPES[kind]
 

@@ -17,8 +17,8 @@ AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
 APART = ("screw",)
 """Types whose friction is tried apart (``test_threads``), so that random scenes stay what they are."""
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
-SIZED = ("revolute", "cylindrical", "prismatic", "spherical", "universal")
-"""Rubbing types whose sizes are chosen below for one root; others get small ones."""
+SIZED = ("journal", "shaft", "sleeve", "ball", "cross")
+"""Contact elements whose sizes are chosen below for one root; others get small ones."""
 
 
 def numbers(rng, n: int, size: float = 1.0) -> tuple[float, ...]:
@@ -77,7 +77,8 @@ def _end(rng, part: str) -> str:
 def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2) -> sm.Friction:
     """Friction small enough for one root: mu r and mu e / c well below the arms of the masses."""
     law = str(rng.choice(laws))
-    sliding = kind in ("prismatic", "cylindrical")
+    element = REGISTRY[kind].friction
+    sliding = element in ("sleeve", "shaft")
 
     def some(low, high):
         return float(rng.uniform(low, high))
@@ -91,18 +92,20 @@ def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2
             entries |= {"bristle_stiffness": some(200.0, 2000.0), "bristle_damping": some(0.0, 0.5)}
     elif rng.random() < 0.3:
         entries["v_eps"] = some(0.1, 0.5)  # Some pairs slide inside the linear part of (104).
-    entries |= {n.name: some(0.05, 0.3) for n in LAWS[law].numbers if n.needed and n.default is None and n.name not in entries}
-    if kind not in SIZED:
-        entries |= {s.name: some(0.005, 0.03) for s in CONTACTS[REGISTRY[kind].friction].sizes if s.needed}
-    elif kind == "universal" and rng.random() < 0.5:
+    for n in LAWS[law].numbers:
+        if n.needed and n.default is None and n.name not in entries:
+            entries[n.name] = entries.get(n.not_below, 0.0) + some(0.05, 0.3)
+    if element not in SIZED:
+        entries |= {s.name: some(0.005, 0.03) for s in CONTACTS[element].sizes if s.needed}
+    elif element == "cross" and rng.random() < 0.5:
         entries |= {"radius": (some(0.005, 0.03), some(0.005, 0.03)), "half_length": (some(0.05, 0.2), some(0.05, 0.2))}
-    elif kind == "prismatic":
+    elif element == "sleeve":
         entries |= {"half_width": some(0.02, 0.1), "half_height": some(0.02, 0.1), "half_length": some(0.5, 0.9)}
     else:
         entries |= {"radius": some(0.005, 0.03)}
-        if kind != "spherical":
+        if element != "ball":
             entries |= {"half_length": some(0.5, 0.9) if sliding else some(0.05, 0.3)}
-    if kind == "revolute" and rng.random() < 0.4:
+    if element == "journal" and rng.random() < 0.4:
         entries["thrust_radius"] = some(0.002, 0.02)
     if rng.random() < adams:
         entries["normal_force"] = "adams"

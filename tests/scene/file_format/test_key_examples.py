@@ -24,6 +24,7 @@ def replaced(key: str) -> Scene:
     for step in above:
         node = node[step] if isinstance(step, int) else node.setdefault(step, {})
     value = read(f"a: {example.text}").data["a"]
+    node |= example.beside
     node[last] = {**node.get(last, {}), **value} if example.named else value
     return scene_of(Source(source.data, folder=EXAMPLES))
 
