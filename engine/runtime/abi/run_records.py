@@ -162,6 +162,7 @@ double complement : largest relative residual of these equations
 double open_time : time of the first decision with several solutions, s; -1: none
 double open_pair : pair to which this decision belongs
 double stepped : time when method auto first used time stepping, s; -1: never
+double dead_centre : time when a driven motion first passes a dead centre, s; -1: never
 """)
 
 WORST = Record("tr_worst", "Worst figure of a law so far.", """

@@ -145,6 +145,7 @@ typedef struct tr_events {
 typedef struct tr_audit {
   double contraction, complement; /* largest values so far */
   double open_t;       /* time of the first decision with several solutions, s; -1: none */
+  double dead_t;       /* time of the first dead centre that a driven motion passes, s; -1: none */
   int open_pair;       /* pair of this decision */
   int fail_detail;     /* component or constraint row of the failure; -1: none */
   double fail_number;  /* smallest pivot of the loop rows; -1: the loops are not the reason */

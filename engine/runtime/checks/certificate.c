@@ -74,7 +74,7 @@ void tr_certify_run(tr_sim *s, tr_certificate *out) {
   s->step.watch = 0;
   if (s->k->neta && tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) tr_certify(s);
   *out = (tr_certificate){.contraction = s->audit.contraction, .complement = s->audit.complement, .open_time = s->audit.open_t,
-                          .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t};
+                          .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t, .dead_centre = s->audit.dead_t};
 }
 
 /* Find a root from the frictions in z. Requires row kinds and maps. */

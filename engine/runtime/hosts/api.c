@@ -50,7 +50,7 @@ static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   s->loops = (tr_loops){0};
   s->moreau = (tr_moreau){.burst_t = t, .first_t = -1.0, .failed_t = -INFINITY};
   s->events = (tr_events){.capacity = capacity, .chatter_t = -INFINITY, .margin = CLEAR_MARGIN};
-  s->audit = (tr_audit){.open_t = -1.0, .open_pair = -1, .fail_detail = -1, .fail_number = -1.0};
+  s->audit = (tr_audit){.open_t = -1.0, .dead_t = -1.0, .open_pair = -1, .fail_detail = -1, .fail_number = -1.0};
   s->stats = (tr_stats){0};
   s->bound = (tr_bounding){0};
   while (s->clock.next_break < nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t) s->clock.next_break++;

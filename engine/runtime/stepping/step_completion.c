@@ -169,6 +169,7 @@ static void tr_complete_whole_step(tr_sim *s) {
   if (tr_is_auto(s) && !s->step.explicit_for_now) tr_choose_method(s);
   tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
   if (s->friction.held) tr_zero_held_rates(s, TR_A(s, ynew));
+  tr_record_dead_centre(s);
   tr_move_run_to(s, s->pending.t, TR_A(s, ynew));
   tr_store_independence(s);
   s->step.margin = s->step.margin_end;

@@ -5,10 +5,26 @@
 #define APPROACH 4.0              /* planned factor on the independence in a step, extrapolated from the last step */
 #define LEAP 8.0                  /* largest accepted factor within a step; a step with a larger factor is shortened */
 #define SHORTER 2.0               /* factor by which such a step is shortened */
+#define PASSED 1e-3               /* × the independence at the start of the run: least independence of a motion that passes a dead centre */
+#define PASSED_SECTIONS 24        /* golden sections that find this least independence */
 #define SHORTEST 1e-9             /* / rate: shortest such step; a change of pivot order may also change the last pivot */
 
 /* Whether joints with friction lie on loops, so that singular positions matter. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
+
+/* Whether drives determine the motion through loops, and the factor of the loops at the end of the step is known. */
+static inline int tr_leaves_no_freedom(const tr_sim *s) {
+  return s->loops.rank > 0 && s->loops.rank == s->k->nv && !s->loops.sparse && !tr_has_lane(s) && s->set.hfixed <= 0.0;
+}
+
+/* Independence of the loops at theta of the step made. */
+static double tr_independence_inside(tr_sim *s, double theta) {
+  double *y = TR_A(s, yout);
+  tr_dense_state(s, theta, y);
+  tr_evaluate_maps_at(s, s->step.t0 + theta * s->step.size, y);
+  tr_factor_loops(s);
+  return s->loops.sparse ? INFINITY : tr_loop_independence(s);
+}
 
 /* Longest step from the state `y` with respect to singular positions, s. */
 static double tr_longest_singular_step(tr_sim *s) {
@@ -27,7 +43,10 @@ static double tr_longest_singular_step(tr_sim *s) {
  * evaluated end. */
 static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   tr_loops *l = &s->loops;
-  if (!tr_has_friction_on_loops(s)) return 0.0;
+  if (!tr_has_friction_on_loops(s)) {
+    l->end = tr_leaves_no_freedom(s) ? tr_loop_independence(s) : NAN;
+    return 0.0;
+  }
   l->end = tr_loop_independence(s), l->least = fmin(l->least, l->begin);
   if (h <= SHORTEST / s->set.rate) return 0.0;
   const double begin = fmax(l->begin, INDEPENDENCE_LEAST), least = fmax(l->least, INDEPENDENCE_LEAST);
@@ -38,6 +57,23 @@ static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   double *jump = TR_A(s, ytmp);
   for (int i = 0; i < n; ++i) jump[i] = h * (end[i] - K[i]);
   return pow(tr_squared_motion_error(s, jump, TR_A(s, y), TR_A(s, ynew)), 0.5 * m->order);
+}
+
+/* Record the first dead centre that a driven motion passes: the independence falls to 0 inside the step, so that the drives leave
+ * the sense of the motion open there. Requires a whole step that is not completed. */
+static void tr_record_dead_centre(tr_sim *s) {
+  const double golden = 0.6180339887498949;
+  tr_loops *l = &s->loops;
+  if (!tr_leaves_no_freedom(s) || s->audit.dead_t >= 0.0) return;
+  const double near = PASSED * sqrt(l->least_pivot);
+  if (l->end < near) s->audit.dead_t = s->pending.t;
+  if (l->end < near || !l->known || !(l->begin + l->trend * s->step.size < 0.0) || !tr_ensure_dense(s)) return;
+  double a = 0.0, b = 1.0, p = b - golden, q = golden, at_p = tr_independence_inside(s, p), at_q = tr_independence_inside(s, q);
+  for (int i = 0; i < PASSED_SECTIONS; ++i) {
+    if (at_p < at_q) b = q, q = p, at_q = at_p, p = b - golden * (b - a), at_p = tr_independence_inside(s, p);
+    else a = p, p = q, at_p = at_q, q = a + golden * (b - a), at_q = tr_independence_inside(s, q);
+  }
+  if (fmin(at_p, at_q) < near) s->audit.dead_t = s->step.t0 + p * s->step.size;
 }
 
 /* Store the change of independence over the whole step. The next step begins with the independence at its end. */

@@ -12,6 +12,7 @@
 #define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
 #define CUTS_MOST 2             /* most remakes for one event */
 #define CORNER_CUTS 3     /* most remakes for one corner; each ends closer to it, limited by the error of the dense output */
+#define PROBED 1e-6          /* / rate: length of the Euler step that looks for the reason of a failure */
 #define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step indicates another root */
 
 typedef struct tr_trial {
@@ -213,9 +214,19 @@ TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
 }
 
+/* Evaluate the end of a short Euler step. Its failure is the reason of a stiff step without numbers at a dead centre, whose
+ * Jacobian is infinite. */
+static void tr_probe_failure(tr_sim *s) {
+  const double h = PROBED / s->set.rate;
+  double *y = TR_A(s, ytmp);
+  for (int i = 0; i < tr_state_width(s); ++i) y[i] = TR_A(s, y)[i] + h * TR_A(s, K)[i];
+  if (tr_project_and_evaluate(s, s->clock.t + h, y, TR_A(s, dy)) && (tr_check_solution(s, y, 0, 0) & TR_BREAKS_LOOP)) s->step.failure = TR_FAIL_MODES;
+}
+
 /* Status of a run whose last trial step, to ynew, was refused. */
-static int tr_trial_fault(const tr_sim *s, double err) {
+static int tr_trial_fault(tr_sim *s, double err) {
   if (err == err) return TR_FAIL_STEP;
+  if ((s->step.failure == TR_OK || s->step.failure == TR_FAIL_NOT_FINITE) && s->k->active && !s->k->neta) tr_probe_failure(s);
   if (s->step.failure != TR_OK) return s->step.failure;
   return s->k->neta && tr_is_finite(s->ny, TR_A(s, ynew)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
 }

@@ -24,6 +24,7 @@ class Certificate:
         redundancy: number of independent reaction patterns that the motion does not determine.
         not_unique: joints with reactions that are not unique.
         time_stepped: time, s, from which time stepping is used because events accumulate; None if they do not.
+        dead_centre: time, s, of the first dead centre that a driven motion passes; None without any.
     """
 
     contraction: float = 0.0
@@ -33,6 +34,7 @@ class Certificate:
     redundancy: int = 0
     not_unique: tuple[str, ...] = ()
     time_stepped: float | None = None
+    dead_centre: float | None = None
 
 
 def certificate(block: Block, system: System, roots_at_start: int, redundancy: Redundancy) -> Certificate:
@@ -41,7 +43,8 @@ def certificate(block: Block, system: System, roots_at_start: int, redundancy: R
     several = (c.open_time, slider_names(system)[int(c.open_pair)][0]) if c.open_time >= 0.0 else None
     roots = (roots_at_start, block.roots() if system.neta else 1)
     return Certificate(
-        c.contraction, roots, c.complement, several, redundancy.count, redundancy.joints, c.stepped if c.stepped >= 0.0 else None
+        c.contraction, roots, c.complement, several, redundancy.count, redundancy.joints, c.stepped if c.stepped >= 0.0 else None,
+        c.dead_centre if c.dead_centre >= 0.0 else None,
     )
 
 
@@ -57,6 +60,11 @@ def certificate_notes(c: Certificate) -> list[str]:
         method = AUTO.accumulating
         what = f"from this time on, {method.name} (order {method.order}) steps without locating single events"
         out.append(f"events accumulated at t = {c.time_stepped:.6g} s: {what}")
+    if c.dead_centre is not None:
+        out.append(
+            f"dead centre at t = {c.dead_centre:.4g} s: there the drives do not determine in which direction the loop moves on; "
+            "it moved on as before"
+        )
     if max(c.roots) > 1:
         out.append(
             f"the complement equations have {max(c.roots)} roots: the root that follows continuously from zero friction was chosen"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -169,3 +171,37 @@ def test_angles_of_a_cut_universal_joint_are_found_at_any_bend(angle: float) -> 
         ops = type("ops", (), {"atan2": staticmethod(np.arctan2)})
         got = REGISTRY["universal"].measure(R.tolist(), [0.0] * 3, ops)
         assert np.exp(1j * np.array(got)) == pytest.approx(np.exp(1j * np.array([first, angle])), abs=1e-14)
+
+
+def driven_piston(phase: float, amplitude: float) -> dict[str, Any]:
+    """A crank and a rod moved by their piston, x = 0.15 m + amplitude·sin(2π t + phase); the dead centres are at 0.1 and 0.2 m."""
+    x = 0.15 + amplitude * math.sin(phase)
+    angle = math.acos(max(-1.0, min(1.0, (x * x + 0.05**2 - 0.15**2) / (2 * x * 0.05))))
+    link = {"mass": 1, "inertia": [1e-3, 1e-3, 2e-3]}
+    drive = {"harmonic": {"amplitude": amplitude, "frequency": 1, "phase": phase, "offset": 0.15}}
+    joints = {
+        "main": {"type": "revolute", "inboard": "ground", "outboard": "crank", "start": {"q": angle}},
+        "big": {"type": "revolute", "inboard": "crank.pin", "outboard": "rod"},
+        "small": {"type": "revolute", "inboard": "rod.end", "outboard": "piston"},
+        "guide": {"type": "prismatic", "inboard": "ground", "outboard": "piston", "drive": drive},
+    }
+    bodies = {"crank": link | {"points": {"pin": [0.05, 0, 0]}}, "rod": link | {"points": {"end": [0.15, 0, 0]}}, "piston": link}
+    joints = {n: {"axis": "x" if n == "guide" else "z"} | j for n, j in joints.items()}
+    return {"gravity": [0, 0, 0], "bodies": bodies, "joints": joints, "simulation": {"until": 0.9}}
+
+
+@pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_a_driven_loop_that_passes_its_dead_centre_says_so(method: str, rtol: float) -> None:
+    r = simulate(driven_piston(math.pi / 6, 0.05), method=method, rtol=rtol)
+    assert r.outcome.ok
+    assert r.certificate.dead_centre == pytest.approx(1 / 6, abs=2e-4)
+    assert any(n.startswith("dead centre at t = 0.16") for n in r.notes)
+    short = simulate(driven_piston(math.pi / 6, 0.049), method=method, rtol=rtol)
+    assert short.outcome.ok
+    assert short.certificate.dead_centre is None
+
+
+@pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
+def test_a_drive_that_begins_on_the_dead_centre_ends_as_that(method: str) -> None:
+    assert simulate(driven_piston(math.pi / 2, 0.05), method=method).outcome.name == "dead_centre"
