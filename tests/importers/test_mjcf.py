@@ -204,3 +204,24 @@ def test_a_chain_of_sixty_joints_is_taken_over_as_it_is(tmp_path: Path) -> None:
     assert len(linkage.scene().joints) == len(bodies.freedoms) == 60
     total = sum(link.mass for link in linkage.links.values())
     assert total == pytest.approx(20 * 1000 * 4 / 3 * np.pi * 0.05**3, rel=1e-13)
+
+
+MESH = (
+    '<asset><mesh name="t" vertex="{vertex}" face="{face}"/></asset>'
+    '<worldbody><body><freejoint/><geom type="mesh" mesh="t"/></body></worldbody>'
+)
+CORNERS = "0 0 0 1 0 0 0 1 0 0 0 1"
+WRONG = {
+    "a vertex that is no number": (MESH.format(vertex="0 0 zero", face=""), "vertices or faces"),
+    "two numbers of a vertex": (MESH.format(vertex="0 0", face=""), "vertices or faces"),
+    "a face beyond the vertices": (MESH.format(vertex=CORNERS, face="0 2 1 0 1 3 0 3 2 1 2 4"), "refers to a vertex"),
+    "an order of no axes": ('<compiler eulerseq="xyw"/><worldbody/>', "not an order of axes"),
+    "a density that is no number": ('<option density="air"/><worldbody/>', "density"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_numbers_that_mean_nothing_are_problems(what: str, tmp_path: Path) -> None:
+    text, problem = WRONG[what]
+    with pytest.raises(SceneError, match=problem):
+        read(tmp_path, text)

@@ -211,3 +211,25 @@ def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: P
 def test_masses_that_the_file_does_not_say_are_told(tmp_path: Path) -> None:
     _, notes = read(tmp_path, '<model name="m"><link name="a"/></model>')
     assert any("1 kg" in n and "a" in n for n in notes)
+
+
+WRONG = {
+    "an unknown placement frame": (
+        '<model name="m" placement_frame="gone"><link name="a">{link}</link></model>', "placement_frame",
+    ),
+    "a quaternion of zeros": (
+        '<model name="m"><link name="a"><pose rotation_format="quat_xyzw">0 0 0 0 0 0 0</pose>{link}</link></model>',
+        "quaternion is 0",
+    ),
+    "two axes along one line": (
+        '<model name="m"><link name="a">{link}</link><joint name="j" type="universal"><parent>world</parent><child>a</child>'
+        "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>2 0 0</xyz></axis2></joint></model>", "two axes are parallel",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_frame_or_an_axis_that_means_nothing_is_a_problem(what: str, tmp_path: Path) -> None:
+    text, problem = WRONG[what]
+    with pytest.raises(SceneError, match=problem):
+        read(tmp_path, text.format(link=WEIGHED))

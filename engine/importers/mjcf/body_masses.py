@@ -171,8 +171,15 @@ class Masses:
 
     def _read(self, at: Element, name: str, asset: Attributes) -> np.ndarray | None:
         if "file" not in asset:
-            points = np.array([float(x) for x in asset["vertex"].split()]).reshape(-1, 3)
-            faces = np.array([int(x) for x in asset.get("face", "").split()], int).reshape(-1, 3)
+            try:
+                points = np.array([float(x) for x in asset["vertex"].split()]).reshape(-1, 3)
+                faces = np.array([int(x) for x in asset.get("face", "").split()], int).reshape(-1, 3)
+            except ValueError as wrong:
+                self.found.add(at, name, f"its vertices or faces: {wrong}", "give three numbers for each vertex and each face")
+                return None
+            if faces.size and (faces.min() < 0 or faces.max() >= len(points)):
+                self.found.add(at, name, f"a face refers to a vertex that is not one of the {len(points)}", "correct the face")
+                return None
             if len(faces):
                 return points[faces]
             return hull(points)

@@ -132,10 +132,14 @@ class Model:
         if given.get("coordinate", "local") != "local":
             hint = "save the model again from MuJoCo, which writes local coordinates"
             self.found.add(at, "compiler.coordinate", "global coordinates are not read", hint)
+        sequence = given.get("eulerseq", "xyz")
+        if len(sequence) != 3 or set(sequence.lower()) - set("xyz"):
+            self.found.add(at, "compiler.eulerseq", f"{sequence!r} is not an order of axes", "three letters of x, y, z, X, Y, Z")
+            sequence = "xyz"
         number = lambda key, default=0.0: self.found.number(at, key, given.get(key), default)  # noqa: E731
         groups = self.found.numbers(at, "inertiagrouprange", given.get("inertiagrouprange", "0 5"), (2,)) or [0, 5]
         return Settings(
-            given.get("angle", "degree") == "degree", given.get("eulerseq", "xyz"), given.get("autolimits", "true") == "true",
+            given.get("angle", "degree") == "degree", sequence, given.get("autolimits", "true") == "true",
             given.get("inertiafromgeom", "auto"), (groups[0], groups[1]), number("boundmass"), number("boundinertia"),
             given.get("balanceinertia") == "true", number("settotalmass"), given.get("meshdir", given.get("assetdir", "")),
             given.get("strippath") == "true",

@@ -49,7 +49,9 @@ def _gravity(model: Model) -> tuple[float, float, float]:
     g = np.array([0.0, 0.0, -9.81])
     for e in model.sections("option"):
         g = model.three(e, e.attributes, "gravity", " ".join(map(str, g)))
-        fluid = [k for k in ("density", "viscosity", "wind") if any(float(x) for x in e.get(k, "0").split())]
+        counts = {"density": (1,), "viscosity": (1,), "wind": (3,)}
+        given = {k: model.found.numbers(e, k, e.get(k, ""), n) for k, n in counts.items() if e.get(k, "")}
+        fluid = [k for k, values in given.items() if any(values or ())]
         if fluid:
             model.found.notes.append(f"fluid forces left out ({', '.join(fluid)})")
         for flag in e.all("flag"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,6 +48,9 @@ class Frames:
             return np.eye(4)
         if given.get("rotation_format") == "quat_xyzw":
             x = self.found.numbers(given, "text", given.text, (7,)) or [0.0] * 6 + [1.0]
+            if not any(x[3:]):
+                self.found.add(given, e.get("name"), "its quaternion is 0 0 0 0", "the identity is 0 0 0 1")
+                x[6] = 1.0
             return pose(x[:3], of_quaternion([x[6], *x[3:6]]))
         x = self.found.numbers(given, "text", given.text, (6,)) or [0.0] * 6
         angles = np.deg2rad(x[3:]) if given.get("degrees") in ("true", "1") else x[3:]
@@ -67,6 +70,10 @@ class Frames:
     def check(self) -> None:
         """Add a problem for every frame with an unknown or circular reference."""
         for name, f in list(self.known.items()):
+            if f.placement and f.placement not in self.known:
+                what = f"has the unknown placement_frame {f.placement!r}"
+                self.found.add(f.element, f.element.get("name"), what, "name a link, frame or model of the same model")
+                self.known[name] = replace(f, placement="")
             seen, at = [name], f.within
             while at != WORLD and at in self.known and at not in seen:
                 seen.append(at)

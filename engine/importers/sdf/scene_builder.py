@@ -36,6 +36,9 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     reader.meshes.tell()
     return scene, found.notes
 
+PARALLEL = 1.0 - 1e-9
+"""Cosine between two axes above which they count as parallel."""
+
 
 class SdfReader:
     def __init__(self, root: Element, models: Models, meshes: Pictures):
@@ -137,7 +140,11 @@ class SdfReader:
         if kind == "revolute2":
             self._add_two_hinges(j, out, ends, at, first)
             return
-        frame = at @ (crossed(first, self._axis(j, at, "axis2")) if kind == "universal" else first)
+        second = self._axis(j, at, "axis2") if kind == "universal" else first
+        if kind == "universal" and abs(first[:3, 0] @ second[:3, 0]) > PARALLEL:
+            self.found.add(e, e.get("name"), "its two axes are parallel", "give axis and axis2 different directions")
+            return
+        frame = at @ (crossed(first, second) if kind == "universal" else first)
         more = acting(self.found, e, TYPES[kind], out) | pitch_of(self.found, e)
         made = self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
         self._store_limit(e, "axis", made, out)

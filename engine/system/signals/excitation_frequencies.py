@@ -25,11 +25,17 @@ def frequencies(system: System) -> tuple[tuple[int, float], ...]:
 
 
 def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
-    """All signals of devices and loads, each with a flag: whether the signal prescribes a rotation."""
+    """All signals of devices, friction and loads, each with a flag: whether the signal prescribes a rotation."""
     for joint in system.joints:
+        if joint.friction is not None:
+            yield from ((x, False) for _, x in joint.friction.numbers if isinstance(x, Signal))
         for rate, device in enumerate(joint.devices):
             if device.effort is not None:
                 yield device.effort, False
+            if device.motor is not None:
+                yield device.motor.signal, False
+            if device.latch is not None:
+                yield device.latch.release, False
             if device.drive is not None:
                 yield device.drive, joint.kind.axes[rate][0].rot
     for load in system.loads:

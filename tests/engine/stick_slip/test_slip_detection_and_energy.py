@@ -12,7 +12,7 @@ import pytest
 
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.scenes.random_streams import stream
-from trunnion.scene import load_scene
+from trunnion.scene import load_scene, scene_from_dict
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
@@ -32,6 +32,26 @@ def energy_error(r: Result) -> float:
 def without_stick(scene: sm.Scene) -> sm.Scene:
     """The scene with friction that creeps instead of sticking, in the limit."""
     return replace(scene, friction=replace(scene.friction, law="regularized", v_eps=LIMIT))
+
+
+SHAKEN = {"amplitude": 0.6, "frequency": 40.0, "phase": 0.3}
+SHAKERS = {
+    "a motor's signal": {"motor": {"stall": 1.0, "no_load": 1e9, "signal": {"harmonic": SHAKEN | {"offset": 0.41}}},
+                         "friction": {"force": 1.0}},
+    "a friction force": {"effort": 1.0, "friction": {"force": {"harmonic": SHAKEN | {"offset": 1.595}}}},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("shaker", SHAKERS)
+def test_a_block_slips_once_in_every_period_of_whatever_signal_frees_it(shaker: str, method: str) -> None:
+    """In a twentieth of each period, or less, the effort exceeds friction."""
+    joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b"} | SHAKERS[shaker]
+    bodies = {"b": {"mass": 1, "inertia": [0.01] * 3}}
+    scene = scene_from_dict({"gravity": [0, 0, 0], "bodies": bodies, "joints": {"p": joint}})
+    for rtol in (1e-3, 1e-6):
+        r = simulate(scene, until=1.0, method=method, rtol=rtol)
+        assert sum(e.kind == "slip" for e in r.events) == 40, rtol
 
 
 # -- rest that contradicts itself ------------------------------------------------------------------------------------------------
