@@ -223,9 +223,9 @@ def _reduce(m: Model) -> None:
     total[:, 0] += ground[:, lam].T @ ground_z
     total = ca.sparsify(total)
     m.S, m.Se, m.g0 = symmetric(total[:, lam]), total[:, eta], total[:, 0]
-    for c in system.light:
-        assert c.light is not None
-        m.S[c.rows, c.rows] += c.light.response
+    for j in system.light:
+        assert j.light is not None
+        m.S[j.rows, j.rows] += j.light.response
 
 
 def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:
