@@ -58,8 +58,8 @@ class Store:
         tags: Sequence[str] = (), notify: str = "", asked: int | None = None,
     ) -> tuple[Job, bool]:  # fmt: skip
         """Store a new job. Returns the job, and whether it is new. If the idempotency ``key`` was used before with the same
-        ``digest``, the existing job is returned; Conflict if it was used with another digest. asked: 0 for a study, whose cases
-        depend on results."""
+        ``digest``, the existing job is returned; Conflict if it was used with another digest. asked: number of cases known so far,
+        which is 0 for a new study, because its cases depend on results; None for any other job."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
             "owner": owner,

@@ -22,7 +22,7 @@ CLOSE = 1e-8
 
 
 class Numeric:
-    """The namespace ``ops`` of declarations, for plain numbers."""
+    """The functions (sin, sqrt, if_else, …) that a declaration gets as ``ops``, for plain numbers."""
 
     sin, cos, atan2, sqrt, fmax = math.sin, math.cos, math.atan2, math.sqrt, max
 

@@ -13,7 +13,8 @@ from trunnion.system.structure.friction_joint_indices import Element
 
 
 class ForceColumns:
-    """Writes the columns of all multipliers into a program. block: accelerations of all columns (nv each), which stage 2 reads."""
+    """Writes into a program how the maps follow from a unit of each multiplier. block: slot of the accelerations that these units
+    cause (nv each), which stage 2 reads."""
 
     def __init__(self, stepping: StepPasses, program: Program, block: Slot):
         self.stepping, self.program, self.block = stepping, program, block

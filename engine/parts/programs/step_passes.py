@@ -59,7 +59,8 @@ class StepPasses:
     def write_inward(
         self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
     ) -> tuple[Slot, list[Slot]]:
-        """Write the inward pass with these forces along freedoms (and on bodies). Returns y (nv) and the wrench on each body
+        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies, by default those
+        of the scene. Returns y (nv), the accelerations of the freedoms on an inboard body with Ż = 0, and the wrench on each body
         (6)."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]

@@ -12,7 +12,7 @@ class Status(Named):
     MORE = 1, "step budget used up: call again"
     ROWS_FULL = 2, "output buffer full: empty it and call again"
     EVENTS_FULL = 3, "event buffer full: empty it and call again"
-    NEED_JACOBIAN = 4, "the method needs the Jacobian unit: attach it and call again"
+    NEED_JACOBIAN = 4, "the method needs the kernel's code of the Jacobian: attach it and call again"
     DONE = 5
     NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints leave open: use the kernel's redundant variant"
     CANCELLED = 7, "the host cancelled the work"

@@ -27,9 +27,9 @@
 #define BODY_COSTS 100.0    /* multiplications per body and freedom in an evaluation */
 #define FARTHEST 1e7        /* rad; × the length: longest step, about a million turns of a screw */
 
-/* A search for closed positions. given (nv): 1 for values from the user. start: the state before the search. weight (nv):
- * allowed change of each rate. G: the constraint Jacobian. nearest, least: best state of all searches, and its residual.
- * moved: largest change of given values in the last search. */
+/* A search for closed positions. given (nv): 1 for each freedom whose start coordinate the user gave. start: the state before
+ * the search. weight (nv): allowed change of position along each rate. G: the constraint Jacobian. nearest, least: best state of
+ * all searches, and its residual. moved: largest change of given coordinates in the last search, in units of tr_rate_unit. */
 typedef struct tr_position_search {
   tr_sim *s;
   const double *given, *start;

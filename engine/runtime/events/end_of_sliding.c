@@ -33,7 +33,7 @@ static double tr_time_to_rest(const tr_sim *s, int i, int back) {
   return v * (t[0] - t[2]) / (was - v);
 }
 
-/* Whether pair m slides and would come to rest at about the same time as another pair, which rests in `left` s. */
+/* Whether pair m slides and would come to rest at about the same time as another pair, which comes to rest in `left` s. */
 static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }

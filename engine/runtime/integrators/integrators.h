@@ -3,7 +3,7 @@
 #define TR_INTEGRATORS_H
 #include "evaluate/evaluate.h"
 
-/* Smallest unit in which a work is measured, J. most: the largest of the works. */
+/* Lower limit of the scale to which errors of works are related, J. most: the largest of the works, J. */
 static double tr_smallest_work_unit(const tr_sim *s, double most);
 
 /* Mean squared error `e` of positions and velocities over a step from y to ynew, 1 at the tolerance. Errors of multipliers

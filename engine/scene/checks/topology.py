@@ -77,7 +77,7 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     groups = _Groups([GROUND, *scene.bodies])
     for name, (a, b) in ends.items():
         if not REGISTRY[scene.joints[name].type].nv and not groups.join(a, b):
-            what = f"{shown(a)} and {shown(b)} are fixed to each other already: impossible loop closure"
+            what = f"{shown(a)} and {shown(b)} are fixed to each other already: redundant fixed joint"
             yield Finding(("joints", name), what, "remove this fixed joint")
 
 
