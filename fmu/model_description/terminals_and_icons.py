@@ -57,8 +57,8 @@ def kind_of(j: Joint) -> str:
 
 
 def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """The members (variable, name in the terminal, kind) for motion, rate, effort and friction, if the FMU has such variables. If an input
-    sets a quantity, the variable is this input. Efforts are inflows, also when they are outputs."""
+    """The members (variable, name in the terminal, kind) for motion, rate, effort and friction, if the FMU has such variables.
+    If an input sets a quantity, the variable is this input. Efforts are inflows, also when they are outputs."""
     motion, rate, effort = MEMBERS[kind_of(j)]
     driven = [_input_of(model, d.drive) for d in j.devices]
     loaded = [_input_of(model, d.effort) for d in j.devices]

@@ -7,7 +7,8 @@
  * Terms in all comments: maps are reactions, rates and accelerations as affine functions of the multipliers
  * (``base/affine_maps.h``). The current state is the state whose maps were evaluated last. The solution consists of the
  * multipliers z that solve the equations of the current state in the modes in force. A pair is a friction pair; a freedom is one
- * direction in which a pair slides or turns, with one rate. ``base/validity.h`` lists the parts of a block that belong to the current state. */
+ * direction in which a pair slides or turns, with one rate. ``base/validity.h`` lists the parts of a block that belong to the
+ * current state. */
 #ifndef TR_SIMULATION_H
 #define TR_SIMULATION_H
 #include "tr_abi.h"

@@ -17,7 +17,7 @@ typedef struct tr_cone_problem {
   double part;      /* fraction of the friction of balls; grows from 0 to 1 along a path */
   int all;          /* `part` applies to all pairs, not only to balls */
   int most;         /* factorisations left */
-  double *rho;      /* n: mass ρ, kg; 0 if the motion is prescribed or does not depend on this friction, and for a pair freed from its law */
+  double *rho;      /* n: mass ρ, kg; 0 if the motion is prescribed or does not depend on this friction, or for a freed pair */
   int grips;        /* static friction is used, and some pair has static friction above its sliding friction */
   double *grip;     /* e: ratio of static to sliding friction, for pairs other than balls */
   double *mu;       /* n: present friction ratio of a ball; negative for other pairs */
