@@ -169,4 +169,4 @@ def test_a_scene_made_in_python_is_checked_before_it_runs() -> None:
     name, body = next(iter(scene.bodies.items()))
     wrong = replace(scene, bodies={name: replace(body, mass=-1.0, density=None)})
     for door in (trunnion.simulate, trunnion.linearize, lambda s: trunnion.sweep(s, vary={"gravity[2]": [-9.0]})):
-        assert f"bodies.{name}.mass: mass must be positive (it is -1)" in said(lambda door=door: door(wrong))
+        assert f"bodies.{name}.mass: mass must not be negative (it is -1)" in said(lambda door=door: door(wrong))
