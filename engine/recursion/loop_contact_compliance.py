@@ -55,9 +55,10 @@ def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
     return rows if j.stiffness is None else ca.sqrt(USUAL / sym.leaf(j.stiffness)) * rows
 
 
-def friction_change_rows(m: Model, e: Element, values: SX) -> SX:
-    """Change of a joint's first rows (rows×1) by friction. values: the components of f_c, m_c that the element needs."""
-    eta = [m.sym.eta[i] for i in e.eta]
+def friction_change_rows(m: Model, e: Element, values: SX, sliding: bool = False) -> SX:
+    """Change of a joint's first rows (rows×1) by friction. values: the components of f_c, m_c that the element needs. sliding:
+    leave out the friction of pairs at rest."""
+    eta = [] if sliding else [m.sym.eta[i] for i in e.eta]
     return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), eta)
 
 

@@ -53,12 +53,13 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
-    """Affine maps (rows×columns) of the change of the scaled reactions by friction, linearised in the reactions."""
+    """Affine maps (rows×columns) of the change of the scaled reactions by sliding friction, linearised in the reactions. A pair at
+    rest couples the same reactions, but not in the structure of its formula."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):
         values = SX.sym("N", len(e.needs))
-        out[at : at + count, :] = ca.jacobian(friction_change_rows(m, e, values), values) @ reaction_rows(m, acc, e)
+        out[at : at + count, :] = ca.jacobian(friction_change_rows(m, e, values, True), values) @ reaction_rows(m, acc, e)
     return ca.sparsify(out)
 
 

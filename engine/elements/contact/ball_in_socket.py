@@ -136,7 +136,7 @@ def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]
         return slides
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
-    spins, rests = law.flag > PairState.SLIPS.value + HALF, _at_rest(w, eta, law, g)[1]
+    spins, rests = law.flag > PairState.SLIPS.value + HALF, _at_rest(w, eta, law, g)[1] if eta else [-x for x in f]
     return [ca.if_else(law.stuck, rests[i], ca.if_else(spins, spin * normal[i], slides[i])) for i in range(3)]
 
 

@@ -161,7 +161,7 @@ class ContactElement:
     contacts   (wrench, rates, laws, numbers, friction) → contacts; for a pair at rest they follow from the friction.
     pressed    (wrench with six components, rates, laws, numbers, friction) → components of contact forces, each times
                √(compliance of its spring / compliance of one contact) (theory, "Redundant loops"). Friction turns the normals of
-               these forces: the law's friction for a sliding pair, the given friction for a pair at rest, none if ``laws`` is
+               these forces, unless ``laws`` is empty: a sliding pair by its law, a pair at rest by ``friction``, if that is not
                empty.
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    names of the components of f_c that end faces normal to an axis carry.

@@ -108,7 +108,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
     """Friction ratio of a pair that slides, or rests with the friction η."""
     kr = _ratio(w, rates, laws, g)
-    if not laws[0].sets:
+    if not (laws[0].sets and eta):
         return kr
     side = w.pin * signum(eta[0])
     still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"], laws[0].static)

@@ -77,7 +77,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
     """Friction ratios of a pair that slides, or rests with the friction η."""
     ks, kr = _ratios(w, rates, laws, g)
-    if not laws[0].sets:
+    if not (laws[0].sets and eta):
         return ks, kr
     size, ds, dr = _direction(w, eta, g)
     still = ratio_held(lambda k: _load(w, k * ds, k * dr, g, False), size, laws[0].static)

@@ -94,7 +94,7 @@ def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: in
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
     """Friction ratios of journals that slide, or rest with the friction η."""
     k = _ratios(w, rates, laws, g)
-    if not laws[0].sets:
+    if not (laws[0].sets and eta):
         return k
     first, second = (ca.if_else(law.stuck, _still(w, laws, g, eta, i), k[i]) for i, law in enumerate(laws))
     return first, second

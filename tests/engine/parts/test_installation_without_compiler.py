@@ -106,7 +106,7 @@ def test_what_is_not_there_and_cannot_be_compiled_is_told_with_the_remedy(folder
         done = trunnion(folder, "simulate", *words)
         told = (done.stdout + done.stderr).strip()
         assert done.returncode == 2, told
-        remedy = r"→ pip install 'trunnion\[compile\]'(; or --kernel parts.*)?"
+        remedy = r"→ pip install 'trunnion\[compile\]'(; or use --kernel parts.*)?"
         assert re.fullmatch(rf"this .* casadi and ziglang, are not installed\n *{remedy}", told)
         assert ("--kernel parts" in told) == ("compiled" in words)
 

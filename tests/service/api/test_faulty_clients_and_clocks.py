@@ -197,7 +197,7 @@ def test_tables_of_a_newer_version_are_said_to_be_that(store: WorkStore) -> None
 
 
 def test_a_grid_that_asks_for_too_many_values_is_told_so() -> None:
-    with pytest.raises(SceneError, match="asks for 2000000 values"):
+    with pytest.raises(SceneError, match="requests 2000000 values"):
         trunnion.sweep("spherical_pendulum", {"joints.ball.friction.mu": "0:1:2000000"})
 
 

@@ -63,7 +63,7 @@ def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any
     page.click("#addcolumn")
     until(page, "document.getElementById('timeplot').data?.some((t) => t.name === 'pendulum.position[3]')")
     page.fill("#cases", "199999")
-    until(page, "document.getElementById('casevalues').textContent.includes('not there')")
+    until(page, "document.getElementById('casevalues').textContent.includes('no result yet')")
     assert page.inner_text("#state").startswith("running")
     page.click("#cancel")
     told(page, "cancelled")
