@@ -27,16 +27,17 @@ def light_freedoms(
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
-    masses, turns = ([size(scene, bodies[i]) for i in on_loops] for size in (_mass, _spin))
+    mass, spin = ([size(scene, b) for b in bodies] for size in (_mass, _spin))
+    masses, turns = ([every[i] for i in on_loops] for every in (mass, spin))
+    carried = _largest_outboard(bodies, mass), _largest_outboard(bodies, spin)
     out = []
     for i in on_loops:
         j, own = joints[i], bodies[i]
-        moved = [k for k in range(len(bodies)) if k != i and i in _path(bodies, k)]
-        if not all(_is_light(scene, bodies[k], masses, turns) for k in moved):
+        if not (carried[0][i] < LIGHT * max(masses) and carried[1][i] < LIGHT * max(turns)):
             continue
         for k in j.free:
             turning = j.kind.turns(k)
-            inertia, sizes = (_spin(scene, own) + _offset(scene, table, own, j), turns) if turning else (_mass(scene, own), masses)
+            inertia, sizes = (spin[i] + _offset(scene, table, own, j), turns) if turning else (mass[i], masses)
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
@@ -60,9 +61,10 @@ def massless_and_free(
 ) -> list[Problem]:
     """Bodies of mass 0 that can move freely: neither a loop nor a heavier body outboard of them determines their motion."""
     light = {(x.joint, x.freedom) for x in found}
-    out = []
+    mass, out = [_mass(scene, b) for b in bodies], []
+    carried = _largest_outboard(bodies, mass)
     for i, b in enumerate(bodies):
-        if _mass(scene, b) > 0.0 or any(_mass(scene, bodies[k]) > 0.0 for k in range(len(bodies)) if i in _path(bodies, k)):
+        if mass[i] > 0.0 or carried[i] > 0.0:
             continue
         j = joints[i]
         free = [k for k in j.free if (i, k) not in light and j.devices[k].turned is None]
@@ -81,8 +83,13 @@ def with_inertias(joints: Sequence[Joint], found: Sequence[LightFreedom]) -> tup
     )
 
 
-def _is_light(scene: Scene, b: Body, masses: Sequence[float], turns: Sequence[float]) -> bool:
-    return _mass(scene, b) < LIGHT * max(masses) and _spin(scene, b) < LIGHT * max(turns)
+def _largest_outboard(bodies: Sequence[Body], sizes: Sequence[float]) -> list[float]:
+    """For each body, the largest of the sizes of all bodies outboard of it; −1 if there are none."""
+    out = [-1.0] * len(bodies)
+    for i in reversed(range(len(bodies))):  # inboard bodies come first
+        if (parent := bodies[i].parent) != GROUND:
+            out[parent] = max(out[parent], sizes[i], out[i])
+    return out
 
 
 def _path(bodies: Sequence[Body], body: int) -> list[int]:
