@@ -123,20 +123,22 @@ def _bodies() -> Iterator[Recipe]:
     for kind, forward in product([k for k in JOINTS.values() if not k.bodiless], SIDES):
         for which, how in product(driven(kind), ((), (True,), (True, True))):
             yield "body_step", "body_primitive", BodyKey(kind.name, forward, which, *how)
-            if spun(kind):
+            if spun(kind, which):
                 yield "body_step", "body_primitive", replace(BodyKey(kind.name, forward, which, *how), rotors=True)
         for which in driven(kind):
             plain = BodyKey(kind.name, forward, which)
             yield from (("body_balance", name, plain) for name in ("outward", "moved", "turned", "carry"))
             yield "tangents", "solving", plain
-            if spun(kind):
+            if spun(kind, which):
                 yield "tangents", "solving", replace(plain, rotors=True)
         yield from (("loads_and_scalars", "along", kind.name, forward, k) for k in range(kind.nv))
 
 
-def spun(kind: JointKind) -> bool:
-    """Whether the catalogue has rotors on joints of this type: hinges, guides and balls, as motors and imported files use."""
-    return kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
+def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
+    """Whether the catalogue has inertias along the freedoms of a joint of this type, ``which`` of them prescribed. Every free one
+    may be light. Rotors turn prescribed ones of hinges, guides and balls too, as motors and imported files use them."""
+    plain = kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
+    return plain or len(which) < kind.nv
 
 
 def _cuts() -> Iterator[Recipe]:
