@@ -57,7 +57,7 @@ typedef struct tr_stepping {
   int watch;           /* whether tr_rhs calls tr_update_extremes */
   int failure;         /* status of the last failed evaluation or projection */
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps that favour a change of method (tr_choose_method) */
-  double stiffness;    /* h |λ| of the accepted step (tr_is_limited_by_stability); NaN: unknown */
+  double stiffness;    /* h |λ| of the accepted step; 0: rows inside it are accurate; NaN: unknown (tr_is_limited_by_stability) */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps up to moved_t */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */

@@ -1,6 +1,8 @@
 /* Dense output of the last step: formed at the first use, evaluated at a fraction θ. */
 #include "integrators/integrators.h"
 
+#define NEAR_LIMIT 0.4 /* × the h |λ| of the stability limit: estimates of h |λ| at the limit vary by this factor */
+
 static void tr_evaluate_dense(const tr_sim *s, double theta, double *out) {
   TR_NEED(s, TR_HAS_DENSE);
   int n = tr_state_width(s), rows = s->step.dense_rows;
@@ -54,4 +56,28 @@ static int tr_ensure_dense(tr_sim *s) {
 static void tr_dense_state(tr_sim *s, double theta, double *out) {
   tr_evaluate_dense(s, theta, out);
   tr_interpolate_multipliers(s, theta);
+}
+
+/* Whether the dense output in the middle of the pending step is as accurate as the step. */
+static int tr_is_dense_accurate(tr_sim *s) {
+  double stepped[s->ny + 1], dense[tr_state_width(s)];
+  const double middle = 0.5 * s->pending.theta;
+  const int failure = s->step.failure;
+  const int known = tr_ensure_dense(s) && tr_step_to_place(s, middle, stepped);
+  s->step.failure = failure;
+  if (!known) return 0;
+  tr_dense_state(s, middle, dense);
+  for (int i = 0; i < s->ny; ++i) dense[i] -= stepped[i];
+  return tr_squared_motion_error(s, dense, TR_A(s, yold), TR_A(s, ynew)) <= 1.0;
+}
+
+static int tr_is_limited_by_stability(tr_sim *s) {
+  const tr_method *m = tr_method_of(s);
+  if (m->kind != TR_EXPLICIT || s->set.hfixed > 0.0 || s->pending.captured) return 0;
+  const double most = NEAR_LIMIT * m->explicit->stiff_at;
+  if (s->step.stiffness != s->step.stiffness) {
+    s->step.stiffness = tr_estimate_stiffness(s, m->explicit, s->step.size);
+    if (s->step.stiffness > most && tr_is_dense_accurate(s)) s->step.stiffness = 0.0;
+  }
+  return s->step.stiffness > most;
 }

@@ -55,7 +55,8 @@ static void tr_count_kink(tr_sim *s);
 /* Estimate of h |λ| from the last stage and the end of an explicit step of length h (Hairer, Wanner II, IV.2). */
 static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h);
 
-/* Whether stability limits the pending explicit step. States inside it are then far less accurate than its end. */
+/* Whether stability limits the pending explicit step, and its dense output is less accurate than its end. Changes the
+ * multipliers. */
 static int tr_is_limited_by_stability(tr_sim *s);
 
 /* The state at θ of the pending explicit step, from a step of size θ · size from its start. Works are not integrated. Returns 0

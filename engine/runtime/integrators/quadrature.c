@@ -195,7 +195,8 @@ static void tr_state_in_step(tr_sim *s, double theta, double *y) {
     parts = tr_work_in_parts(s, tr_method_of(s), &sums, s->step.worked, theta, work);
     s->step.worked = parts ? theta : 0.0;
   }
+  const int stepped = tr_is_limited_by_stability(s);
   tr_dense_state(s, theta, y);
-  if (tr_is_limited_by_stability(s)) tr_step_to_place(s, theta, y);
+  if (stepped) tr_step_to_place(s, theta, y);
   for (int i = 0; i < q && parts; ++i) y[s->ny + i] = yold[s->ny + i] + work[i];
 }

@@ -1,8 +1,7 @@
 /* Steps of explicit Runge–Kutta methods, defined by their tables. */
 #include "integrators/integrators.h"
 
-#define HERMITE_ROWS 3       /* rows of the cubic through values and slopes at both ends */
-#define NEAR_LIMIT 0.4       /* × the h |λ| of the stability limit: estimates of h |λ| at the limit vary by this factor */
+#define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
 
 /* Squared error of n works from place `first` of the state in the last explicit step. second: errors of the second estimator; 0
  * if there is none. */
@@ -58,13 +57,6 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
     den += b * b;
   }
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
-}
-
-static int tr_is_limited_by_stability(tr_sim *s) {
-  const tr_method *m = tr_method_of(s);
-  if (m->kind != TR_EXPLICIT || s->set.hfixed > 0.0 || s->pending.captured) return 0;
-  if (s->step.stiffness != s->step.stiffness) s->step.stiffness = tr_estimate_stiffness(s, m->explicit, s->step.size);
-  return s->step.stiffness > NEAR_LIMIT * m->explicit->stiff_at;
 }
 
 static int tr_step_to_place(tr_sim *s, double theta, double *out) {
