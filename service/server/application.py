@@ -12,7 +12,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from trunnion.basics.version import version
-from trunnion.service.api.documents.problem_documents import ProblemDocument, install_error_handlers
+from trunnion.service.api.documents.problem_documents import install_error_handlers
 from trunnion.service.api.routes.registry import ROUTERS
 from trunnion.service.api.server_state.server_components import Service, create_service
 from trunnion.service.api.transport import request_bodies
@@ -61,9 +61,6 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
     if app.openapi_schema is None:
         document = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
         schemas = document["components"]["schemas"]
-        create_service = ProblemDocument.model_json_schema(ref_template="#/components/schemas/{model}")
-        schemas |= create_service.pop("$defs", {})
-        schemas["ProblemDocument"] = create_service
         schemas |= request_bodies.body_schemas()
         for name in ("HTTPValidationError", "ValidationError"):
             schemas.pop(name, None)

@@ -8,8 +8,8 @@ import binascii
 import json
 import secrets
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, and_, func, insert, or_, select, update
 from sqlalchemy.exc import IntegrityError
@@ -17,6 +17,8 @@ from sqlalchemy.exc import IntegrityError
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
 from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, event_of, job_of, key_of
 from trunnion.service.store.table_definitions import ACTIVE, STATES, events, jobs, keys
+
+T = TypeVar("T")
 
 
 class Conflict(RuntimeError):
@@ -50,6 +52,11 @@ class Store:
         """Query the database; Unreachable when the database does not respond."""
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
+
+    def _all(self, query: Any, record: Callable[[Any], T]) -> list[T]:
+        """The records of the rows that a query selects."""
+        with transaction(self.engine) as c:
+            return [record(row) for row in c.execute(query).mappings()]
 
     # -- jobs ---------------------------------------------------------------------------------------------------------------
 
@@ -90,9 +97,7 @@ class Store:
 
     def job(self, job: str) -> Job | None:
         """The job with this id, or None."""
-        with transaction(self.engine) as c:
-            row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
-        return job_of(row) if row else None
+        return next(iter(self._all(select(jobs).where(jobs.c.id == job), job_of)), None)
 
     def document(self, job: str) -> dict[str, Any]:
         """The stored request of a job."""
@@ -123,8 +128,7 @@ class Store:
         if cursor is not None:
             created, last = _decoded(cursor)
             query = query.where(or_(jobs.c.created < created, and_(jobs.c.created == created, jobs.c.id < last)))
-        with transaction(self.engine) as c:
-            found = [job_of(row) for row in c.execute(query).mappings()]
+        found = self._all(query, job_of)
         more = len(found) > limit
         found = found[:limit]
         return found, _encoded(found[-1]) if more else None
@@ -167,8 +171,7 @@ class Store:
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """The events of a job with ids above ``after``, in order."""
         query = select(events).where(events.c.job == job, events.c.id > after).order_by(events.c.id).limit(limit)
-        with transaction(self.engine) as c:
-            return [event_of(row) for row in c.execute(query).mappings()]
+        return self._all(query, event_of)
 
     # -- keys ---------------------------------------------------------------------------------------------------------------
 
@@ -179,14 +182,11 @@ class Store:
 
     def key(self, key: str) -> Key | None:
         """The key with this id, even if it is revoked, or None."""
-        with transaction(self.engine) as c:
-            row = c.execute(select(keys).where(keys.c.id == key)).mappings().first()
-        return key_of(row) if row else None
+        return next(iter(self._all(select(keys).where(keys.c.id == key), key_of)), None)
 
     def all_keys(self) -> Sequence[Key]:
         """All keys, oldest first."""
-        with transaction(self.engine) as c:
-            return [key_of(row) for row in c.execute(select(keys).order_by(keys.c.created, keys.c.id)).mappings()]
+        return self._all(select(keys).order_by(keys.c.created, keys.c.id), key_of)
 
     def revoke(self, key: str) -> bool:
         """Revoke a key. False when no active key has this id."""

@@ -106,21 +106,17 @@ class WorkStore(ChunkOutcomeStore):
     def running(self, job: str) -> list[Chunk]:
         """The chunks that are stored as running. After a restart of the server, they do not run."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
-        with transaction(self.engine) as c:
-            return [chunk_of(row) for row in c.execute(query).mappings()]
+        return self._all(query, chunk_of)
 
     def ended(self, job: str, start: int, stop: int) -> list[Chunk]:
         """The chunks that contain any of the cases start … stop − 1 and are done or have failed in all attempts."""
         here = and_(chunks.c.job == job, chunks.c.start < stop, chunks.c.stop > start, chunks.c.state.in_(("done", "failed")))
-        with transaction(self.engine) as c:
-            return [chunk_of(row) for row in c.execute(select(chunks).where(here).order_by(chunks.c.start)).mappings()]
+        return self._all(select(chunks).where(here).order_by(chunks.c.start), chunk_of)
 
     def finished(self, job: str, first: int = 0, stop: int | None = None) -> list[Chunk]:
         """The finished chunks, in order, that contain any of the cases first … stop − 1. stop: None means the end of the job."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "done", chunks.c.stop > first).order_by(chunks.c.start)
-        with transaction(self.engine) as c:
-            found = c.execute(query if stop is None else query.where(chunks.c.start < stop)).mappings()
-            return [chunk_of(row) for row in found]
+        return self._all(query if stop is None else query.where(chunks.c.start < stop), chunk_of)
 
     def ends(self, job: str) -> str:
         """The digest (SHA-256) of the list of ends of the finished chunks, in order."""

@@ -96,5 +96,4 @@ class HousekeepingStore(Store):
         for column, wanted in ((audit.c.who, who), (audit.c.about, about)):
             if wanted is not None:
                 query = query.where(column == wanted)
-        with transaction(self.engine) as c:
-            return [AuditRecord(**{**row, "data": json.loads(row["data"])}) for row in c.execute(query).mappings()]
+        return self._all(query, lambda row: AuditRecord(**{**row, "data": json.loads(row["data"])}))

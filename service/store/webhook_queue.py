@@ -10,7 +10,7 @@ from sqlalchemy import insert, or_, select, update
 from trunnion.service.store.database_connection import transaction
 from trunnion.service.store.job_and_chunk_records import Job, job_of
 from trunnion.service.store.table_definitions import hooks, jobs
-from trunnion.service.store.usage_tags_audit import HousekeepingStore
+from trunnion.service.store.usage_tags_audit import DAY, HousekeepingStore
 
 CLAIM_SECONDS = 60.0
 """Time for which a webhook is claimed, s. During this time, no other server sends it."""
@@ -58,6 +58,3 @@ class WebhookStore(HousekeepingStore):
             values = {"state": state, "not_before": self.now(c) + (delay or 0.0)}
             c.execute(update(hooks).where(hooks.c.id == hook.id).values(values))
             self._event(c, hook.job.id, f"webhook_{state}", {"attempt": hook.attempts, "result": result[:300]})
-
-
-DAY = 86_400.0

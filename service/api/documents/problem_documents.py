@@ -211,6 +211,11 @@ def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     return {s: {"description": TITLES[s], "content": content, **headers.get(s, {})} for s in every}
 
 
+def content_schema(media: str, kind: str = "object", **more: str) -> dict[str, Any]:
+    """The part of a documented response that describes its content. kind, more: JSON Schema of the content."""
+    return {"content": {media: {"schema": {"type": kind, **more}}}}
+
+
 def header_schema(name: str, words: str, kind: str = "string") -> dict[str, Any]:
     """The part of a documented response that describes a header."""
     return {"headers": {name: {"description": words, "schema": {"type": kind}}}}

@@ -13,7 +13,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, of_all
 from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
-from trunnion.service.api.documents.problem_documents import error_responses
+from trunnion.service.api.documents.problem_documents import content_schema, error_responses
 from trunnion.service.api.job_data.job_access import find_job
 from trunnion.service.api.job_data.job_rows import job_contents, result_rows
 from trunnion.service.api.job_data.tally_totals import DRAWN, DrawnDocument, job_tally, sample_document, sampled_rows
@@ -235,10 +235,7 @@ async def get_case_events(job: str, case: int, caller: Reader, s: ServerState, r
     "/{job}/scene",
     response_class=Response,
     responses={
-        200: {
-            "description": "YAML text; it loads as the same scene.",
-            "content": {"application/yaml": {"schema": {"type": "object"}}},
-        },
+        200: {"description": "YAML text; it loads as the same scene.", **content_schema("application/yaml")},
         **error_responses(404),
     },
 )

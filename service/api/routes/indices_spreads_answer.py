@@ -14,7 +14,7 @@ from trunnion.batch.sample_statistics.mergeable_statistics import indices_in
 from trunnion.batch.sample_statistics.quantiles import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
 from trunnion.service.api.documents.fit_answer import fit_answer
-from trunnion.service.api.documents.problem_documents import Refusal, error_responses
+from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
 from trunnion.service.api.documents.study_answer import StudyAnswer
 from trunnion.service.api.job_data.job_access import find_job
 from trunnion.service.api.job_data.job_rows import job_contents, result_rows
@@ -28,7 +28,6 @@ from trunnion.service.api.job_data.tally_totals import (
 )
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
-from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.study_rounds import round_results
 from trunnion.service.request_models.job_request import study_of_document
 from trunnion.service.store.table_definitions import ENDED
@@ -138,7 +137,7 @@ def _indices(s: Service, job: str, of: list[str] | None) -> Response:
     else:
         table = _table(s, job, names)[0] if crossed else job_contents(s, job).schema.empty_table()
         answer = indices_of(plan.cases, plan.reductions, table, of or names)
-    return _json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
+    return Json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
 
 
 @router.get("/{job}/spreads", response_model=SpreadsAnswer, responses=error_responses(404))
@@ -169,7 +168,7 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
     table, drawn = _table(s, job, [*names, *bounds])
     told = spreads_of(plan.cases, plan.reductions, table, names, chosen, bounds)
     spread = [x.document() | note_on_sample(x.note, drawn) for x in told]
-    return _json({"complete": there.done == there.cases, "spreads": spread, "drawn": drawn})
+    return Json({"complete": there.done == there.cases, "spreads": spread, "drawn": drawn})
 
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=error_responses(404, 409))
@@ -182,7 +181,7 @@ def _answer(s: Service, job: str) -> Response:
     there, plan = find_job(s, job), job_contents(s, job).plan
     if isinstance(plan, FitPlan):
         made = fit_answer(s, job, plan, there.cases)
-        return _json({"complete": there.done == there.cases, "ended": there.state in ENDED, "answer": made})
+        return Json({"complete": there.done == there.cases, "ended": there.state in ENDED, "answer": made})
     follow = s.job_cache.follow(job, lambda: study_of_document(s.store.document(job)))
     if follow is None:
         raise Refusal(409, "the job has no answer, because it was submitted without optimise, refine or fit")
@@ -192,11 +191,7 @@ def _answer(s: Service, job: str) -> Response:
         while not follow.is_over and (seen := round_results(s.store, s.parts, job, digest, follow)) is not None:
             follow.report(seen)
         told = {"complete": follow.is_over, "ended": there.state in ENDED, "answer": follow.answer or None}
-    return _json(told)
-
-
-def _json(data: Any) -> Response:
-    return Response(text_of(data), media_type="application/json")
+    return Json(told)
 
 
 def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:

@@ -10,7 +10,7 @@ from starlette.responses import PlainTextResponse, Response
 
 from trunnion.basics.version import version
 from trunnion.service.api.documents.job_document import rfc3339
-from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
+from trunnion.service.api.documents.problem_documents import Json, Refusal, content_schema, error_responses
 from trunnion.service.api.transport.api_keys_and_rates import Admin, Reader, ServerState, new_key
 from trunnion.service.request_models.job_request import PlainText, RequestModel
 from trunnion.service.store.job_and_chunk_records import Key
@@ -81,8 +81,8 @@ async def get_health() -> dict[str, str]:
     "/readyz",
     tags=["health"],
     responses={
-        200: {"content": {"application/json": {"schema": {"type": "object"}}}},
-        503: {"description": "Not ready.", "content": {"application/json": {"schema": {"type": "object"}}}},
+        200: content_schema("application/json"),
+        503: {"description": "Not ready.", **content_schema("application/json")},
     },
 )
 async def get_readiness(s: ServerState) -> Response:

@@ -17,7 +17,7 @@ from trunnion.basics.problems import Problem
 from trunnion.scene.file_format.json_schema import json_schema
 from trunnion.scene.library.model_folders import bundled_names, model_file
 from trunnion.scene.scene_loader import load_scene
-from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
+from trunnion.service.api.documents.problem_documents import Json, Refusal, content_schema, error_responses
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState, Submitter
 from trunnion.service.api.transport.request_bodies import body_media_type, body_schema, check_body, read_body, run_in_worker
 from trunnion.service.basics.json_text import text_of
@@ -109,7 +109,7 @@ def get_model(name: Annotated[str, InPath(max_length=200)], caller: Reader) -> R
     return Json({"name": name, "title": _title(name), "text": file.read_text(encoding="utf-8")})
 
 
-@router.get("/schema", responses={200: {"content": {"application/json": {"schema": {"type": "object"}}}}, **error_responses()})
+@router.get("/schema", responses={200: content_schema("application/json"), **error_responses()})
 def get_scene_schema(caller: Reader) -> Response:
     """Return the JSON Schema of scenes."""
     return Response(_schema(), media_type="application/json")
@@ -132,7 +132,7 @@ async def check_scene(request: Request, caller: Reader, s: ServerState) -> Respo
     "/scenes/view",
     response_class=HTMLResponse,
     responses={
-        200: {"description": "A self-contained page.", "content": {"text/html": {"schema": {"type": "string"}}}},
+        200: {"description": "A self-contained page.", **content_schema("text/html", "string")},
         **error_responses(413),
     },
     openapi_extra=body_schema(SceneSource, SCENES),
@@ -154,10 +154,7 @@ async def view_scene(
     "/fmus",
     response_class=Response,
     responses={
-        200: {
-            "description": "The FMU.",
-            "content": {"application/vnd.fmi.fmu": {"schema": {"type": "string", "format": "binary"}}},
-        },
+        200: {"description": "The FMU.", **content_schema("application/vnd.fmi.fmu", "string", format="binary")},
         **error_responses(413, 501),
     },
     openapi_extra=body_schema(FmuRequest, FMUS),

@@ -13,7 +13,7 @@ from starlette.responses import HTMLResponse, Response, StreamingResponse
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.version import version
-from trunnion.service.api.documents.problem_documents import Refusal, error_responses, header_schema
+from trunnion.service.api.documents.problem_documents import Refusal, content_schema, error_responses, header_schema
 from trunnion.service.api.job_data.job_access import find_job
 from trunnion.service.api.job_data.job_rows import case_numbers, job_contents, result_rows, trajectory_rows
 from trunnion.service.api.server_state.server_components import Service
@@ -140,10 +140,7 @@ async def get_case_trajectory(
     "/{job}/cases/{case}/animation",
     response_class=HTMLResponse,
     responses={
-        200: {
-            "description": "A self-contained page: bodies, contact points, forces.",
-            "content": {"text/html": {"schema": {"type": "string"}}},
-        },
+        200: {"description": "A self-contained page: bodies, contact points, forces.", **content_schema("text/html", "string")},
         **error_responses(404, 409),
     },
 )

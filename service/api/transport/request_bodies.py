@@ -10,15 +10,15 @@ from pydantic import BaseModel
 from starlette.requests import ClientDisconnect
 
 from trunnion.basics.problems import Problem
-from trunnion.service.api.documents.problem_documents import Refusal
+from trunnion.service.api.documents.problem_documents import ProblemDocument, Refusal
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller
 from trunnion.service.request_workers.fair_queue import QueueFull
 from trunnion.service.request_workers.worker_pool import WorkerPool
 from trunnion.service.request_workers.worker_process import Ended, NotReady, TookTooLong
 
-BODY_MODELS: dict[str, type[BaseModel]] = {}
-"""Request models in the OpenAPI document, by name."""
+BODY_MODELS: dict[str, type[BaseModel]] = {"ProblemDocument": ProblemDocument}
+"""The problem document and the request models in the OpenAPI document, by name."""
 
 
 def body_schema(model: type[BaseModel], examples: dict[str, Any]) -> dict[str, Any]:
@@ -29,7 +29,7 @@ def body_schema(model: type[BaseModel], examples: dict[str, Any]) -> dict[str, A
 
 
 def body_schemas() -> dict[str, Any]:
-    """The schemas of all request models and of the models that they contain."""
+    """The schemas of ``BODY_MODELS`` and of the models that they contain."""
     schemas: dict[str, Any] = {}
     for name, model in BODY_MODELS.items():
         made = model.model_json_schema(ref_template="#/components/schemas/{model}")

@@ -100,6 +100,14 @@ export const problemList = (problems, jump) => make("ul", { class: "problems", t
 // The nodes of a path or column name, in which line breaks are allowed after dots and colons.
 export const breaking = (text) => text.split(/(?<=[.:])(?!\d)/).flatMap((part, i) => (i ? [make("wbr"), part] : [part]));
 
+const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { scope: "col" }, ...breaking(x)) : make("td"))));
+
+// Fills a table element. The first cell of each row is its heading.
+export function fill(table, heads, rows) {
+  table.tHead.replaceChildren(headed(heads));
+  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((x) => make("td", {}, x)))));
+}
+
 const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];
 
 export const downloads = (path) => KINDS.map(([kind, name]) => make("a", { href: `${path}?format=${kind}`, download: true }, name));

@@ -1,7 +1,7 @@
 // Shows the results of samples (Sobol indices, distributions, probabilities that a result exceeds a bound), of studies (optimum,
 // boundaries) and of fits.
 
-import { $, ask, breaking, few, later, make, many, number } from "../basics/requests_and_dom.js";
+import { $, ask, few, fill, later, make, many, number } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { middles } from "../basics/result_rows.js";
@@ -101,14 +101,12 @@ async function histogram(spread) {
 }
 
 function answers(index, spread) {
-  const rows = [];
-  const row = (what, e, unit_ = "") => rows.push(make("tr", {}, make("th", { scope: "row" }, ...breaking(what)), make("td", {}, e.value == null ? "–" : `${number(e.value)}\u00a0${unit_}`.trim()), make("td", {}, [e.low, e.high].map((x) => (x == null ? "no end" : number(x))).join(" to "))));
-  const u = unit(spread?.unit);
+  const rows = [], u = unit(spread?.unit);
+  const row = (what, e, unit_ = "") => rows.push([what, e.value == null ? "–" : `${number(e.value)}\u00a0${unit_}`.trim(), [e.low, e.high].map((x) => (x == null ? "no end" : number(x))).join(" to ")]);
   for (const kind of ["first", "total"]) for (const e of index?.[kind] ?? []) row(`${e.path}, ${WORDS[kind]}`, e);
   for (const q of spread?.quantiles ?? []) row(`${+(100 * q.probability).toPrecision(4)} % lie below`, q, u);
   for (const b of spread?.above ?? []) row(`above ${number(b.bound)} ${u}: probability`, b);
-  $("answers").tHead.replaceChildren(headed(["", "value", "95 % interval"]));
-  $("answers").tBodies[0].replaceChildren(...rows);
+  fill($("answers"), ["", "value", "95 % interval"], rows);
 }
 
 // -- studies
@@ -133,7 +131,7 @@ async function best(answer) {
   if (last) traces.push({ type: "scatter", mode: "lines", name: "best so far", line: { shape: "hv", color: outcomes.color(3), width: 2 }, x: [...known.map((p) => p.case), answer.cases - 1], y: [...known.map((p) => p.value), last.value] });
   await charts.draw($("studyplot"), traces, { ...charts.legend, xaxis: charts.axis("case"), yaxis: charts.axis(named(answer.of)) }, `${answer.of} of each case, and the best so far`);
   const rows = [...answer.numbers.map((n) => [n.path, n.value, n.unit]), ...Object.entries(answer.results).map(([n, v]) => [n, v, table.column(n)?.unit])];
-  fill(["", "value", ""], [...rows.map(([n, v, u]) => [n, number(v), unit(u)]), ["case", String(answer.case), ""]]);
+  fill($("answers"), ["", "value", ""], [...rows.map(([n, v, u]) => [n, number(v), unit(u)]), ["case", String(answer.case), ""]]);
 }
 
 async function boundaries(answer) {
@@ -144,7 +142,7 @@ async function boundaries(answer) {
   }));
   const layout = { ...charts.legend, shapes, xaxis: charts.axis(named(answer.paths[0])), yaxis: up ? charts.axis(named(up)) : { visible: false } };
   await charts.draw($("studyplot"), points((r) => r[x], (r) => (up ? r[y] : 0)), layout, "cases of the study, and where outcomes change");
-  fill([...answer.paths, "between them"], answer.boundaries.slice(0, 50).map((b) => [
+  fill($("answers"), [...answer.paths, "between them"], answer.boundaries.slice(0, 50).map((b) => [
     ...b.low.map((low, k) => `${number(low)} … ${number(b.high[k])}`), b.change == null ? b.outcomes.join(" | ").replace(/_/g, " ") : `jumps by ${number(b.change)}`,
   ]));
 }
@@ -167,12 +165,5 @@ async function fitted() {
   });
   for (const c of compared?.candidates ?? []) rows.push([c.name, c.fit ? `weight ${number(c.weight)}` : c.why, c.fit ? `BIC worse by ${number(c.worse_by_bic)}` : "", ""]);
   for (const e of experiments) rows.push([e.name, e.gain == null ? e.why : `would tell ${number(e.gain)} bits`, "", ""]);
-  fill(["", "value", `${number(100 * (fit?.level ?? 0.95))} % interval`, "deviation"], rows);
-}
-
-const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { scope: "col" }, ...breaking(x)) : make("td"))));
-
-function fill(heads, rows) {
-  $("answers").tHead.replaceChildren(headed(heads));
-  $("answers").tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((x) => make("td", {}, x)))));
+  fill($("answers"), ["", "value", `${number(100 * (fit?.level ?? 0.95))} % interval`, "deviation"], rows);
 }

@@ -1,6 +1,6 @@
 // Compares jobs: shows the differences of their requests, and plots a result of each job over the same varied number.
 
-import { $, ask, breaking, choices, few, make, many, number, wrong } from "../basics/requests_and_dom.js";
+import { $, ask, choices, few, fill, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { Table, middles } from "../basics/result_rows.js";
@@ -92,9 +92,4 @@ async function drawn() {
     return [called(t), many(n), put(Math.min(...known.map((r) => r[2]))), n ? put(known.reduce((s, r) => s + r[0] * r[1], 0) / n) : "–", put(Math.max(...known.map((r) => r[3])))];
   });
   fill($("comparetable"), ["", "cases with a value", "least", "mean", "largest"], rows);
-}
-
-function fill(table, heads, rows) {
-  table.tHead.replaceChildren(make("tr", {}, ...heads.map((x) => make(x ? "th" : "td", x ? { scope: "col" } : {}, ...breaking(x)))));
-  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((v) => make("td", {}, v)))));
 }

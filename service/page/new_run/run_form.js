@@ -97,14 +97,11 @@ async function check(signal) {
     if (e.name === "AbortError") throw e;
     if (e.status === 0) return unanswered(GONE, $("verdict"), $("jobverdict"));
     facts = null;
-    const problems = e.problems?.length ? e.problems : [{ where: "scene", what: e.message }];
+    const problems = refused(e, "scene", box, editor.toLine);
     editor.tell(problems);
-    box.className = "verdict bad";
-    box.replaceChildren(problemList(problems, editor.toLine));
     $("facts").textContent = few(problems.length, "problem");
     $("facts").className = "bad";
     preview.stale([]);
-    $("submit").disabled = true;
     $("count").textContent = "";
     $("jobverdict").className = "verdict";
     $("jobverdict").textContent = "Correct the problems of the scene first.";
@@ -127,6 +124,15 @@ async function check(signal) {
   if (!$("reductions").value) $("reductions").value = facts.reductions.slice(0, 8).join("\n");
   if (!$("until").value) $("until").value = facts.until;
   await checkRequest(signal);
+}
+
+// Shows and returns the problems of a refused request. The form cannot be submitted with them.
+function refused(e, where, box, jump) {
+  const problems = e.problems?.length ? e.problems : [{ where, what: e.message }];
+  box.className = "verdict bad";
+  box.replaceChildren(problemList(problems, jump));
+  $("submit").disabled = true;
+  return problems;
 }
 
 // Removes the results for an earlier text while the new text is not checked.
@@ -162,13 +168,10 @@ async function checkRequest(signal) {
   } catch (e) {
     if (e.name === "AbortError") throw e;
     if (e.status === 0) return unanswered(GONE, $("jobverdict"));
-    const problems = e.problems?.length ? e.problems : [{ where: "job", what: e.message }];
+    const problems = refused(e, "job", box);
     asked.tell(problems);
-    box.className = "verdict bad";
-    box.replaceChildren(problemList(problems));
     $("count").textContent = `${few(problems.length, "problem")} below`;
     $("count").className = "bad";
-    $("submit").disabled = true;
   }
 }
 
