@@ -23,15 +23,15 @@ static fmu_status fmu_may_step(fmu_instance *m, double t, double h) {
   double target = t + h;
   if (s->failed) {
     const char *name = fmu_outcome_of(s->failed, s->why)->name;
-    return fmu_log(m, FMU_DISCARD, "the run ended at t = %.6g s (%s): go back to an earlier state, or reset", s->reached, name);
+    return fmu_log(m, FMU_DISCARD, "the run ended at t = %.6g s (%s): restore an earlier state, or reset the instance", s->reached, name);
   }
   if (!(h > 0.0) || !isfinite(h) || !isfinite(t))
-    return fmu_log(m, FMU_DISCARD, "a communication step must have a positive, finite length (%g s is refused)", h);
+    return fmu_log(m, FMU_DISCARD, "the communication step from t = %g s has the length %g s: both must be finite, and the length positive", t, h);
   if (!fmu_near(t, s->time, h))
-    return fmu_log(m, FMU_ERROR, "the communication point is t = %.17g s, not %.17g s: steps follow one another", s->time, t);
+    return fmu_log(m, FMU_ERROR, "the communication step must begin at t = %.17g s, where the last step ended, not at t = %.17g s", s->time, t);
   if (s->has_stop && target > s->stop && !fmu_near(target, s->stop, h))
-    return fmu_log(m, FMU_ERROR, "the step would pass the stop time %.17g s that was agreed on", s->stop);
-  if (!(target > s->time)) return fmu_log(m, FMU_DISCARD, "the step of %g s is lost in the round-off of t = %.17g s", h, s->time);
+    return fmu_log(m, FMU_ERROR, "the communication step would end after the stop time %.17g s: make a shorter step", s->stop);
+  if (!(target > s->time)) return fmu_log(m, FMU_DISCARD, "the communication step of %g s is below the round-off of t = %.17g s: make a longer step", h, s->time);
   return FMU_OK;
 }
 
@@ -69,7 +69,7 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   s->time = s->reached;
   s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK;
   if (status == TR_MORE)
-    return fmu_log(m, FMU_DISCARD, "solver.max_steps = %ld steps reach t = %.17g s only", fmu_most_steps(s), s->reached);
+    return fmu_log(m, FMU_DISCARD, "the communication step stopped at t = %.17g s after solver.max_steps = %ld internal steps: increase solver.max_steps", s->reached, fmu_most_steps(s));
   return fmu_failed(m, status, FMU_DISCARD);
 }
 

@@ -12,16 +12,14 @@ typedef struct fmu_direction {
  * */
 static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all, double *rates) {
   fmu_instance copy = *m;
-  copy.state = fmu_allocate(&m->host, m->state->bytes);
+  copy.state = fmu_copied(m);
   if (!copy.state) return fmu_log(m, FMU_ERROR, "out of memory");
-  memcpy(copy.state, m->state, m->state->bytes);
-  fmu_adopt(copy.state);
   tr_sim *sim = FMU_SIM(copy.state);
   int ok;
   if (m->exchange) ok = tr_directional_in_modes(sim, MODEL->linear, d->columns ? MODEL->integral : 0, d->inputs, d->states, rates, all);
   else ok = tr_cut(sim, copy.state->time) == TR_OK && tr_directional(sim, MODEL->linear, d->inputs, d->states, rates, all);
   fmu_free(&m->host, copy.state);
-  return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "there are no derivatives at this state");
+  return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "t = %.12g s: the derivatives do not exist at this state, for example at an event: ask at another time", m->state->time);
 }
 
 /* Whether a reference is a state (behind = 0) or a state derivative (behind = 1) in model exchange. */
@@ -33,12 +31,12 @@ static int fmu_is_exchanged_state(const fmu_instance *m, fmu_reference r, int be
 /* Check a request for derivatives. Logs the reason if the request is not allowed. */
 static fmu_status fmu_derivable(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known, size_t nk) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
-  const char *also = m->exchange ? " and derivatives of states" : "", *with = m->exchange ? " and states" : "";
+  const char *also = m->exchange ? " or a derivative of a state" : "", *with = m->exchange ? " or a state" : "";
   for (size_t i = 0; i < nu; ++i)
-    if (unknown[i] >= (unsigned)no && !fmu_is_exchanged_state(m, unknown[i], 1)) return fmu_log(m, FMU_ERROR, "derivatives are of outputs%s; %u is none", also, unknown[i]);
+    if (unknown[i] >= (unsigned)no && !fmu_is_exchanged_state(m, unknown[i], 1)) return fmu_log(m, FMU_ERROR, "value reference %u: an unknown of a derivative must be an output%s", unknown[i], also);
   for (size_t i = 0; i < nk; ++i)
     if ((known[i] < (unsigned)no || known[i] >= (unsigned)(no + ni)) && !fmu_is_exchanged_state(m, known[i], 0))
-      return fmu_log(m, FMU_ERROR, "derivatives are with inputs%s; %u is none", with, known[i]);
+      return fmu_log(m, FMU_ERROR, "value reference %u: a known of a derivative must be an input%s", known[i], with);
   return fmu_refresh(m);
 }
 
@@ -94,10 +92,8 @@ static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown,
  * computed. */
 static double fmu_row_ahead(fmu_instance *m, double *row) {
   const double ahead = AHEAD / MODEL->rate;
-  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  fmu_state *copy = fmu_copied(m);
   if (!copy) return 0.0;
-  memcpy(copy, m->state, m->state->bytes);
-  fmu_adopt(copy);
   const int reached = tr_reach(FMU_SIM(copy), copy->time + ahead, copy->time + FAR * ahead, (long)MANY_STEPS, row);
   fmu_free(&m->host, copy);
   return reached == TR_DONE ? ahead : 0.0;
@@ -108,8 +104,8 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
 static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order, double *value) {
   double later[1 + MODEL->columns->nout], ahead = 0.0;
   for (size_t i = 0; i < n; ++i) {
-    if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, FMU_ERROR, "value reference %u is no output", vr[i]);
-    if (order[i] != 1) return fmu_log(m, FMU_ERROR, "derivatives of outputs are of order 1, not %d", order[i]);
+    if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, FMU_ERROR, "value reference %u: only outputs have time derivatives, and this is not an output", vr[i]);
+    if (order[i] != 1) return fmu_log(m, FMU_ERROR, "value reference %u: only derivatives of order 1 are available, not of order %d", vr[i], order[i]);
   }
   fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;
@@ -117,7 +113,7 @@ static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *v
   for (size_t i = 0; i < n; ++i)
     for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end; ++r) {
       const int rate = MODEL->slope[r];
-      if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, FMU_DISCARD, "there are no derivatives at this state");
+      if (rate == -1 && ahead == 0.0 && (ahead = fmu_row_ahead(m, later)) == 0.0) return fmu_log(m, FMU_DISCARD, "value reference %u: its derivative does not exist at t = %.12g s: ask at another time", vr[i], m->state->time);
       *value++ = rate >= 0 ? now[rate] : rate == -1 ? (later[1 + r] - now[r]) / ahead : 0.0;
     }
   return FMU_OK;

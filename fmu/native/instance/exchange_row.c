@@ -23,7 +23,7 @@ static fmu_status fmu_take_in(fmu_instance *m) {
 
 /* Discard a state without a solution in the present modes. States nearer to the last completed step have a solution. */
 static fmu_status fmu_none_there(fmu_instance *m) {
-  return fmu_log(m, FMU_DISCARD, "in the present modes there is no motion at the state given for t = %.12g s: a smaller step ends at the event before it", m->state->time);
+  return fmu_log(m, FMU_DISCARD, "t = %.12g s: the given state has no motion in the present modes, because an event lies before it: make a smaller step", m->state->time);
 }
 
 /* The row of outputs at the present time and state. */

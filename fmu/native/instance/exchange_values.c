@@ -13,32 +13,34 @@ static fmu_status fmu_rates(fmu_instance *m, const double **rates) {
   return s->known ? FMU_OK : fmu_none_there(m);
 }
 
+/* The value at place `at` of the states, the state derivatives `rates` and the event indicators. */
+static double fmu_exchanged_at(tr_sim *sim, const double *rates, int at) {
+  const int n = fmu_states();
+  return at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
+}
+
 /* A state, state derivative or event indicator of a co-simulation instance. It is computed in a copy of the run, because the
  * internal time of the run can be ahead of the communication point. */
 static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
   const fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;
-  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  fmu_state *copy = fmu_copied(m);
   if (!copy) return fmu_log(m, FMU_ERROR, "out of memory");
-  memcpy(copy, m->state, m->state->bytes);
-  fmu_adopt(copy);
   tr_sim *sim = FMU_SIM(copy);
-  const int n = fmu_states();
   const double *rates = tr_cut(sim, copy->time) == TR_OK ? tr_begin_exchange(sim) : 0;
-  if (rates) *value = at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
+  if (rates) *value = fmu_exchanged_at(sim, rates, at);
   fmu_free(&m->host, copy);
   return rates ? FMU_OK : fmu_none_there(m);
 }
 
 /* The value at the reference of a state, a state derivative or an event indicator. */
 static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value) {
-  const int at = (int)(r - fmu_first_state()), n = fmu_states();
+  const int at = (int)(r - fmu_first_state());
   const double *rates = 0;
   if (!m->exchange) return fmu_exchanged_inside(m, at, value);
   const fmu_status status = fmu_rates(m, &rates);
   if (status > FMU_WARNING) return status;
-  tr_sim *sim = FMU_SIM(m->state);
-  *value = at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
+  *value = fmu_exchanged_at(FMU_SIM(m->state), rates, at);
   return FMU_OK;
 }
 #endif

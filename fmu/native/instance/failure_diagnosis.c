@@ -54,12 +54,11 @@ static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **mor
 
 /* Log the failure of the run. The diagnosis works on a copy, so that the state keeps the last row. */
 static fmu_status fmu_failed(fmu_instance *m, int status, fmu_status as) {
-  fmu_state *s = m->state, *copy = fmu_allocate(&m->host, s->bytes);
+  fmu_state *s = m->state;
   const char *more = "", *joint = "";
   s->failed = status, s->why = TR_WHY_UNKNOWN, s->ready = 0;
+  fmu_state *copy = fmu_copied(m);
   if (copy) {
-    memcpy(copy, s, s->bytes);
-    fmu_adopt(copy);
     joint = fmu_cause(FMU_SIM(copy), status, &s->why, &more);
     fmu_free(&m->host, copy);
   }

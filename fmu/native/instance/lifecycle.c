@@ -6,10 +6,10 @@
 /* The reason why an instance of this type and GUID cannot be created; NULL if it can be created. */
 static const char *fmu_refusal(int type, const char *guid) {
   if (!(MODEL->types & type))
-    return type == FMU_EXCHANGE ? "this FMU is for co-simulation" : "this FMU is for model exchange";
+    return type == FMU_EXCHANGE ? "this FMU is only for co-simulation" : "this FMU is only for model exchange";
   if (guid && !strcmp(guid, MODEL->guid)) return NULL;
-  return MODEL->clocks ? "the instantiation token is not that of this FMU: the description is of another version"
-                       : "the GUID is not that of this FMU: the description is of another version";
+  return MODEL->clocks ? "the instantiation token is not that of this FMU: use the modelDescription.xml of the same export"
+                       : "the GUID is not that of this FMU: use the modelDescription.xml of the same export";
 }
 
 /* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a reason not to create it, or
@@ -18,7 +18,7 @@ static fmu_instance *fmu_create(const fmu_host *host, const char *name, const ch
   fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
   fmu_state layout = {0};
   const size_t bytes = fmu_layout(&layout);
-  if (!name || !*name) why = "the instance needs a name";
+  if (!name || !*name) why = "the instance name is empty or NULL: give the instance a name";
   fmu_instance *m = why ? NULL : fmu_allocate(host, sizeof *m);
   fmu_state *s = m ? fmu_allocate(host, bytes) : NULL;
   char *own = s ? fmu_allocate(host, strlen(name) + 1) : NULL;
@@ -48,9 +48,9 @@ static void fmu_destroy(fmu_instance *m) {
 /* Set start time, stop time and tolerance of the run. */
 static fmu_status fmu_agree(fmu_instance *m, int tolerance_defined, double tolerance, double start, int stop_defined, double stop) {
   fmu_state *s = m->state;
-  FMU_NEED(isfinite(start), "the start time is not a finite number");
-  FMU_NEED(!stop_defined || stop > start, "the stop time %g s is not after the start time %g s", stop, start);
-  FMU_NEED(!tolerance_defined || tolerance > 0.0, "the tolerance %g is not positive", tolerance);
+  FMU_NEED(isfinite(start), "the start time %g s is not a finite number", start);
+  FMU_NEED(!stop_defined || stop > start, "the stop time %g s must be after the start time %g s", stop, start);
+  FMU_NEED(!tolerance_defined || tolerance > 0.0, "the tolerance %g must be positive", tolerance);
   s->start = s->time = s->reached = start;
   s->has_stop = stop_defined && isfinite(stop), s->stop = stop;
   s->has_tolerance = tolerance_defined != 0, s->tolerance = fmin(fmax(tolerance, LEAST_RTOL), MOST_RTOL);

@@ -73,3 +73,12 @@ static void fmu_adopt(fmu_state *s) {
   if (!s->certified) return;
   fmu_swap(s), fmu_adopt_run(s), fmu_swap(s);
 }
+
+/* A copy of the state in which a run can go on; NULL if there is no memory. The caller frees the copy. */
+static fmu_state *fmu_copied(const fmu_instance *m) {
+  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  if (!copy) return NULL;
+  memcpy(copy, m->state, m->state->bytes);
+  fmu_adopt(copy);
+  return copy;
+}

@@ -205,8 +205,8 @@ typedef struct fmu_instance {
   return call
 #define FMU_NEED(condition, ...) \
   if (!(condition)) return fmu_log(m, FMU_ERROR, __VA_ARGS__)
-#define FMU_ARRAYS(n, ...) FMU_NEED((n) == 0 || (__VA_ARGS__), "a NULL array was passed")
-#define FMU_NONE(n, what) FMU_NEED((n) == 0, "there is no variable of type " what)
+#define FMU_ARRAYS(n, ...) FMU_NEED((n) == 0 || (__VA_ARGS__), "an array argument is NULL, but its length is not 0")
+#define FMU_NONE(n, what) FMU_NEED((n) == 0, "this FMU has no variables of type " what)
 #if defined _WIN32
 #define FMU_EXPORT __declspec(dllexport)
 #else

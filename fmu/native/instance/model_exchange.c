@@ -4,9 +4,9 @@
 /* Check a call of model exchange. modes: bits of the allowed modes. given, wanted: number of values in the call, required number.
  * */
 static fmu_status fmu_may_exchange(const fmu_instance *m, const char *call, int modes, size_t given, int wanted) {
-  if (!m->exchange) return fmu_log(m, FMU_ERROR, "%s: this instance is for co-simulation", call);
-  if (!(modes & 1 << m->state->mode)) return fmu_log(m, FMU_ERROR, "%s: not in this mode", call);
-  if (given != (size_t)wanted) return fmu_log(m, FMU_ERROR, "%s: there are %d, not %zu", call, wanted, given);
+  if (!m->exchange) return fmu_log(m, FMU_ERROR, "%s: this instance is for co-simulation: create one for model exchange", call);
+  if (!(modes & 1 << m->state->mode)) return fmu_log(m, FMU_ERROR, "%s: this call is not allowed in the present mode of the instance", call);
+  if (given != (size_t)wanted) return fmu_log(m, FMU_ERROR, "%s: the array must have %d values, not %zu", call, wanted, given);
   return FMU_OK;
 }
 
@@ -17,7 +17,7 @@ static fmu_status fmu_set_time(fmu_instance *m, double t) {
   fmu_state *s = m->state;
   const fmu_status status = fmu_may_exchange(m, "SetTime", FMU_AT_RUN, 0, 0);
   if (status != FMU_OK) return status;
-  FMU_NEED(isfinite(t), "SetTime: the time is not a finite number");
+  FMU_NEED(isfinite(t), "SetTime: the time %g s is not a finite number", t);
   if (t == s->time) return FMU_OK;
   s->time = t, s->known = s->ready = 0;
   tr_set_state(FMU_SIM(s), t, 0);
@@ -29,38 +29,49 @@ static fmu_status fmu_set_states(fmu_instance *m, const double *x, size_t n) {
   const fmu_status status = fmu_may_exchange(m, "SetContinuousStates", FMU_AT_RUN, n, fmu_states());
   if (status != FMU_OK) return status;
   FMU_ARRAYS(n, x);
-  for (size_t i = 0; i < n; ++i) FMU_NEED(isfinite(x[i]), "SetContinuousStates: state %zu is not a finite number", i + 1);
+  for (size_t i = 0; i < n; ++i) FMU_NEED(isfinite(x[i]), "SetContinuousStates: the value %g of state %zu is not a finite number", x[i], i + 1);
   if (!memcmp(x, tr_array(FMU_SIM(s), TR_ARRAY_STATE), sizeof(double) * n)) return FMU_OK;
   s->known = s->ready = 0;
   tr_set_state(FMU_SIM(s), s->time, x);
   return FMU_OK;
 }
 
-static fmu_status fmu_get_states(fmu_instance *m, double *x, size_t n) {
-  fmu_status status = fmu_may_exchange(m, "GetContinuousStates", FMU_AT_ALL, n, fmu_states());
+/* Check a call that gets one value for each state, and start the run if this has not been done. */
+static fmu_status fmu_may_get(fmu_instance *m, const char *call, const double *x, size_t n) {
+  fmu_status status = fmu_may_exchange(m, call, FMU_AT_ALL, n, fmu_states());
   if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;
   FMU_ARRAYS(n, x);
+  return FMU_OK;
+}
+
+static fmu_status fmu_get_states(fmu_instance *m, double *x, size_t n) {
+  const fmu_status status = fmu_may_get(m, "GetContinuousStates", x, n);
+  if (status != FMU_OK) return status;
   memcpy(x, tr_array(FMU_SIM(m->state), TR_ARRAY_STATE), sizeof(double) * n);
+  return FMU_OK;
+}
+
+/* Evaluate *rates (ẏ) and the event indicators for a call that gets n values, of which there are `wanted`. */
+static fmu_status fmu_evaluate(fmu_instance *m, const char *call, const double *out, size_t n, int wanted, const double **rates) {
+  fmu_status status = fmu_may_exchange(m, call, FMU_AT_ALL, n, wanted);
+  if (status == FMU_OK) status = fmu_rates(m, rates);
+  if (status > FMU_WARNING) return status;
+  FMU_ARRAYS(n, out);
   return FMU_OK;
 }
 
 static fmu_status fmu_get_rates(fmu_instance *m, double *dx, size_t n) {
   const double *rates = 0;
-  fmu_status status = fmu_may_exchange(m, "GetDerivatives", FMU_AT_ALL, n, fmu_states());
-  if (status == FMU_OK) status = fmu_rates(m, &rates);
-  if (status > FMU_WARNING) return status;
-  FMU_ARRAYS(n, dx);
-  memcpy(dx, rates, sizeof(double) * n);
-  return FMU_OK;
+  const fmu_status status = fmu_evaluate(m, "GetDerivatives", dx, n, fmu_states(), &rates);
+  if (status == FMU_OK) memcpy(dx, rates, sizeof(double) * n);
+  return status;
 }
 
 static fmu_status fmu_get_indicators(fmu_instance *m, double *z, size_t n) {
   const double *rates = 0;
-  fmu_status status = fmu_may_exchange(m, "GetEventIndicators", FMU_AT_ALL, n, fmu_indicators());
-  if (status == FMU_OK) status = fmu_rates(m, &rates);
-  if (status > FMU_WARNING) return status;
-  FMU_ARRAYS(n, z);
+  const fmu_status status = fmu_evaluate(m, "GetEventIndicators", z, n, fmu_indicators(), &rates);
+  if (status != FMU_OK) return status;
   memcpy(z, tr_indicators(FMU_SIM(m->state)), sizeof(double) * n);
   tr_follow(FMU_SIM(m->state));
   return FMU_OK;
@@ -69,10 +80,8 @@ static fmu_status fmu_get_indicators(fmu_instance *m, double *z, size_t n) {
 /* The nominal values of the states, relative to their scale. The scale is 1 for angles, the scene's energy for works, and a product
  * of the scene's length and rate for other states. */
 static fmu_status fmu_get_nominals(fmu_instance *m, double *x, size_t n) {
-  fmu_status status = fmu_may_exchange(m, "GetNominalsOfContinuousStates", FMU_AT_ALL, n, fmu_states());
-  if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
-  if (status > FMU_WARNING) return status;
-  FMU_ARRAYS(n, x);
+  const fmu_status status = fmu_may_get(m, "GetNominalsOfContinuousStates", x, n);
+  if (status != FMU_OK) return status;
   for (size_t i = 0; i < n; ++i) x[i] = tr_nominal(FMU_SIM(m->state), (int)i);
   return FMU_OK;
 }
@@ -121,7 +130,7 @@ static fmu_status fmu_update(fmu_instance *m, fmu_said *said) {
   *said = (fmu_said){.terminate = s->failed != 0};
   fmu_status status = fmu_may_exchange(m, "UpdateDiscreteStates", 1 << FMU_EVENTS, 0, 0);
   if (status != FMU_OK) return status;
-  FMU_NEED(!s->failed, "the run has ended at t = %.6g s: go back to an earlier state, or reset", s->reached);
+  FMU_NEED(!s->failed, "UpdateDiscreteStates: the run ended at t = %.6g s: restore an earlier state, or reset the instance", s->reached);
   fmu_handled(s);
   const int jumped = s->changed != 0;
   status = fmu_take_in(m);

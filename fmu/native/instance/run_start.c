@@ -32,7 +32,7 @@ static fmu_status fmu_together(fmu_instance *m) {
       return fmu_log(m, FMU_DISCARD, "%s: %s must %s %s: %g is %s %g", g->name, g->key, g->strict ? "be above" : "not be below", low->key,
                      value[i], g->strict ? "not above" : "below", value[g->above]);
     if (g->rotation && value[i] == 0.0 && value[i + 1] == 0.0 && value[i + 2] == 0.0 && value[i + 3] == 0.0)
-      return fmu_log(m, FMU_DISCARD, "%s: a quaternion of four zeros is no rotation", g->name);
+      return fmu_log(m, FMU_DISCARD, "%s: a quaternion of four zeros is not a rotation: set at least one component", g->name);
   }
   return FMU_OK;
 }
@@ -44,8 +44,8 @@ static double fmu_tolerance(const fmu_instance *m) {
   const int rule = (int)fmu_setting_of(s, FMU_HOST_TOLERANCE, FMU_HOST_TIGHTER);
   if (!s->has_tolerance || s->tolerance == own) return own;
   const int taken = rule == FMU_HOST_COUNTS || (rule == FMU_HOST_TIGHTER && s->tolerance < own);
-  fmu_log(m, FMU_OK, "the tolerance that counts is %g, of %s; %s gives %g, which solver.host_tolerance = %d leaves aside", taken ? s->tolerance : own,
-          taken ? "the host" : "solver.tolerance", taken ? "solver.tolerance" : "the host", taken ? own : s->tolerance, rule);
+  fmu_log(m, FMU_OK, "the run uses the tolerance %g of %s, not %g of %s, because of solver.host_tolerance = %d", taken ? s->tolerance : own,
+          taken ? "the host" : "solver.tolerance", taken ? own : s->tolerance, taken ? "solver.tolerance" : "the host", rule);
   return taken ? s->tolerance : own;
 }
 
@@ -80,13 +80,13 @@ static fmu_status fmu_begin_run(fmu_instance *m, double tighter) {
   int closed = tr_assemble(sim, s->start, MODEL->q_given, MODEL->v_given);
   if (closed != 1) {
     s->failed = TR_FAIL_CLOSURE;
-    return fmu_log(m, FMU_ERROR, "open_loop: the start %s cannot be made to close the loops: check lengths and start values",
+    return fmu_log(m, FMU_ERROR, "open_loop: no start %s near the given values close the loops: check lengths and start values",
                    closed ? "velocities" : "positions");
   }
   int status = tr_start(sim, s->start, s->start, INFINITY, FMU_A(s, row));
   if (status == TR_NEED_REDUNDANT) {
     s->failed = status;
-    return fmu_log(m, FMU_ERROR, "with these values the loops become redundant and friction depends on it: export the scene with them");
+    return fmu_log(m, FMU_ERROR, "with the present parameters the loops are redundant, and friction depends on this: export the scene again with these parameters");
   }
   if (status != TR_OK) return fmu_failed(m, status, FMU_ERROR);
   return FMU_OK;

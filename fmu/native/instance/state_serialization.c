@@ -79,18 +79,18 @@ static int fmu_in_range(fmu_state *s) {
 /* Read a state into a block of the size that this FMU needs. Returns the error, or NULL. */
 static const char *fmu_unseal_state(fmu_state *s, size_t room, const char *in, size_t bytes) {
   fmu_seal seal;
-  if (bytes != sizeof seal + room) return "these bytes are no state of this FMU: their number is another";
+  if (bytes != sizeof seal + room) return "these bytes are not a state of this FMU: their number is wrong; the state must come from the same FMU";
   memcpy(&seal, in, sizeof seal);
-  if (memcmp(seal.mark, SEAL_MARK, sizeof seal.mark)) return "these bytes are no state of this FMU, or of another version of it";
-  if (seal.sum != fmu_sum(in + sizeof seal, room)) return "these bytes are a damaged state: their checksum is wrong";
+  if (memcmp(seal.mark, SEAL_MARK, sizeof seal.mark)) return "these bytes are not a serialized state, or another version of Trunnion wrote them";
+  if (seal.sum != fmu_sum(in + sizeof seal, room)) return "these bytes are a damaged state: the checksum is wrong; use an undamaged copy";
   memcpy(s, in + sizeof seal, room);
-  if (!fmu_is_state(s, room)) return "these bytes are a state of another FMU, or of another version of it";
-  return fmu_in_range(s) ? NULL : "these bytes are no state that a run can have: numbers in it are out of range";
+  if (!fmu_is_state(s, room)) return "these bytes are a state of another FMU, or of another export of this FMU";
+  return fmu_in_range(s) ? NULL : "these bytes are not a valid state: it contains numbers that are out of range";
 }
 
 /* Copy the state of an instance to *out. If *out is NULL, memory is allocated. */
 static fmu_status fmu_keep(fmu_instance *m, void **out) {
-  FMU_NEED(out, "a NULL state was passed");
+  FMU_NEED(out, "GetFMUState: the argument for the state is NULL");
   if (!*out) *out = fmu_allocate(&m->host, m->state->bytes);
   FMU_NEED(*out, "out of memory");
   memcpy(*out, m->state, m->state->bytes);
@@ -99,7 +99,7 @@ static fmu_status fmu_keep(fmu_instance *m, void **out) {
 
 /* Restore a copied state. */
 static fmu_status fmu_go_back(fmu_instance *m, const void *in) {
-  FMU_NEED(in && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
+  FMU_NEED(in && fmu_is_state(in, m->state->bytes), "SetFMUState: the argument is not a state of this FMU");
   memcpy(m->state, in, m->state->bytes);
   fmu_adopt(m->state);
   return FMU_OK;
@@ -113,20 +113,20 @@ static fmu_status fmu_forget(fmu_instance *m, void **in) {
 }
 
 static fmu_status fmu_bytes_of(fmu_instance *m, const void *in, size_t *bytes) {
-  FMU_NEED(in && bytes, "a NULL argument was passed");
+  FMU_NEED(in && bytes, "SerializedFMUStateSize: an argument is NULL");
   *bytes = fmu_sealed_size(m);
   return FMU_OK;
 }
 
 static fmu_status fmu_write(fmu_instance *m, const void *in, void *out, size_t bytes) {
-  FMU_NEED(in && out && fmu_is_state(in, m->state->bytes), "this is no state of this FMU");
-  FMU_NEED(bytes >= fmu_sealed_size(m), "%zu bytes are too few for a state of %zu", bytes, fmu_sealed_size(m));
+  FMU_NEED(in && out && fmu_is_state(in, m->state->bytes), "SerializeFMUState: the first argument is not a state of this FMU, or the array is NULL");
+  FMU_NEED(bytes >= fmu_sealed_size(m), "SerializeFMUState: the array has %zu bytes, but the state needs %zu", bytes, fmu_sealed_size(m));
   fmu_seal_state(in, out);
   return FMU_OK;
 }
 
 static fmu_status fmu_read(fmu_instance *m, const void *in, size_t bytes, void **out) {
-  FMU_NEED(in && out, "a NULL argument was passed");
+  FMU_NEED(in && out, "DeserializeFMUState: an argument is NULL");
   fmu_state *s = fmu_allocate(&m->host, m->state->bytes);
   FMU_NEED(s, "out of memory");
   const char *wrong = fmu_unseal_state(s, m->state->bytes, in, bytes);

@@ -24,7 +24,7 @@ static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, do
   const int all = fmu_count();
   for (size_t i = 0; i < n; ++i) {
     const int exchanged = fmu_is_exchanged(vr[i]);
-    if (vr[i] >= (unsigned)all && !exchanged) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", vr[i]);
+    if (vr[i] >= (unsigned)all && !exchanged) return fmu_log(m, FMU_ERROR, "value reference %u: there is no real variable with this reference", vr[i]);
     fmu_status status = exchanged ? fmu_exchanged(m, vr[i], value++) : fmu_fresh(m, vr[i]);
     if (status > FMU_WARNING) return status;
     if (exchanged) continue;
@@ -38,10 +38,10 @@ static fmu_status fmu_get(fmu_instance *m, const fmu_reference *vr, size_t n, do
 static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, double value) {
   int within = (g->open ? value > g->min : value >= g->min) && value <= g->max && !(g->nonzero && value == 0.0);
   if (!within) return fmu_log(m, FMU_DISCARD, "%s: %s %s (it is %g)", g->name, g->key, g->rule, value);
-  if (m->state->mode == FMU_TERMINATED) return fmu_log(m, FMU_ERROR, "%s cannot be set after termination", g->name);
+  if (m->state->mode == FMU_TERMINATED) return fmu_log(m, FMU_ERROR, "%s: a parameter cannot be set after termination: reset the instance first", g->name);
   if (m->state->mode >= FMU_STEPPING && !g->tunable)
-    return fmu_log(m, FMU_ERROR, "%s is fixed: set it before the initialization ends, or reset", g->name);
-  if (m->state->mode == FMU_CONTINUOUS) return fmu_log(m, FMU_ERROR, "%s is discrete: set it in event mode", g->name);
+    return fmu_log(m, FMU_ERROR, "%s: this parameter is fixed: set it before the initialization ends, or reset the instance", g->name);
+  if (m->state->mode == FMU_CONTINUOUS) return fmu_log(m, FMU_ERROR, "%s: a parameter can be set only in event mode, not in continuous-time mode", g->name);
   return FMU_OK;
 }
 
@@ -54,7 +54,7 @@ static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   fmu_follow(trial);
   for (int i = first; i < MODEL->settings; ++i) {
     const fmu_setting *g = MODEL->setting + i;
-    if (!isfinite(trial[i])) return fmu_log(m, FMU_DISCARD, "%s: its expression has no value", g->name);
+    if (!isfinite(trial[i])) return fmu_log(m, FMU_DISCARD, "%s: the expression of this number has no finite value with the present parameters", g->name);
     fmu_status status = trial[i] == settings[i] ? FMU_OK : fmu_check_setting(m, g, trial[i]);
     if (status != FMU_OK) return status;
   }
@@ -64,11 +64,11 @@ static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
 /* Check a value for reference r; store the value of a parameter in `trial`. Logs the reason if the value is not allowed. */
 static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
-  if (r >= fmu_count()) return fmu_log(m, FMU_ERROR, "there is no real variable with value reference %u", (unsigned)r);
-  if (r < no) return fmu_log(m, FMU_ERROR, "value reference %u is an output: it cannot be set", (unsigned)r);
-  if (!isfinite(value)) return fmu_log(m, FMU_ERROR, "value reference %u: the value is not a finite number", (unsigned)r);
+  if (r >= fmu_count()) return fmu_log(m, FMU_ERROR, "value reference %u: there is no real variable with this reference that can be set", (unsigned)r);
+  if (r < no) return fmu_log(m, FMU_ERROR, "value reference %u: an output cannot be set", (unsigned)r);
+  if (!isfinite(value)) return fmu_log(m, FMU_ERROR, "value reference %u: the value %g is not a finite number", (unsigned)r, value);
   if (r < no + ni) return FMU_OK;
-  if (m->state->mode == FMU_BETWEEN) return fmu_log(m, FMU_ERROR, "value reference %u: between communication points inputs are set, no parameters", (unsigned)r);
+  if (m->state->mode == FMU_BETWEEN) return fmu_log(m, FMU_ERROR, "value reference %u: only inputs can be set between communication points, not parameters", (unsigned)r);
   fmu_status status = fmu_check_setting(m, MODEL->setting + (r - no - ni), value);
   if (status == FMU_OK) trial[r - no - ni] = value;
   return status;
@@ -113,9 +113,9 @@ static fmu_status fmu_set_derivatives(fmu_instance *m, const fmu_reference *vr, 
   fmu_state *s = m->state;
   for (size_t i = 0; i < n; ++i) {
     if (vr[i] < (unsigned)MODEL->outputs || vr[i] >= (unsigned)(MODEL->outputs + MODEL->inputs))
-      return fmu_log(m, FMU_ERROR, "value reference %u is no input", vr[i]);
-    if (order[i] < 1 || order[i] > 2) return fmu_log(m, FMU_ERROR, "derivatives of order 1 and 2 are taken, not %d", order[i]);
-    if (!isfinite(value[i])) return fmu_log(m, FMU_ERROR, "value reference %u: the derivative is not a finite number", vr[i]);
+      return fmu_log(m, FMU_ERROR, "value reference %u: only inputs have derivatives that can be set, and this is not an input", vr[i]);
+    if (order[i] < 1 || order[i] > 2) return fmu_log(m, FMU_ERROR, "value reference %u: only derivatives of order 1 and 2 can be set, not of order %d", vr[i], order[i]);
+    if (!isfinite(value[i])) return fmu_log(m, FMU_ERROR, "value reference %u: the derivative %g is not a finite number", vr[i], value[i]);
   }
   for (size_t i = 0; i < n; ++i) {
     double *at = FMU_INPUTS(s)[vr[i] - MODEL->outputs].told + order[i] - 1;
@@ -130,7 +130,7 @@ static fmu_status fmu_set_derivatives(fmu_instance *m, const fmu_reference *vr, 
 static fmu_status fmu_are_whole(const fmu_instance *m, const fmu_reference *vr, size_t n) {
   for (size_t i = 0; i < n; ++i)
     if (vr[i] >= (unsigned)fmu_count() || !MODEL->whole[vr[i]])
-      return fmu_log(m, FMU_ERROR, "there is no Integer variable or enumeration with value reference %u", vr[i]);
+      return fmu_log(m, FMU_ERROR, "value reference %u: there is no Integer variable or enumeration with this reference", vr[i]);
   return FMU_OK;
 }
 

@@ -34,20 +34,20 @@ FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { fmu_destroy(c); }
 FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
                                           fmi2Boolean stop_defined, fmi2Real stop) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2SetupExperiment comes first, before the initialization mode");
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2SetupExperiment: call it before fmi2EnterInitializationMode; after a run, call fmi2Reset first");
   return fmu_agree(m, tolerance_defined, tolerance, start, stop_defined, stop);
 }
 
 FMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2EnterInitializationMode: reset first");
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi2EnterInitializationMode: the instance is already initialized: call fmi2Reset first");
   m->state->mode = FMU_INITIALIZATION, m->state->ready = 0;
   return fmi2OK;
 }
 
 FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi2ExitInitializationMode: not in the initialization mode");
+  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi2ExitInitializationMode: the instance is not in initialization mode: call fmi2EnterInitializationMode first");
   return fmu_begun(m);
 }
 
@@ -59,30 +59,20 @@ FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
   return fmi2OK;
 }
 
-FMU_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
-  FMU_ENTER(c);
-  FMU_ARRAYS(n, vr && value);
-  return fmu_get(m, vr, n, value);
-}
+/* Define the functions that get and set n variables of a type. */
+#define FMI2_VARIABLES(Name, work_get, work_set) \
+  FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
+    FMU_ENTER(c); \
+    FMU_ARRAYS(n, vr && value); \
+    return work_get(m, vr, n, value); \
+  } \
+  FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2##Name value[]) { \
+    FMU_ENTER(c); \
+    FMU_ARRAYS(n, vr && value); \
+    return work_set(m, vr, n, value); \
+  }
 
-FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
-  FMU_ENTER(c);
-  FMU_ARRAYS(n, vr && value);
-  return fmu_set(m, vr, n, value);
-}
-
-FMU_EXPORT fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
-  FMU_ENTER(c);
-  FMU_ARRAYS(n, vr && value);
-  return fmu_get_whole(m, vr, n, value);
-}
-
-FMU_EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
-  FMU_ENTER(c);
-  FMU_ARRAYS(n, vr && value);
-  return fmu_set_whole(m, vr, n, value);
-}
-
+/* Define the functions for variables of a type that this FMU does not have. */
 #define FMU_NO_TYPE(Name, type) \
   FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
     FMU_ENTER(c); \
@@ -97,6 +87,8 @@ FMU_EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference v
     return fmi2OK; \
   }
 
+FMI2_VARIABLES(Real, fmu_get, fmu_set)
+FMI2_VARIABLES(Integer, fmu_get_whole, fmu_set_whole)
 FMU_NO_TYPE(Boolean, "Boolean")
 FMU_NO_TYPE(String, "String")
 
@@ -106,13 +98,11 @@ FMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *in) { FMU_
 FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate in, size_t *bytes) { FMU_CALL(c, fmu_bytes_of(m, in, bytes)); }
 
 FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate in, fmi2Byte out[], size_t bytes) {
-  FMU_ENTER(c);
-  return fmu_write(m, in, out, bytes);
+  FMU_CALL(c, fmu_write(m, in, out, bytes));
 }
 
 FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t bytes, fmi2FMUstate *out) {
-  FMU_ENTER(c);
-  return fmu_read(m, in, bytes, out);
+  FMU_CALL(c, fmu_read(m, in, bytes, out));
 }
 
 FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t nu,
@@ -140,41 +130,26 @@ FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2Va
 
 FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_state_prior) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi2DoStep: the initialization is not complete, or the run was terminated");
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi2DoStep: the instance is not in step mode: complete the initialization first; after fmi2Terminate, call fmi2Reset");
   return m->state->stepped = fmu_step(m, t, h);
 }
 
-FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { FMU_CALL(c, fmu_log(m, FMU_ERROR, "fmi2CancelStep: steps do not run in the background")); }
+FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { FMU_CALL(c, fmu_log(m, FMU_ERROR, "fmi2CancelStep: there is no step to cancel, because fmi2DoStep returns only after its step")); }
 
-FMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
-  FMU_ENTER(c);
-  FMU_NEED(value && kind == fmi2DoStepStatus, "fmi2GetStatus: no such status");
-  *value = m->state->stepped;
-  return fmi2OK;
-}
+/* Define a function that returns the only status of its type that this FMU has. */
+#define FMI2_STATUS(Name, type, known, answer) \
+  FMU_EXPORT fmi2Status fmi2##Name(fmi2Component c, const fmi2StatusKind kind, type *value) { \
+    FMU_ENTER(c); \
+    FMU_NEED(value && kind == known, "fmi2" #Name ": the only status of this type is " #known ", and its value must not be NULL"); \
+    *value = answer; \
+    return fmi2OK; \
+  }
 
-FMU_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
-  FMU_ENTER(c);
-  FMU_NEED(value && kind == fmi2LastSuccessfulTime, "fmi2GetRealStatus: no such status");
-  *value = m->state->reached;
-  return fmi2OK;
-}
+FMI2_STATUS(GetStatus, fmi2Status, fmi2DoStepStatus, m->state->stepped)
+FMI2_STATUS(GetRealStatus, fmi2Real, fmi2LastSuccessfulTime, m->state->reached)
+FMI2_STATUS(GetBooleanStatus, fmi2Boolean, fmi2Terminated, m->state->failed ? fmi2True : fmi2False)
+FMI2_STATUS(GetStringStatus, fmi2String, fmi2PendingStatus, "")
 
 FMU_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
-  FMU_ENTER(c);
-  return fmu_log(m, FMU_ERROR, "fmi2GetIntegerStatus: no such status");
-}
-
-FMU_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
-  FMU_ENTER(c);
-  FMU_NEED(value && kind == fmi2Terminated, "fmi2GetBooleanStatus: no such status");
-  *value = m->state->failed ? fmi2True : fmi2False;
-  return fmi2OK;
-}
-
-FMU_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
-  FMU_ENTER(c);
-  FMU_NEED(value && kind == fmi2PendingStatus, "fmi2GetStringStatus: no such status");
-  *value = "";
-  return fmi2OK;
+  FMU_CALL(c, fmu_log(m, FMU_ERROR, "fmi2GetIntegerStatus: this FMU has no status of type Integer"));
 }

@@ -4,7 +4,7 @@ FMU_EXPORT fmi2Status fmi2EnterEventMode(fmi2Component c) { FMU_CALL(c, fmu_ente
 
 FMU_EXPORT fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
   FMU_ENTER(c);
-  FMU_NEED(info, "fmi2NewDiscreteStates: a NULL argument was passed");
+  FMU_NEED(info, "fmi2NewDiscreteStates: the argument is NULL");
   fmu_said said;
   const fmu_status status = fmu_update(m, &said);
   *info = (fmi2EventInfo){.newDiscreteStatesNeeded = said.again, .terminateSimulation = said.terminate, .valuesOfContinuousStatesChanged = said.values,
@@ -16,7 +16,7 @@ FMU_EXPORT fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { FMU_CALL(c,
 
 FMU_EXPORT fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_state_prior, fmi2Boolean *event, fmi2Boolean *terminate) {
   FMU_ENTER(c);
-  FMU_NEED(event && terminate, "fmi2CompletedIntegratorStep: a NULL argument was passed");
+  FMU_NEED(event && terminate, "fmi2CompletedIntegratorStep: an argument is NULL");
   *event = *terminate = fmi2False;
   return fmu_completed(m, event, terminate);
 }

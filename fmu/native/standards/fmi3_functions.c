@@ -1,9 +1,7 @@
 /* The FMI 3.0 functions, except those that are only for model exchange: instances, modes, steps, states, derivatives. */
 
-/* Return the status of a call from a function that must not return fmi3Discard. */
-#define FMI3_STRICT(call) \
-  const fmu_status status = call; \
-  return status == FMU_DISCARD ? FMU_ERROR : status
+/* The status for a function that must not return fmi3Discard. */
+static fmu_status fmi3_strict(fmu_status status) { return status == FMU_DISCARD ? FMU_ERROR : status; }
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
@@ -24,7 +22,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   const fmu_host host = {.say = logger ? fmi3_say : NULL, .logger = (void (*)(void))logger, .environment = environment};
   const char *why = fmu_refusal(FMU_COSIMULATION, token);
   for (size_t i = 0; i < nbetween && !why; ++i)
-    if (!between || !fmi3_is_between(between[i])) why = "a variable required between communication points is no continuous input or output";
+    if (!between || !fmi3_is_between(between[i])) why = "requiredIntermediateVariables: every variable must be a continuous input or output";
   fmu_instance *m = fmu_create(&host, name, why, logging);
   if (!m) return NULL;
   m->events = events, m->early = early, m->between = (void (*)(void))update;
@@ -39,7 +37,7 @@ void fmi3FreeInstance(fmi3Instance c) { fmu_destroy(c); }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean stop_defined, fmi3Float64 stop) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi3EnterInitializationMode: reset first");
+  FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi3EnterInitializationMode: the instance is already initialized: call fmi3Reset first");
   const fmu_status status = fmu_agree(m, tolerance_defined, tolerance, start, stop_defined, stop);
   if (status == FMU_OK) m->state->mode = FMU_INITIALIZATION;
   return status;
@@ -47,17 +45,17 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi3ExitInitializationMode: not in the initialization mode");
+  FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi3ExitInitializationMode: the instance is not in initialization mode: call fmi3EnterInitializationMode first");
   const fmu_status status = fmu_begun(m);
   if (status <= FMU_WARNING && m->events) m->state->mode = FMU_EVENTS;
-  return status == FMU_DISCARD ? FMU_ERROR : status;
+  return fmi3_strict(status);
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
   FMU_ENTER(c);
   if (m->exchange) return fmu_enter_events(m);
-  FMU_NEED(m->events, "fmi3EnterEventMode: the instance was made with eventModeUsed = false");
-  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3EnterEventMode: not in the step mode");
+  FMU_NEED(m->events, "fmi3EnterEventMode: the instance was created with eventModeUsed = false: create it with eventModeUsed = true");
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3EnterEventMode: the instance is not in step mode");
   m->state->mode = FMU_EVENTS;
   return fmi3OK;
 }
@@ -65,22 +63,22 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c) {
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals, fmi3Boolean *values,
                                     fmi3Boolean *next_defined, fmi3Float64 *next) {
   FMU_ENTER(c);
-  FMU_NEED(again && terminate && nominals && values && next_defined && next, "a NULL argument was passed");
-  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3UpdateDiscreteStates: not in the event mode");
+  FMU_NEED(again && terminate && nominals && values && next_defined && next, "fmi3UpdateDiscreteStates: an argument is NULL");
+  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3UpdateDiscreteStates: the instance is not in event mode: call fmi3EnterEventMode first");
   *again = *nominals = *values = *next_defined = fmi3False, *next = 0.0;
   fmu_said said = {0};
   const fmu_status status = m->exchange ? fmu_update(m, &said) : fmu_after_event(m);
   if (!m->exchange) fmu_says_next(&said, tr_break_after(FMU_SIM(m->state), m->state->time));
   *terminate = m->state->failed != 0;
   *again = said.again != 0, *values = said.values != 0, *next_defined = said.defined != 0, *next = said.next;
-  return status == FMU_DISCARD ? FMU_ERROR : status;
+  return fmi3_strict(status);
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c) {
   FMU_ENTER(c);
-  FMU_NEED(m->state->mode == FMU_EVENTS && !m->exchange, "fmi3EnterStepMode: not in the event mode");
+  FMU_NEED(m->state->mode == FMU_EVENTS && !m->exchange, "fmi3EnterStepMode: only a co-simulation instance in event mode can enter step mode");
   m->state->mode = FMU_STEPPING;
-  FMI3_STRICT(fmu_after_event(m));
+  return fmi3_strict(fmu_after_event(m));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) { FMU_CALL(c, fmu_terminate(m)); }
@@ -125,15 +123,14 @@ static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
     if (m->between) fmi3_ask(m, m->early && s->time < end, &end);
     if (!(s->time < end)) return worst;
   }
-
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_state_prior, fmi3Boolean *event, fmi3Boolean *terminate,
                       fmi3Boolean *early, fmi3Float64 *reached) {
   FMU_ENTER(c);
-  FMU_NEED(event && terminate && early && reached, "a NULL argument was passed");
+  FMU_NEED(event && terminate && early && reached, "fmi3DoStep: an argument is NULL");
   *event = *early = fmi3False, *terminate = m->state->failed != 0, *reached = m->state->reached;
-  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3DoStep: not in the step mode: the initialization is not complete, events are being handled, or the run was terminated");
+  FMU_NEED(m->state->mode == FMU_STEPPING, "fmi3DoStep: the instance is not in step mode: complete the initialization, or leave event mode by fmi3EnterStepMode; after fmi3Terminate, call fmi3Reset");
   fmu_status status = fmu_may_step(m, t, h);
   if (status != FMU_OK) return status;
   if (m->state->event) fmu_after_event(m);
@@ -157,8 +154,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
   FMU_ENTER(c);
   FMU_ARRAYS(nu, unknown && out);
   FMU_ARRAYS(nk, known && seed);
-  FMU_NEED(fmi3_numbers(known, nk) == nseed && fmi3_numbers(unknown, nu) == nout, "fmi3GetDirectionalDerivative: as many seeds as knowns have numbers, as many results as unknowns have");
-  FMI3_STRICT(fmu_directional(m, unknown, nu, known, nk, seed, out));
+  FMU_NEED(fmi3_numbers(known, nk) == nseed && fmi3_numbers(unknown, nu) == nout, "fmi3GetDirectionalDerivative: nSeed must be the number of values of all knowns, and nSensitivity that of all unknowns");
+  return fmi3_strict(fmu_directional(m, unknown, nu, known, nk, seed, out));
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
@@ -166,15 +163,15 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
   FMU_ENTER(c);
   FMU_ARRAYS(nu, unknown && seed);
   FMU_ARRAYS(nk, known && out);
-  FMU_NEED(fmi3_numbers(unknown, nu) == nseed && fmi3_numbers(known, nk) == nout, "fmi3GetAdjointDerivative: as many seeds as unknowns have numbers, as many results as knowns have");
-  FMI3_STRICT(fmu_adjoint(m, unknown, nu, known, nk, seed, out));
+  FMU_NEED(fmi3_numbers(unknown, nu) == nseed && fmi3_numbers(known, nk) == nout, "fmi3GetAdjointDerivative: nSeed must be the number of values of all unknowns, and nSensitivity that of all knowns");
+  return fmi3_strict(fmu_adjoint(m, unknown, nu, known, nk, seed, out));
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 order[], fmi3Float64 value[],
                                     size_t nvalue) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && order && value);
-  FMU_NEED(fmi3_numbers(vr, n) == nvalue, "fmi3GetOutputDerivatives: as many results as the outputs have numbers");
-  FMU_NEED(!m->state->event, "fmi3GetOutputDerivatives: at an event there are two: call fmi3UpdateDiscreteStates first");
-  FMI3_STRICT(fmu_output_derivatives(m, vr, n, order, value));
+  FMU_NEED(fmi3_numbers(vr, n) == nvalue, "fmi3GetOutputDerivatives: nValues must be the number of values of all outputs, %zu, not %zu", fmi3_numbers(vr, n), nvalue);
+  FMU_NEED(!m->state->event, "fmi3GetOutputDerivatives: an event is pending, before and after which derivatives differ: call fmi3UpdateDiscreteStates first");
+  return fmi3_strict(fmu_output_derivatives(m, vr, n, order, value));
 }

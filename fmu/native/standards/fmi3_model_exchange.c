@@ -8,47 +8,31 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
   return m;
 }
 
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
-  FMU_ENTER(c);
-  FMI3_STRICT(fmu_enter_continuous(m));
-}
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { FMU_CALL(c, fmi3_strict(fmu_enter_continuous(m))); }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_state_prior, fmi3Boolean *event, fmi3Boolean *terminate) {
   FMU_ENTER(c);
   int due = 0, ends = 0;
-  FMU_NEED(event && terminate, "fmi3CompletedIntegratorStep: a NULL argument was passed");
+  FMU_NEED(event && terminate, "fmi3CompletedIntegratorStep: an argument is NULL");
   const fmu_status status = fmu_completed(m, &due, &ends);
   *event = due != 0, *terminate = ends != 0;
-  return status == FMU_DISCARD ? FMU_ERROR : status;
+  return fmi3_strict(status);
 }
 
 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) { FMU_CALL(c, fmu_set_time(m, time)); }
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) { FMU_CALL(c, fmu_set_states(m, x, n)); }
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 dx[], size_t n) { FMU_CALL(c, fmu_get_rates(m, dx, n)); }
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n) { FMU_CALL(c, fmu_get_indicators(m, z, n)); }
+fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) { FMU_CALL(c, fmi3_strict(fmu_get_states(m, x, n))); }
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) { FMU_CALL(c, fmi3_strict(fmu_get_nominals(m, x, n))); }
 
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-  FMU_ENTER(c);
-  FMI3_STRICT(fmu_get_states(m, x, n));
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-  FMU_ENTER(c);
-  FMI3_STRICT(fmu_get_nominals(m, x, n));
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
-  FMU_ENTER(c);
-  FMU_NEED(n, "fmi3GetNumberOfEventIndicators: a NULL argument was passed");
-  FMU_NEED(m->exchange, "fmi3GetNumberOfEventIndicators: this instance is for co-simulation");
-  *n = (size_t)fmu_indicators();
+/* Return a count of model exchange. call: name of the function. */
+static fmi3Status fmi3_count(const fmu_instance *m, const char *call, int count, size_t *n) {
+  FMU_NEED(n, "%s: the argument for the number is NULL", call);
+  FMU_NEED(m->exchange, "%s: this instance is for co-simulation", call);
+  *n = (size_t)count;
   return fmi3OK;
 }
 
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
-  FMU_ENTER(c);
-  FMU_NEED(n, "fmi3GetNumberOfContinuousStates: a NULL argument was passed");
-  FMU_NEED(m->exchange, "fmi3GetNumberOfContinuousStates: this instance is for co-simulation");
-  *n = (size_t)fmu_states();
-  return fmi3OK;
-}
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { FMU_CALL(c, fmi3_count(m, "fmi3GetNumberOfEventIndicators", fmu_indicators(), n)); }
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) { FMU_CALL(c, fmi3_count(m, "fmi3GetNumberOfContinuousStates", fmu_states(), n)); }

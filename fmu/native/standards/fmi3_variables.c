@@ -30,9 +30,9 @@ static int fmi3_is_between(fmi3ValueReference r) {
 /* Check the type of n variables and the number of their values. */
 static fmu_status fmi3_are(const fmu_instance *m, const fmi3ValueReference vr[], size_t n, int type, const char *name, size_t nvalues) {
   for (size_t i = 0; i < n; ++i)
-    if (fmi3_type(vr[i]) != type) return fmu_log(m, FMU_ERROR, "there is no variable of type %s with value reference %u", name, vr[i]);
+    if (fmi3_type(vr[i]) != type) return fmu_log(m, FMU_ERROR, "value reference %u: there is no variable of type %s with this reference", vr[i], name);
   if (fmi3_numbers(vr, n) != nvalues)
-    return fmu_log(m, FMU_ERROR, "these variables have %zu numbers together, not %zu", fmi3_numbers(vr, n), nvalues);
+    return fmu_log(m, FMU_ERROR, "nValues must be the number of values of all variables, %zu, not %zu", fmi3_numbers(vr, n), nvalues);
   return FMU_OK;
 }
 
@@ -85,7 +85,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
     FMU_ARRAYS(n, vr && value); \
     fmu_status status = fmi3_are(m, vr, n, kind, #Name, nvalues); \
     for (size_t i = 0; i < n && status == FMU_OK; ++i) { \
-      FMU_NEED(vr[i] >= (unsigned)MODEL->outputs, "value reference %u is an output: it cannot be set", vr[i]); \
+      FMU_NEED(vr[i] >= (unsigned)MODEL->outputs, "value reference %u: an output cannot be set", vr[i]); \
       const double x = (double)value[i]; \
       status = fmu_set(m, vr + i, 1, &x); \
     } \
@@ -129,7 +129,7 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
 
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String value[], size_t nvalues) {
   FMU_ENTER(c);
-  FMU_NEED(n == 0, "there is no String variable that can be set");
+  FMU_NEED(n == 0, "fmi3SetString: this FMU has no String variable that can be set");
   return fmi3OK;
 }
 
@@ -137,7 +137,7 @@ fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
 fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);
-  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3GetClock: not in the event mode");
+  FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3GetClock: the instance is not in event mode: call fmi3EnterEventMode first");
   const fmu_status status = fmi3_are(m, vr, n, FMU_CLOCK, "Clock", n);
   for (size_t i = 0; i < n && status == FMU_OK; ++i) {
     fmu_tick *tick = FMU_TICKS(m->state) + (vr[i] - (unsigned)fmu_count() - 1);

@@ -68,7 +68,7 @@ def test_a_quaternion_of_zeros_is_refused_until_it_is_a_rotation() -> None:
     with pytest.raises(FMICallException) as refused:
         host.fmu.exitInitializationMode()
     assert refused.value.status == 2
-    assert host.log[-1][1] == "joints.ball.start.q[1]: a quaternion of four zeros is no rotation"
+    assert host.log[-1][1] == "joints.ball.start.q[1]: a quaternion of four zeros is not a rotation: set at least one component"
     host.put("joints.ball.start.q[3]", 1.0)
     host.fmu.exitInitializationMode()
     host.run(0.0, 3, 0.01)

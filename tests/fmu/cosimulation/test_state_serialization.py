@@ -73,7 +73,7 @@ def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_goes_on() -> None:
     for bit in [8 * (SEAL + places(host, state) + 3) + 5, *(chance.randrange(8 * len(state)) for _ in range(10_000))]:
         said = refusal(host, flipped(state, bit))
         assert said.startswith("these bytes are")
-        assert bit // 8 < 8 or said == "these bytes are a damaged state: their checksum is wrong"
+        assert bit // 8 < 8 or said == "these bytes are a damaged state: the checksum is wrong; use an undamaged copy"
     same, _ = midway(exported("arm"))
     assert host.run(0.1, 20, 0.01, *KNEE) == same.run(0.1, 20, 0.01, *KNEE)
 
@@ -89,9 +89,9 @@ def test_states_of_other_lengths_and_of_another_version_are_refused(tmp_path: Pa
     export("spherical_pendulum", other, overrides={"joints.ball.friction.mu": 0.5})
     (host, state), (_, foreign) = midway(exported("spherical_pendulum")), midway(other)
     assert len(state) == len(foreign)
-    assert refusal(host, foreign) == "these bytes are a state of another FMU, or of another version of it"
+    assert refusal(host, foreign) == "these bytes are a state of another FMU, or of another export of this FMU"
     for wrong in (b"", state[:-1], state[: len(state) // 2], state + b"\0"):
-        assert refusal(host, wrong) == "these bytes are no state of this FMU: their number is another"
+        assert refusal(host, wrong) == "these bytes are not a state of this FMU: their number is wrong; the state must come from the same FMU"
     assert refusal(host, state) == ""
 
 

@@ -30,6 +30,6 @@ def test_the_user_decides_whether_the_hosts_counts(flavour: str) -> None:
 @BOTH
 def test_the_log_says_which_counts(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour), tolerance=LOOSE, logging=True)
-    said = [text for status, text in host.log if "that counts" in text and status == 0]
+    said = [text for status, text in host.log if "the run uses the tolerance" in text and status == 0]
     assert len(said) == 1
-    assert "that counts is 1e-06, of solver.tolerance; the host gives 0.0001" in said[0]
+    assert "the run uses the tolerance 1e-06 of solver.tolerance, not 0.0001 of the host" in said[0]

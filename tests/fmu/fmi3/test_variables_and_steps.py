@@ -88,7 +88,7 @@ def test_types_are_those_of_the_values() -> None:
     for wrong in (host.fmu.getInt32, host.fmu.getUInt64, host.fmu.getFloat32):
         with pytest.raises(FMICallException):
             wrong([host.reference["ball.q"]])
-    assert re.match(r"there is no variable of type (Int32|UInt64|Float32)", host.log[-1][1])
+    assert re.search(r"no variables? of type (Int32|UInt64|Float32)", host.log[-1][1])
 
 
 def test_a_vector_is_set_as_one_and_refused_as_one(tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ def test_a_vector_is_set_as_one_and_refused_as_one(tmp_path: Path) -> None:
     assert host.get("gravity") == [1.0, 2.0, 3.0]
     with pytest.raises(FMICallException):
         host.fmu.setFloat64([host.reference["gravity"]], [1.0])
-    assert host.log[-1][1] == "these variables have 3 numbers together, not 1"
+    assert host.log[-1][1] == "nValues must be the number of values of all variables, 3, not 1"
 
 
 def test_adjoint_derivatives_are_the_directional_ones_transposed() -> None:
@@ -231,7 +231,7 @@ def test_log_tolerance_and_reset_are_as_in_fmi_2() -> None:
     host = Host3(exported3("spherical_pendulum"), tolerance=1e-9, logging=True)
     host.run(1.0, 0.5)
     said = [text for _, text in host.log]
-    assert any("the tolerance that counts is 1e-09, of the host" in text for text in said)
+    assert any("the run uses the tolerance 1e-09 of the host" in text for text in said)
     assert "logEvents" in host.categories
     first = host.get("ball.q")
     host.fmu.reset()

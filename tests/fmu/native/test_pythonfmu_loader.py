@@ -70,12 +70,12 @@ def test_a_guid_that_is_not_its_own_is_refused(flavour: str) -> None:
     other = FMU2Slave(guid="another", unzipDirectory=good.unzipped, instanceName="i", modelIdentifier="arm")
     with pytest.raises(Exception, match="instantiate"):
         other.instantiate(callbacks=good._callbacks())
-    assert good.log[-1][1] == "the GUID is not that of this FMU: the description is of another version"
+    assert good.log[-1][1] == "the GUID is not that of this FMU: use the modelDescription.xml of the same export"
 
 
 def test_states_are_looked_at_as_by_the_native_flavour() -> None:
     host, state = midway(exported("arm", "python"))
-    assert refusal(host, flipped(state, 4321)) == "these bytes are a damaged state: their checksum is wrong"
+    assert refusal(host, flipped(state, 4321)) == "these bytes are a damaged state: the checksum is wrong; use an undamaged copy"
     assert refusal(host, state) == ""
 
 
