@@ -8,7 +8,7 @@ import os
 import platform
 import shutil
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -124,6 +124,12 @@ def shell_key() -> str:
     return library_cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.rglob("*.[ch]"))), *FLAGS)
 
 
+def _cached(kind: str, make: Callable[[Path], None], *determined_by: str | bytes) -> Path:
+    """A folder of the cache, which ``make`` fills unless it exists. determined_by: all that determines its contents beside shell
+    and runtime."""
+    return library_cache.entry(f"{kind}-{library_cache.digest(shell_key(), *determined_by)}", make)[0]
+
+
 def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffix: str, standard: str) -> bytes:
     flags = {file: c_compiler.optimised_flags(file, text) for file, text in sources.items()}
     interpreter = [f.read_bytes() for f in INTERPRETER] if "parts" in sources else []
@@ -144,8 +150,7 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
         _compile(target, cpu, constant, ["-shared", *map(str, objects), "-o", str(folder / f"library{suffix}"), *link])
 
-    folder, _ = library_cache.entry(f"fmu-{key}", make)
-    return (folder / f"library{suffix}").read_bytes()
+    return (library_cache.entry(f"fmu-{key}", make)[0] / f"library{suffix}").read_bytes()
 
 
 def _object(target: str, cpu: str, file: str, text: str) -> Path:
@@ -166,7 +171,7 @@ def _kept(target: str, cpu: str, file: str, text: str, flags: Sequence[str]) -> 
     def make(folder: Path) -> None:
         _unit(target, cpu, folder, file, text, flags)
 
-    return library_cache.entry(f"unit-{library_cache.digest(shell_key(), target, cpu, file, text, *flags)}", make)[0] / f"{file}.o"
+    return _cached("unit", make, target, cpu, file, text, *flags) / f"{file}.o"
 
 
 def _constant(target: str, cpu: str) -> Path:
@@ -174,11 +179,9 @@ def _constant(target: str, cpu: str) -> Path:
 
     def make(folder: Path) -> None:
         write_headers(folder)
-        own = [NATIVE / "windows_libc.c"] if _system(target) == "windows" else []
-        for source in (RUNTIME / "runtime.c", *own):
-            _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
+        _compile_with_libc(target, cpu, folder, RUNTIME / "runtime.c")
 
-    return library_cache.entry(f"runtime-{library_cache.digest(shell_key(), target, cpu)}", make)[0]
+    return _cached("runtime", make, target, cpu)
 
 
 def _shell(target: str, cpu: str, standard: str) -> Path:
@@ -189,7 +192,7 @@ def _shell(target: str, cpu: str, standard: str) -> Path:
         unit = [f"-D{name}", "-c", str(NATIVE / "shell.c"), "-o", str(folder / "shell.o")]
         _compile(target, cpu, _constant(target, cpu), unit)
 
-    return library_cache.entry(f"shell-{library_cache.digest(shell_key(), name, target, cpu)}", make)[0]
+    return _cached("shell", make, name, target, cpu)
 
 
 def loader(name: str) -> bytes:
@@ -199,15 +202,11 @@ def loader(name: str) -> bytes:
     more = ["-lkernel32"] if _system(target) == "windows" else ["-ldl"]
 
     def make(folder: Path) -> None:
-        own = [NATIVE / "windows_libc.c"] if _system(target) == "windows" else []
-        for source in (NATIVE / "pythonfmu_loader.c", *own):
-            _compile(target, cpu, folder, ["-c", str(source), "-o", str(folder / f"{source.stem}.o")])
+        _compile_with_libc(target, cpu, folder, NATIVE / "pythonfmu_loader.c")
         link = [*map(str, sorted(folder.glob("*.o"))), *SYSTEM_LIBRARIES[_system(target)], *more]
         _compile(target, cpu, folder, ["-shared", "-o", str(folder / f"loader{place.suffix}"), *link])
 
-    return (
-        library_cache.entry(f"loader-{library_cache.digest(shell_key(), target, cpu)}", make)[0] / f"loader{place.suffix}"
-    ).read_bytes()
+    return (_cached("loader", make, target, cpu) / f"loader{place.suffix}").read_bytes()
 
 
 def _interpreter(target: str, cpu: str) -> Path:
@@ -218,9 +217,7 @@ def _interpreter(target: str, cpu: str) -> Path:
             unit = ["-c", str(source), "-o", str(folder / f"{source.stem}.o")]
             _compile(target, cpu, _constant(target, cpu), [f"-I{BYTECODE}", *unit])
 
-    return library_cache.entry(
-        f"interpreter-{library_cache.digest(shell_key(), *(f.read_bytes() for f in INTERPRETER), target, cpu)}", make
-    )[0]
+    return _cached("interpreter", make, *(f.read_bytes() for f in INTERPRETER), target, cpu)
 
 
 def _parts(target: str, cpu: str, file: str, text: str) -> Path:
@@ -231,17 +228,20 @@ def _parts(target: str, cpu: str, file: str, text: str) -> Path:
         (folder / "parts.c").write_text(text)
         _compile(target, cpu, folder, [*flags, "-c", str(folder / "parts.c"), "-o", str(folder / "parts.o")])
 
-    return (
-        library_cache.entry(
-            f"parts-{library_cache.digest(text, target, cpu, c_compiler.compiler_version(), *FLAGS, *flags)}", make
-        )[0]
-        / "parts.o"
-    )
+    key = library_cache.digest(text, target, cpu, c_compiler.compiler_version(), *FLAGS, *flags)
+    return library_cache.entry(f"parts-{key}", make)[0] / "parts.o"
 
 
 def _system(target: str) -> str:
     """The operating system of a compiler target; for "x86_64-linux-gnu.2.17" the result is "linux"."""
     return target.split("-")[1].partition(".")[0]
+
+
+def _compile_with_libc(target: str, cpu: str, folder: Path, source: Path) -> None:
+    """Compile a source into a folder, which holds the generated headers. For Windows, also compile the functions that its C library
+    lacks."""
+    for file in (source, *([NATIVE / "windows_libc.c"] if _system(target) == "windows" else [])):
+        _compile(target, cpu, folder, ["-c", str(file), "-o", str(folder / f"{file.stem}.o")])
 
 
 def _compile(target: str, cpu: str, generated: Path, arguments: list[str]) -> None:

@@ -190,24 +190,29 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   if (k->nmore) tr_store_open_directions(s, V, Q, &least);
 }
 
+/* Substitute λ = lam0 − T η into a map with n rows: X0 += L lam0 and Xe −= L T, for the columns L of λ (n×a) and Xe of η (n×e). */
+TR_INLINE void tr_substitute_multipliers(int n, int a, int e, const double *L, const double *lam0, const double *T, double *X0, double *Xe) {
+  for (int j = 0; j < a; ++j) {
+    const double *col = L + j * n;
+    for (int i = 0; i < n; ++i) X0[i] += col[i] * lam0[j];
+    for (int q = 0; q < e; ++q) {
+      double t = T[j + q * a];
+      if (t != 0.0)
+        for (int i = 0; i < n; ++i) Xe[i + q * n] -= col[i] * t;
+    }
+  }
+}
+
 static void tr_form_held_maps(tr_sim *s, const double *lam0) {
   const tr_kernel *k = s->k;
-  const double *maps = TR_A(s, maps), *Ql = map_Ql(k, maps), *T = TR_A(s, T);
+  const double *maps = TR_A(s, maps);
   int a = k->active, e = k->neta;
   s->step.mapped = TR_MAPS_HELD;
   TR_NEED(s, TR_HAS_LOADS), TR_MADE(s, TR_HAS_HELD);
   double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
   memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
   memcpy(Qe, map_Qe(k, maps), sizeof(double) * e * e);
-  for (int j = 0; j < a; ++j) {
-    const double *col = Ql + j * e;
-    for (int i = 0; i < e; ++i) Q0[i] += col[i] * lam0[j];
-    for (int q = 0; q < e; ++q) {
-      double t = T[j + q * a];
-      if (t != 0.0)
-        for (int i = 0; i < e; ++i) Qe[i + q * e] -= col[i] * t;
-    }
-  }
+  tr_substitute_multipliers(e, a, e, map_Ql(k, maps), lam0, TR_A(s, T), Q0, Qe);
   if (s->moreau.h > 0.0) /* an impulse step adds the rates at its end (``time_stepping/moreau.c``) */
     for (int m = 0; m < k->nsliders; ++m)
       for (int j = 0; j < tr_pair_of(s, m)->nrates; ++j)
@@ -225,20 +230,11 @@ static void tr_eliminate_loops(tr_sim *s, double *lam0) {
   memcpy(N0, map_N0(k, maps), sizeof(double) * n);
   memcpy(Ne, map_Ne(k, maps), sizeof(double) * n * e);
   if (a == 0) return;
-  const double *Nl = map_Nl(k, maps);
   tr_solve_loops(s, map_g0(k, maps), lam0);
   for (int i = 0; i < a; ++i) lam0[i] = -lam0[i];
   for (int j = 0; j < e; ++j) tr_solve_loops(s, map_Se(k, maps) + j * a, T + j * a);
   tr_choose_reactions(s, lam0);
-  for (int j = 0; j < a; ++j) {
-    const double *col = Nl + j * n;
-    for (int i = 0; i < n; ++i) N0[i] += col[i] * lam0[j];
-    for (int q = 0; q < e; ++q) {
-      double t = T[j + q * a];
-      if (t != 0.0)
-        for (int i = 0; i < n; ++i) Ne[i + q * n] -= col[i] * t;
-    }
-  }
+  tr_substitute_multipliers(n, a, e, map_Nl(k, maps), lam0, T, N0, Ne);
 }
 
 static void tr_form_maps_without_loops(tr_sim *s, int held) {

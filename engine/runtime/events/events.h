@@ -15,17 +15,11 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* Event kind of an end stop or latch hook that is engaged (`pressed`) or released. */
-static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed);
-
 /* Place (0…1) of the first corner before `most` in the acceptable step just made; 1: no corner, or a corner at an end. */
 static double tr_find_first_corner(tr_sim *s, double most);
 
 /* Whether a stop may be engaged and released again inside the last step (end state in ynew), or released and engaged again. */
 static int tr_has_stop_event_inside(tr_sim *s);
-
-/* Flag of a stop that engages; for a hook, the tooth on which it falls. depth: depths with this stop open. */
-static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth);
 
 /* Whether pair i, of several components, slides against its frozen direction. Its friction jumped where the velocity was
  * perpendicular to that direction. Requires maps of the current state. */

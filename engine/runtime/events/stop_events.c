@@ -5,11 +5,13 @@
 #define TOP_POINTS 16     /* points at which a cubic over the step is evaluated to find its maximum */
 #define TOP_DIP 0.1       /* × variation of a depth over the step: how far the depth may exceed the cubic */
 
+/* Event kind of an end stop or latch hook that is engaged (`pressed`) or released. */
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {
   if (tr_is_hook(s, stop)) return pressed ? TR_EV_LATCH : TR_EV_UNLATCH;
   return pressed ? TR_EV_END_STOP_ENGAGED : TR_EV_END_STOP_RELEASED;
 }
 
+/* Flag of a stop that engages; for a hook, the tooth on which it falls. depth: depths with this stop open. */
 static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }

@@ -74,9 +74,6 @@ static void tr_evaluate_capacities(tr_sim *s);
  * With those loads, a small ball that shares a load with large balls would carry an unbalanced torque. */
 static void tr_evaluate_capacities_at_solution(tr_sim *s);
 
-/* As tr_newton, with other leaders of the groups at rest. Newton's method finds no root at which a leader carries no load. */
-static int tr_newton_with_other_leaders(tr_sim *s, const double *warm);
-
 /* Friction of pair i divided by its capacity; 0 if the friction is round-off. Requires capacities. */
 static double tr_friction_ratio(const tr_sim *s, int i);
 

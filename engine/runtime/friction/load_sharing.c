@@ -280,6 +280,7 @@ static int tr_lead_by_next(tr_sim *s) {
   return any;
 }
 
+/* As tr_newton, with other leaders of the groups at rest. Newton's method finds no root at which a leader carries no load. */
 static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int tried = 1; s->friction.shared && tried < s->k->nsliders; ++tried) {

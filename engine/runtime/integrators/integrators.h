@@ -52,16 +52,9 @@ static void tr_state_in_step(tr_sim *s, double theta, double *y);
  * velocity creeps below the kink speed, explicit steps jump between branches. */
 static void tr_count_kink(tr_sim *s);
 
-/* Estimate of h |λ| from the last stage and the end of an explicit step of length h (Hairer, Wanner II, IV.2). */
-static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h);
-
 /* Whether stability limits the pending explicit step, and its dense output is less accurate than its end. Changes the
  * multipliers. */
 static int tr_is_limited_by_stability(tr_sim *s);
-
-/* The state at θ of the pending explicit step, from a step of size θ · size from its start. Works are not integrated. Returns 0
- * on failure. */
-static int tr_step_to_place(tr_sim *s, double theta, double *out);
 
 /* Method auto: switch to the stiff method when stability limits the steps, and back when explicit steps of its size would be
  * stable. */

@@ -45,6 +45,7 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   return sqrt(motion + works);
 }
 
+/* Estimate of h |λ| from the last stage and the end of an explicit step of length h (Hairer, Wanner II, IV.2). */
 static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_state_width(s), last = m->stages - 1;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
@@ -59,6 +60,8 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
 }
 
+/* The state at θ of the pending explicit step, from a step of size θ · size from its start. Works are not integrated. Returns 0
+ * on failure. */
 static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   const tr_explicit *m = tr_method_of(s)->explicit;
   const int n = tr_state_width(s), nv = n / TR_LANES, watch = s->step.watch;

@@ -91,7 +91,7 @@ def test_states_of_other_lengths_and_of_another_version_are_refused(tmp_path: Pa
     assert len(state) == len(foreign)
     assert refusal(host, foreign) == "these bytes are a state of another FMU, or of another export of this FMU"
     for wrong in (b"", state[:-1], state[: len(state) // 2], state + b"\0"):
-        assert refusal(host, wrong) == "these bytes are not a state of this FMU: their number is wrong; the state must come from the same FMU"
+        assert refusal(host, wrong).startswith("these bytes are not a state of this FMU: their number is wrong")
     assert refusal(host, state) == ""
 
 
