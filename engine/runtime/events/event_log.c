@@ -21,12 +21,10 @@ static void tr_log_event(tr_sim *s, double t, int kind, int index, const tr_cont
   e->marginal = last->marginal = e->margin == e->margin && s->events.unsure;
   const int stop = TR_IS_OF_STOP(kind);
   last->time = t, last->kind = kind, last->element = stop ? 0.0 : 1.0 + tr_pair_of(s, index)->element;
+  const double floor = tr_faint_contact_force(s, before, after, n);
   for (int i = 0; i < n && i < TR_EVENT_CONTACTS; ++i) {
     tr_turn *turned = e->turned + i;
-    const double *p = before[i].vector, *q = after[i].vector;
-    double a = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), b = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
-    double dot = a > 0.0 && b > 0.0 ? (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) / (a * b) : 1.0;
-    *turned = (tr_turn){tr_contact_angle(before + i), tr_contact_angle(after + i), acos(fmax(-1.0, fmin(1.0, dot)))};
+    *turned = (tr_turn){tr_contact_angle(before + i), tr_contact_angle(after + i), tr_contact_turn(before + i, after + i, floor)};
     if (last->contact == 0.0 || turned->turn > last->turn)
       last->contact = 1.0 + i, last->before = turned->before, last->after = turned->after, last->turn = turned->turn;
   }

@@ -15,6 +15,12 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
+/* Contact force, N, up to which the n contacts before and after carry nothing but round-off. */
+static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n);
+
+/* Angle between the normals of two contacts, rad; 0 if one force is at most `floor`, because its direction is round-off. */
+static double tr_contact_turn(const tr_contact *p, const tr_contact *q, double floor);
+
 /* Event kind of an end stop or latch hook that is engaged (`pressed`) or released. */
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed);
 
