@@ -178,7 +178,9 @@ class SensitivityIntegrator:
         the event.
 
         g is the distance of a hook from its release, the speed of a pair that came to rest, the friction ratio of a released pair,
-        or a combination for pairs released together. dg and ġ are taken just before the event, where f was last evaluated. z_after: multipliers after the event.
+        or a combination for pairs released together.
+
+        dg and ġ are taken just before the event, where f was last evaluated. z_after: multipliers after the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]

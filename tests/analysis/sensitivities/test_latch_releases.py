@@ -59,7 +59,7 @@ def test_a_shaft_that_rubs_too(lets_go: str) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_an_end_stop_is_no_unknown_cause(seed: int) -> None:
-    """Its force is continuous, but round-off of where it is met counted as a jump: a note said that nothing after it is reliable."""
+    """Its force is continuous; round-off of where it is met counted as a jump, and nothing after it as reliable."""
     rng = np.random.default_rng(seed)
     stop = {"stiffness": 10 ** rng.uniform(2.0, 6.0), "upper": rng.uniform(0.3, 0.7), "damping": rng.uniform(0.0, 0.4)}
     joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "start": {"qd": 3.0}, "end_stops": stop}
