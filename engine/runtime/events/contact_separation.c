@@ -2,9 +2,6 @@
 #include "events/events.h"
 
 #define TURNED 2.0     /* rad: above any steady turn of a normal within a step */
-/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
-#define ROUND_OFF 1e-9
-#define UNLOADED 1e-12 /* × energy over length: the same, where no contact carries a load */
 #define NEAR_ZERO 0.2  /* × the smaller end force: a minimum of the force above this is no passage through zero */
 /* Halvings of a quarter step; within an eighth of a step, a force that passes zero is nearly linear in time. */
 #define HALVINGS 1
@@ -15,19 +12,6 @@
 #define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass zero twice in a step */
 #define FADES 0.99     /* factor per step on the largest force so far; it ends the search for contacts whose load stays small */
 #define TINY 1e-300    /* N²: replaces a zero divisor */
-
-static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
-  double floor = UNLOADED * s->set.energy / s->set.length;
-  for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
-  return floor;
-}
-
-static double tr_contact_turn(const tr_contact *p, const tr_contact *q, double floor) {
-  const double *u = p->vector, *v = q->vector;
-  double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  if (!(a > 0.0 && b > 0.0 && p->force > floor && q->force > floor)) return 0.0;
-  return acos(fmax(-1.0, fmin(1.0, (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (a * b))));
-}
 
 /* Fraction (0…1) at which the linear interpolation of two contact forces has the smallest norm. *least: this norm divided by
  * the norm of the smaller end force. */

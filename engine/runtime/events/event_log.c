@@ -2,10 +2,26 @@
  * only when the pair leaves the zone, so the zone stores the contacts at its entry. */
 #include "events/events.h"
 
+/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
+#define ROUND_OFF 1e-9
+#define UNLOADED 1e-12 /* × energy over length: the same, where no contact carries a load */
 /* × the step: a ball is evaluated this far before its event; a tilt that vanishes like a square root is below 0.01 there. */
 #define FOLD_BEFORE 1e-4
 /* Rad (three degrees): a smaller change of a ball's tilt is no jump; long steps resolve tilts to one degree. */
 #define FOLD_TILT 0.05
+
+static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
+  double floor = UNLOADED * s->set.energy / s->set.length;
+  for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
+  return floor;
+}
+
+static double tr_contact_turn(const tr_contact *p, const tr_contact *q, double floor) {
+  const double *u = p->vector, *v = q->vector;
+  double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(a > 0.0 && b > 0.0 && p->force > floor && q->force > floor)) return 0.0;
+  return acos(fmax(-1.0, fmin(1.0, (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (a * b))));
+}
 
 /* Polar angle of a contact's normal in its plane, rad. */
 static double tr_contact_angle(const tr_contact *p) { return atan2(p->vector[1], p->vector[0]); }
