@@ -31,6 +31,8 @@ AT_REST = 1e-6
 """A sliding speed at an event counts as zero below this multiple of the largest speed of the joint in the run so far."""
 AT_CAPACITY = 1e-7
 """Pairs count as released together if the scaled residuals at release are below this multiple of the largest multiplier."""
+LET_GO = 1e-9
+"""A hook lets go where its event function (m, rad, or a fraction of its release signal) is below this value."""
 SLIP_SPEED = 1e-7
 """Speed, relative to the run's rate scale, that replaces the zero speed of a pair at the instant at which its sliding begins or
 ends."""
@@ -129,6 +131,8 @@ class SensitivityIntegrator:
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
         cause = self._find_cause(step, f, df, x, z_after)
+        if cause is None and self._only_stops_change(step):
+            return
         if cause is None:
             self.notes.append(
                 f"t = {step.t1:.6g} s: the motion jumped for an unknown cause; derivatives after this time are not reliable"
@@ -138,6 +142,25 @@ class SensitivityIntegrator:
         shift = -dg / gdot
         self.S = self.S + np.outer(change, shift)
         self.events.append(EventShift(step.t1, joint, shift))
+
+    def _only_stops_change(self, step: RecordedStep) -> bool:
+        """Whether an event at the step's end belongs to end stops alone. Their force is continuous there: the jump of ẏ is the
+        error of the event's location times the stop's stiffness."""
+        others = np.r_[self.at.stop(self.unit.system.stops - self.unit.system.latches) : self.at.size]
+        return np.array_equal(step.x[others], step.x1[others])
+
+    def _find_lifted_hook(self, step: RecordedStep, f: np.ndarray) -> tuple[int, str] | None:
+        """(row of its event function, joint) of a hook that lets go at the step's end."""
+        u, system = self.unit, self.unit.system
+        first = u.ny + u.nquad + u.n["residuals"] + u.n["rates"] + u.n["holds"]
+        for j in system.joints:
+            for d in j.devices:
+                if d.latch is None:
+                    continue
+                flag = self.at.stop(system.hook(d.latch.hook))
+                if step.x[flag] > 0.5 and step.x1[flag] < step.x[flag] and abs(f[first + d.latch.hook]) <= LET_GO:
+                    return first + d.latch.hook, j.name
+        return None
 
     def _cross_kink(self, step: RecordedStep, k: int) -> None:
         """Update S at kink k of a signal. The time of this kink depends on a parameter."""
@@ -151,14 +174,20 @@ class SensitivityIntegrator:
     def _find_cause(
         self, step: RecordedStep, f: np.ndarray, df: np.ndarray, x: np.ndarray, z_after: np.ndarray
     ) -> tuple[str, np.ndarray, float] | None:
-        """(joint, dg, ġ) of the event function g that is zero at the step's end; None if no friction pair causes the event.
+        """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
+        the event.
 
-        g is the speed of a pair that came to rest, the friction ratio of a released pair, or a combination for pairs released
-        together. dg and ġ are taken just before the event, where f was last evaluated. z_after: multipliers after the event.
+        g is the distance of a hook from its release, the speed of a pair that came to rest, the friction ratio of a released pair,
+        or a combination for pairs released together.
+
+        dg and ġ are taken just before the event, where f was last evaluated. z_after: multipliers after the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
         flow, _ = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)
+        if lifted := self._find_lifted_hook(step, f):
+            row, joint = lifted
+            return (joint, df[row], float(flow[row, 0])) if flow[row, 0] else None
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []
         released: list[tuple[str, Slider]] = []

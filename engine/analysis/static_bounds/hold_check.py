@@ -15,6 +15,7 @@ from trunnion.analysis.static_bounds.pair_and_load_bounds import (
     AdmissibleStates,
     admissible_states,
     find_onsets,
+    is_pushed,
     load_bounds,
     pair_bounds,
 )
@@ -96,6 +97,7 @@ def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stres
     a = admissible_states(st, pairs, self_stress, effort)
     balanced, there = a.space.misses <= NEVER, a.there
     begin = find_onsets(a, found) if there else []
+    unheld += sum(not is_pushed(a, m) for m in found) if there else 0
     holds = "no" if there is False else "possible" if begin or there is None else "certain"
     each = tuple(pair_bounds(a, i) for i in range(len(pairs))) if there is not False else ()
     loads = [load_bounds(st, pairs, self_stress, effort, k, True) for k in range(len(st.drives))]
@@ -136,7 +138,7 @@ def _notes(a: AdmissibleStates, there: bool | None, unheld: int, all_found: bool
     if there is None:
         out.append("the search did not decide whether friction can hold the mechanism: raise cells or budget")
     if unheld and balanced:
-        out.append(f"{unheld} freedoms without friction are in balance only while nothing disturbs them")
+        out.append(f"{unheld} freedoms without friction or load are in balance only while nothing disturbs them")
     if not all_found:
         out.append("not all motions were examined: guaranteed loads are valid only for the examined motions")
     if any(not c.exact for p in a.space.pairs for c in p.capacities):

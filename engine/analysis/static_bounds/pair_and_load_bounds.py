@@ -131,6 +131,8 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
         interval(b, Row(a.none, {j: w / pair.static for j, w in made[k].items()}), a.space.scale, floor=0.0) for k, b in sense
     ]
     share = [interval(b, Row(a.none, {size: 1.0}), 1.0, Row(a.none, made[k]), 0.0) for k, b in sense]
+    if all(i.least.certified > i.largest.certified for i in share):  # no state presses the pair
+        share = [Interval(End(0.0, 0.0, i.least.state, i.least.cells), End(0.0, 0.0, i.least.state, i.least.cells)) for i in share]
     friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else Row(a.none, {size: 1.0}), a.space.scale)
     kind = a.space.statics.joint(pair.joint).element.joint.kind_name
     return PairBounds(pair.joint, pair.part, kind, _hull(normal), friction, _hull(share), all(c.exact for c in pair.capacities))
@@ -163,11 +165,19 @@ def feasible(a: AdmissibleStates, program: Program) -> bool | None:
     return True if found.X is not None else False if found.bound == np.inf else None
 
 
+def is_pushed(a: AdmissibleStates, m: Motion) -> bool:
+    """Whether anything may push the pairs of a motion. If not, they carry no friction in the only state, and the motion does not
+    begin by itself, although the pairs could not resist it."""
+    if a.space.open:
+        return True
+    return any(float(np.abs(a.program.terms[a.sizes[i]][0]).max(initial=0.0)) > FEASIBLE for i in m.moving)
+
+
 def find_onsets(a: AdmissibleStates, every: list[Motion]) -> list[tuple[Motion, bool | None]]:
     """(motion, True) for each motion that can begin from an admissible state, in either sense. None in place of True means that
     the search ended without an answer."""
     out = []
-    for m in every:
+    for m in (m for m in every if is_pushed(a, m)):
         answers = [feasible(a, restrict_to_onset(a.space, a.program, m, s)) for s in (1.0, -1.0)]
         if any(x is not False for x in answers):
             out.append((m, True if True in answers else None))

@@ -1,8 +1,8 @@
 """The sensitivity unit: exact directional derivatives of a trajectory, also by parameters.
 
-Motion: derivatives of f = [F; R; V; H] by [x, y, z, p, u]. F = [q̇; v̇; friction states; powers]. R: multiplier residuals
+Motion: derivatives of f = [F; R; V; H; L] by [x, y, z, p, u]. F = [q̇; v̇; friction states; powers]. R: multiplier residuals
 (``jacobian_unit``). V: rates of all freedoms of frictional joints. H: friction ratio minus one for pairs at rest (zero at release).
-u: values of the external inputs.
+L: distance of each latch's hook from its release. u: values of the external inputs.
 
 Outputs: derivatives of the columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both have three stages: parameters, point,
 then one direction at a time. """
@@ -17,8 +17,9 @@ from trunnion.kernel.c_code.code_generator import MATH, Input, Output, Stage, em
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.units.column_expressions import ColumnExpressions
 from trunnion.kernel.units.jacobian_unit import residuals, time_direction
-from trunnion.kernel.units.power_expressions import powers
+from trunnion.kernel.units.power_expressions import coordinates_of, powers
 from trunnion.kernel.units.unit_inputs import CONST, PARAMETERS, STATE, Multipliers, combination, inputs, row_inputs, state_rates
+from trunnion.recursion import latch_forces
 from trunnion.recursion.complement_equation_terms import joint_rates, laws, numbers, reaction_rows, wrench
 from trunnion.recursion.inward_reduction import Model, build_model, reduce_model
 from trunnion.recursion.outward_accelerations import Accelerations, outward
@@ -53,11 +54,13 @@ def _motion(m: Model, quadratures: bool, redundant: bool) -> tuple[str, dict[str
     rest = residuals(m, acc, pick, multipliers.active)
     rates = [r for e in elements(sym.system) for r in joint_rates(m, e.joint)]
     holds = _holds(m, acc, pick)
-    f = ca.vertcat(SX(0, 1), *rate, *extra, rest, *rates, *holds)
+    hooks = _hooks(m)
+    f = ca.vertcat(SX(0, 1), *rate, *extra, rest, *rates, *holds, *hooks)
     (f,) = multipliers.without_inactive([f])
     along = ca.vertcat(sym.q, sym.v, sym.b, multipliers.lam, sym.eta, sym.p)
     text, kept = _staged("s", [*inputs(sym), *multipliers.inputs(1)], f, along, sym, f"{CONST}z")
     counts = {"states": len(rate), "powers": len(extra), "residuals": rest.numel(), "rates": len(rates), "holds": len(holds)}
+    counts |= {"hooks": len(hooks)}
     return text, counts | kept | {"active": len(multipliers.active)}
 
 
@@ -71,6 +74,17 @@ def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
         found = e.contact.held(w, [m.sym.eta[i] for i in e.eta], laws(m.sym, e), numbers(m.sym, e), e.friction.adams)
         for s, hold in zip(e.friction.sliders, found, strict=True):
             out[s.flag] = hold.size / hold.capacity - 1
+    return out
+
+
+def _hooks(m: Model) -> list[SX]:
+    """The event function of every latch's hook."""
+    out: list[SX] = [SX(0)] * m.sym.system.latches
+    for j in m.sym.system.joints:
+        for k, d in enumerate(j.devices):
+            if d.latch is not None:
+                q, hook = coordinates_of(m, j)[j.kind.coordinate_of(k)], m.sym.latch_flags(d.latch)[0]
+                out[d.latch.hook] = latch_forces.depths(m.sym, d.latch, hook, q, m.sym.load(d.latch.release))[0]
     return out
 
 

@@ -13,11 +13,11 @@ from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.derivatives.jacobian import JacobianProgram, changed, each, time
 from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tangent_tables
-from trunnion.parts.primitives.primitive_cache import friction, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import friction, joint_devices, loads_and_scalars
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.programs.column_programs import ColumnPrograms
 from trunnion.parts.programs.powers import write_powers
-from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.bodies_and_joints import Latch, System
 from trunnion.system.structure.external_value_layout import TABLE
 from trunnion.system.structure.friction_joint_indices import Element
 
@@ -61,7 +61,7 @@ def _signals(system: System) -> list[Change]:
 
 
 def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
-    """Tangents of [F with powers; R; V; H] (``kernel.units.sensitivity_unit``) along [y, z, p, inputs, t]."""
+    """Tangents of [F with powers; R; V; H; L] (``kernel.units.sensitivity_unit``) along [y, z, p, inputs, t]."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 
@@ -79,7 +79,8 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds powers, the rates of the freedoms of frictional joints, and (friction ratio − 1) of each friction pair."""
+    """Adds powers, the rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, and the distance of
+    each hook from its release."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -100,6 +101,11 @@ class _Motion(JacobianProgram):
         for e in self.elements:
             self._hold(e)
         self.size += len(self.system.sliders)
+        for j in self.system.joints:
+            for k, device in enumerate(j.devices):
+                if device.latch is not None:
+                    self._hook(device.latch, self.motion(j).q.slice(j.kind.coordinate_of(k), 1))
+        self.size += self.system.latches
 
     def _hold(self, e: Element) -> None:
         """Write (friction ratio − 1) of each pair as if the pair were at rest; −1 for a law without static friction."""
@@ -113,6 +119,13 @@ class _Motion(JacobianProgram):
             if e.sets:
                 s.call(program, loads_and_scalars.over(), a=hold.slice(3 * i + 1, 1), b=hold.slice(3 * i, 1), out=out)
             program.call(Builtin.ADD, [s.against, out], [1])
+
+
+    def _hook(self, latch: Latch, q: Slot) -> None:
+        program, s, found = self.program, self.scene, self.program.scratch_slot(3)
+        release = s.value(program, latch.release, program.scratch_slot)
+        s.call(program, joint_devices.latch("depths"), q=q, release=release, out=found, **s.latch(program, latch))
+        program.copy(found.slice(0, 1), Slot(Space.OUT, self.size + latch.hook, 1))
 
 
 def held_alone(which: FrictionKey) -> Primitive:

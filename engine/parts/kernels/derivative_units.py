@@ -58,7 +58,8 @@ class Sensitivities:
         powers = len(names_of_powers(system)) if quadratures else 0
         self.sizes = {
             "states": sensitivities.states(system), "powers": powers, "residuals": len(active) + system.neta, "rates": rates,
-            "holds": len(system.sliders), "active": len(active), "extra": EXTRA.numbers + len(system.sliders),
+            "holds": len(system.sliders), "hooks": system.latches, "active": len(active),
+            "extra": EXTRA.numbers + len(system.sliders),
             "constants": motion.scene.nc, "point": _room(motion.scene, motion.tangents), "values": motion.values,
             "o_constants": outputs.scene.nc, "o_point": _room(outputs.scene, outputs.tangents), "o_values": outputs.values,
         }  # fmt: skip

@@ -13,6 +13,7 @@
 #define LAW_LEAST 1e-6   /* × a law's unit: smaller figures get no note */
 #define FAINT_LOAD 1e-9  /* × the largest friction: at smaller friction, the friction ratio of a pair is round-off */
 #define LEAST_LOAD 1e-15 /* × energy over length: smaller friction of any pair is round-off, as with μ = 0 */
+#define FAINT_TERMS 1e-9 /* × length · rate²: terms of an acceleration below this are round-off, as of a pendulum that hangs still */
 
 static double tr_audit_tolerance(const tr_sim *s) {
   const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0;
@@ -27,7 +28,7 @@ static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) 
 /* Acceleration of freedom i from raw maps and all multipliers, divided by the sum of its absolute terms. */
 static double tr_audit_relative_acceleration(tr_sim *s, int i) {
   double size, sum = tr_acceleration_and_terms(s, i, &size);
-  return size > 0.0 ? fabs(sum) / size : 0.0;
+  return fabs(sum) / fmax(size, FAINT_TERMS * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[i]);
 }
 
 /* Record the speed and the relative accelerations of a held pair. Prescribed freedoms are checked by speed alone, because
@@ -58,10 +59,11 @@ static void tr_audit_friction(tr_sim *s) {
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
+    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* its power is round-off; TR_LAW_CREEPS judges its speed */
     a->power = fmax(a->power, fabs(power));
-    if (power > 0.0 && !tr_pair_of(s, i)->stores)
+    if (power > 0.0 && !held && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
-    if (!tr_is_set_valued(s, i) || !tr_is_stuck(s, i)) continue; /* TR_LAW_FRICTION judges sliding pairs */
+    if (!held) continue; /* TR_LAW_FRICTION judges sliding pairs */
     if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_record(a, TR_LAW_CONE, tr_friction_ratio(s, i) - 1.0, i);
     tr_audit_rest(s, i);
   }

@@ -15,6 +15,7 @@
 #define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: the same speed */
 #define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
 #define FRICTION_NOTHING 1e-12 /* × the load: smaller friction counts as zero */
+#define FRICTION_FAINT 1e-9   /* × the energy, × energy over length: smaller friction of all pairs is round-off, as of a mechanism that hangs still */
 #define STOP_MISSED 1e-9   /* × the length, or rad: allowed depth of an open stop, and allowed distance of an engaged stop */
 
 /* Solution recomputed from the maps alone. */
@@ -311,7 +312,7 @@ static void tr_evaluate_laws_recursive(const tr_sim *s, double *law) {
 
 static double tr_complement_residual(tr_sim *s) {
   const tr_kernel *k = s->k;
-  double size = 0.0, err = 0.0, *r = TR_A(s, r);
+  double size = FRICTION_FAINT * fmin(s->set.energy, s->set.energy / s->set.length), err = 0.0, *r = TR_A(s, r);
   const double *eta = TR_A(s, z) + k->active;
   if (!k->neta) return 0.0;
   TR_NEED(s, TR_HAS_SOLUTION);

@@ -4,14 +4,10 @@
 #define PASSING_WORK 1e-6 /* × the kinetic energy: largest work for which a rate that is almost zero is stopped */
 #define PASSING_LEAST 1e-16 /* × the energy unit: work below this belongs to a mechanism at rest */
 
-/* Largest absolute rate of the pairs `rest` (n) in the current state. */
-static double tr_largest_pair_rate(const tr_sim *s, const int *rest, int n) {
-  const double *rates = map_rates(s->k, TR_A(s, maps));
+/* Largest surface speed of the pairs `rest` (n) in the current state, m/s. */
+static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
   double biggest = 0.0;
-  for (int q = 0; q < n; ++q) {
-    const tr_pair *pair = tr_pair_of(s, rest[q]);
-    for (int j = 0; j < pair->nrates; ++j) biggest = fmax(biggest, fabs(rates[pair->rate0 + j]));
-  }
+  for (int q = 0; q < n; ++q) biggest = fmax(biggest, tr_pair_speed(s, rest[q]));
   return biggest;
 }
 
@@ -26,9 +22,9 @@ static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
 /* Whether the rate v of multiplier i passes through zero instead of stopping. Near a dead centre of a crank, other bodies move
  * fast while this rate is almost zero; v is then the error of event location. To stop the rate, friction would have to stop
  * these bodies. A: change of the rate by a unit impulse. */
-static int tr_passes_zero(tr_sim *s, const double *y, double v, double A) {
+static int tr_passes_zero(tr_sim *s, const double *y, int i, double v, double A) {
   double energy[2] = {s->set.energy, 0.0};
-  if (fabs(v) > tr_rest_speed(s->set.rate)) return 0;
+  if (fabs(v) * TR_A(s, lever)[i] > tr_rest_speed(tr_speed_unit(s))) return 0;
   if (s->k->energy) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, energy);
   return v * v > 2.0 * A * fmax(PASSING_WORK * energy[0], PASSING_LEAST * s->set.energy);
 }
@@ -46,7 +42,7 @@ static int tr_find_stopping_impulses(tr_sim *s, const double *y, const int *rest
     for (int j = 0; j < pair->nrates; ++j) {
       int i = pair->eta0 + j;
       const int follows = own && s->friction.held && tr_row_kinds(s)[i] != TR_ROW_REST;
-      if (!follows && !tr_is_prescribed(s, i) && !tr_passes_zero(s, y, rates[pair->rate0 + j], -Qe[i + i * e])) v[count] = rates[pair->rate0 + j], c[count++] = i;
+      if (!follows && !tr_is_prescribed(s, i) && !tr_passes_zero(s, y, i, rates[pair->rate0 + j], -Qe[i + i * e])) v[count] = rates[pair->rate0 + j], c[count++] = i;
     }
   }
   if (!count) return 0;
@@ -68,7 +64,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta;
   const double *rates = map_rates(k, TR_A(s, maps));
-  if (tr_largest_pair_rate(s, rest, n) > (tr_has_dependent_rates(s, rest, n) ? 0.0 : tr_rest_speed(s->set.rate))) {
+  if (tr_largest_speed(s, rest, n) > (tr_has_dependent_rates(s, rest, n) ? 0.0 : tr_rest_speed(tr_speed_unit(s)))) {
     double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
     tr_form_maps_without_loops(s, 1);
     const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);

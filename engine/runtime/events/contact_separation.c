@@ -2,8 +2,6 @@
 #include "events/events.h"
 
 #define TURNED 2.0     /* rad: above any steady turn of a normal within a step */
-/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
-#define ROUND_OFF 1e-9
 #define NEAR_ZERO 0.2  /* × the smaller end force: a minimum of the force above this is no passage through zero */
 /* Halvings of a quarter step; within an eighth of a step, a force that passes zero is nearly linear in time. */
 #define HALVINGS 1
@@ -14,14 +12,6 @@
 #define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass zero twice in a step */
 #define FADES 0.99     /* factor per step on the largest force so far; it ends the search for contacts whose load stays small */
 #define TINY 1e-300    /* N²: replaces a zero divisor */
-
-/* Angle between the normals of two contacts, rad; 0 if one force is zero. */
-static double tr_contact_turn(const tr_contact *p, const tr_contact *q) {
-  const double *u = p->vector, *v = q->vector;
-  double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  if (!(a > 0.0 && b > 0.0)) return 0.0;
-  return acos(fmax(-1.0, fmin(1.0, (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (a * b))));
-}
 
 /* Fraction (0…1) at which the linear interpolation of two contact forces has the smallest norm. *least: this norm divided by
  * the norm of the smaller end force. */
@@ -50,7 +40,7 @@ static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_c
   tr_contact mid[s->o->ncontacts];
   const int known = tr_contacts_inside(s, m, mid);
   if (!known) return 0;
-  if (tr_contact_turn(lo, mid + i) > tr_contact_turn(mid + i, hi)) *b = m, *hi = mid[i];
+  if (tr_contact_turn(lo, mid + i, 0.0) > tr_contact_turn(mid + i, hi, 0.0)) *b = m, *hi = mid[i];
   else *a = m, *lo = mid[i];
   return 1;
 }
@@ -61,7 +51,7 @@ static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contac
   double least;
   for (int halves = 0; halves < HALVINGS; ++halves)
     if (!tr_narrow_turn(s, i, 0.5 * (a + b), &a, &b, &lo, &hi)) return NONE;
-  if (!(tr_contact_turn(&lo, &hi) > TURNED)) return NONE;
+  if (!(tr_contact_turn(&lo, &hi, 0.0) > TURNED)) return NONE;
   double theta = a + (b - a) * tr_closest_to_zero(&lo, &hi, &least);
   if (!(least < NEAR_ZERO)) return NONE;
   for (int it = 0; it < LINES_MOST; ++it) {
@@ -94,7 +84,7 @@ static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr
  * round-off. */
 static int tr_is_turned(const tr_contact *before, const tr_contact *now, double floor) {
   double least;
-  if (!(before->force > 0.0) || !(fmax(before->force, now->force) > floor) || !(tr_contact_turn(before, now) > TURNED)) return 0;
+  if (!(before->force > 0.0) || !(fmax(before->force, now->force) > floor) || !(tr_contact_turn(before, now, 0.0) > TURNED)) return 0;
   tr_closest_to_zero(before, now, &least);
   return least <= 2.0 * NEAR_ZERO;
 }
@@ -103,7 +93,7 @@ static int tr_is_turned(const tr_contact *before, const tr_contact *now, double 
  * maximum so far. */
 static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, double peak, double floor) {
   const double smaller = fmin(before->force, now->force);
-  return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now) > TURNED);
+  return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now, 0.0) > TURNED);
 }
 
 /* Log the separations between the fractions a and b of the step. before, now: contacts at a and b. */
@@ -123,9 +113,8 @@ static int tr_log_separations(tr_sim *s, double end, const tr_contact *now) {
   const int nc = s->o->ncontacts;
   const tr_contact *before = (const tr_contact *)TR_A(s, contacts);
   tr_contact inside[3][nc];
-  double floor = 0.0, *peak = TR_A(s, contact_peaks);
+  double floor = tr_faint_contact_force(s, before, now, nc), *peak = TR_A(s, contact_peaks);
   int once = 0, twice = 0;
-  for (int i = 0; i < nc; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, now[i].force));
   for (int i = 0; i < nc; ++i) {
     peak[i] = fmax(FADES * peak[i], fmax(before[i].force, now[i].force));
     once |= tr_is_turned(before + i, now + i, floor), twice |= tr_may_turn_twice(before + i, now + i, peak[i], floor);

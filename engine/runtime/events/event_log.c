@@ -2,10 +2,28 @@
  * only when the pair leaves the zone, so the zone stores the contacts at its entry. */
 #include "events/events.h"
 
+/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
+#define ROUND_OFF 1e-9
+#define UNLOADED 1e-12 /* × energy over length: the same, where no contact carries a load */
 /* × the step: a ball is evaluated this far before its event; a tilt that vanishes like a square root is below 0.01 there. */
 #define FOLD_BEFORE 1e-4
 /* Rad (three degrees): a smaller change of a ball's tilt is no jump; long steps resolve tilts to one degree. */
 #define FOLD_TILT 0.05
+
+/* Contact force, N, up to which the n contacts before and after carry nothing but round-off. */
+static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
+  double floor = UNLOADED * s->set.energy / s->set.length;
+  for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
+  return floor;
+}
+
+/* Angle between the normals of two contacts, rad; 0 if one force is at most `floor`, because its direction is round-off. */
+static double tr_contact_turn(const tr_contact *p, const tr_contact *q, double floor) {
+  const double *u = p->vector, *v = q->vector;
+  double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(a > 0.0 && b > 0.0 && p->force > floor && q->force > floor)) return 0.0;
+  return acos(fmax(-1.0, fmin(1.0, (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (a * b))));
+}
 
 /* Polar angle of a contact's normal in its plane, rad. */
 static double tr_contact_angle(const tr_contact *p) { return atan2(p->vector[1], p->vector[0]); }
@@ -21,12 +39,10 @@ static void tr_log_event(tr_sim *s, double t, int kind, int index, const tr_cont
   e->marginal = last->marginal = e->margin == e->margin && s->events.unsure;
   const int stop = TR_IS_OF_STOP(kind);
   last->time = t, last->kind = kind, last->element = stop ? 0.0 : 1.0 + tr_pair_of(s, index)->element;
+  const double floor = tr_faint_contact_force(s, before, after, n);
   for (int i = 0; i < n && i < TR_EVENT_CONTACTS; ++i) {
     tr_turn *turned = e->turned + i;
-    const double *p = before[i].vector, *q = after[i].vector;
-    double a = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), b = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
-    double dot = a > 0.0 && b > 0.0 ? (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) / (a * b) : 1.0;
-    *turned = (tr_turn){tr_contact_angle(before + i), tr_contact_angle(after + i), acos(fmax(-1.0, fmin(1.0, dot)))};
+    *turned = (tr_turn){tr_contact_angle(before + i), tr_contact_angle(after + i), tr_contact_turn(before + i, after + i, floor)};
     if (last->contact == 0.0 || turned->turn > last->turn)
       last->contact = 1.0 + i, last->before = turned->before, last->after = turned->after, last->turn = turned->turn;
   }

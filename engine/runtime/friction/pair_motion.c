@@ -1,18 +1,18 @@
 /* Rates, surface speeds and levers of friction pairs. */
 #include "friction/friction.h"
 
-#define NOT_QUITE 1e-10 /* × the fastest rate: round-off of a rate that is zero because others are zero */
+#define NOT_QUITE 1e-10 /* × the fastest rate (travels: over the length): round-off of a rate that is zero because others are zero */
 
 static void tr_zero_held_rates(const tr_sim *s, double *v) {
   double most = 0.0;
-  for (int i = 0; i < s->k->nv && s->k->active; ++i) most = fmax(most, fabs(v[s->k->nq + i]));
+  for (int i = 0; i < s->k->nv && s->k->active; ++i) most = fmax(most, fabs(v[s->k->nq + i]) / tr_rate_unit(s, i));
   const double small = fmax(NOT_QUITE * most, HELD_SPEED * s->set.rate);
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     if (!tr_is_stuck(s, i) || pair->v0 < 0) continue;
     for (int j = 0; j < pair->nrates; ++j) {
       double *rate = v + s->k->nq + pair->v0 + j;
-      if (tr_row_kinds(s)[pair->eta0 + j] == TR_ROW_REST || !s->friction.held || fabs(*rate) <= small) *rate = 0.0;
+      if (tr_row_kinds(s)[pair->eta0 + j] == TR_ROW_REST || !s->friction.held || fabs(*rate) <= small * tr_rate_unit(s, pair->v0 + j)) *rate = 0.0;
     }
   }
 }

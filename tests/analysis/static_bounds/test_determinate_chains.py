@@ -1,0 +1,107 @@
+"""Chains on which statics leaves nothing open: bounds say what the one answer says, and runs just inside of them do not move."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from trunnion import hold, scene_from_dict, simulate
+from trunnion.scene.data_classes.scene import Scene
+
+EDGE = 1e-6
+FRICTION: dict[str, tuple[str, dict[str, float]]] = {
+    "revolute": ("revolute", {"mu": 0.4, "radius": 0.02, "half_length": 0.1}),
+    "thrust": ("revolute", {"mu": 0.4, "radius": 0.02, "half_length": 0.1, "thrust_radius": 0.02}),
+    "preload": ("revolute", {"mu": 0.3, "radius": 0.02, "half_length": 0.1, "preload": 60.0}),
+    "seal": ("revolute", {"torque": 1.5}),
+    "freewheel": ("revolute", {"torque": 0.8, "back_torque": 6.0}),
+    "cylindrical": ("cylindrical", {"mu": 0.5, "radius": 0.02, "half_length": 0.3}),
+    "prismatic": ("prismatic", {"mu": 0.6, "half_width": 0.02, "half_height": 0.02, "half_length": 0.4}),
+    "rail": ("prismatic", {"force": 50.0}),
+    "spherical": ("spherical", {"mu": 0.5, "radius": 0.08}),
+    "universal": ("universal", {"mu": 0.4, "radius": 0.02, "half_length": 0.1}),
+    "screw": ("screw", {"mu": 0.3, "radius": 0.02, "flank_angle": 0.3}),
+}
+"""Joint type and friction of each element."""
+
+
+def chain(seed: int, first: str, gravity: float = -9.81) -> Scene:
+    """One or two bodies that hang on joints in any direction; an input pushes the last one."""
+    rng = np.random.default_rng(seed)
+    bodies, joints, before = {}, {}, "ground"
+    kinds = [first, *rng.choice(sorted(FRICTION), int(rng.integers(0, 2)))]
+
+    def vector(size: float) -> list[float]:
+        return [float(x) for x in rng.uniform(-size, size, 3)]
+
+    for i, kind in enumerate(kinds):
+        name, friction = FRICTION[kind]
+        joint: dict[str, Any] = {"type": name, "inboard": before, "outboard": f"b{i}", "friction": friction}
+        if name != "spherical":
+            joint |= {"axis": vector(1.0), "reference": vector(1.0)}
+        if name == "screw":
+            joint["pitch"] = float(rng.uniform(0.002, 0.012))
+        points = {"a": vector(0.02), "p": vector(0.02)}
+        bodies[f"b{i}"] = {"mass": float(rng.uniform(0.3, 2.0)), "inertia": [0.02] * 3, "center": vector(0.004), "points": points}
+        joints[f"j{i}"], before = joint, f"b{i}.a"
+    force = {"type": "force", "on": f"b{len(kinds) - 1}.p", "force": [{"input": "u"}, 0, 0]}
+    return scene_from_dict({"schema": 1, "gravity": [0, 0, gravity], "bodies": bodies, "joints": joints, "forces": {"f": force},
+                            "inputs": {"u": {"start": 0, "unit": "N"}}})  # fmt: skip
+
+
+def moves(scene: Scene, push: float) -> bool:
+    """Whether a run from rest under this push moves."""
+    r = simulate(scene, until=0.1, every=0.1, overrides={"inputs.u.start": push}, outputs="*.qd[*")
+    assert r.outcome.ok
+    return bool(np.abs(r.data[-1, 1:]).max() > 0.0)
+
+
+def check(seed: int, kind: str) -> bool:
+    """Hold a chain against its bounds; whether it holds."""
+    scene = chain(seed, kind)
+    one, all_states = hold(scene), hold(scene, bounds=True, cells=60)
+    assert all_states.open == 0
+    assert all_states.holds == ("certain" if one.holds else "no"), (one.holds, all_states.holds)
+    assert moves(scene, 0.0) != one.holds
+    if not one.holds:
+        return False
+    load = all_states.load("inputs.u")
+    for sense, found in ((1.0, load.more), (-1.0, load.less)):
+        sure, most = found.guaranteed.certified, found.possible.certified
+        assert sense * sure <= sense * most + 1e-9
+        if math.isfinite(sure) and sense * sure > 1e-6:
+            assert not moves(scene, sure * (1.0 - EDGE)), (sense, sure)
+        if math.isfinite(most):
+            assert moves(scene, most + sense * EDGE * max(abs(most), 1.0)), (sense, most)
+    return True
+
+
+@pytest.mark.parametrize("kind", ["screw", "prismatic"])
+def test_bounds_of_a_chain_are_those_of_runs(kind: str) -> None:
+    assert sum(check(seed, kind) for seed in range(2))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", FRICTION)
+@pytest.mark.parametrize("seed", range(100, 127))
+def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
+    check(seed, kind)
+
+
+@pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])
+def test_what_nothing_pushes_holds(kind: str) -> None:
+    """Its pairs carry nothing and could resist nothing: "possible", with shares from inf to -inf, was said of it."""
+    scene = chain(3, kind, gravity=0.0)
+    scene = replace(scene, joints={n: replace(j, friction=scene.joints["j0"].friction) for n, j in list(scene.joints.items())[:1]},
+                    bodies={"b0": scene.bodies["b0"]}, forces={"f": replace(scene.forces["f"], on="b0.p")})  # fmt: skip
+    found = hold(scene, bounds=True, cells=20)
+    assert hold(scene).holds
+    assert found.holds == "certain"
+    assert any("nothing disturbs them" in n for n in found.notes)
+    for p in found.pairs:
+        assert (p.share.least.certified, p.share.largest.certified) == (0.0, 0.0)
+    assert found.load("inputs.u").more.guaranteed.certified == 0.0
