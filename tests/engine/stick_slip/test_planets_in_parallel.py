@@ -61,3 +61,29 @@ def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
     coarse, fine = (simulate(smoothed(scene, v), method="rosenbrock", rtol=1e-8)["rsun.q[1]"][-1] for v in SMOOTH)
     assert abs(fine - exact) < 0.6 * abs(coarse - exact) + FLOOR
     assert abs(2 * fine - coarse - exact) <= 0.05 * abs(coarse - exact) + FLOOR
+
+
+@pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
+@pytest.mark.parametrize("preload", [0.0, 12.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, preload: float, method: str) -> None:
+    """Without weight nothing but the brake carries load while it holds: friction of the others is that of no load, and no share of
+    it has a meaning. A preloaded pin holds more, by at most its own torque at the ring."""
+    data = train(seed, 2)
+    joints = data["joints"]
+    for name, joint in joints.items():
+        if name.startswith("rp"):
+            joint["friction"] = {"mu": 0.2, "radius": 0.006, "half_length": 0.02}
+        if joint["type"] == "gear" and name.startswith("gs"):
+            joint["friction"] = {"mu": 0.07, "pressure_angle": 0.35}
+    joints["rp0"]["friction"]["preload"] = preload
+    joints["rring"] |= {"friction": {"torque": 0.3}, "effort": {"ramp": {"start": 0, "end": 1, "duration": 1}}}
+    r = simulate(scene_from_dict(data | {"gravity": [0, 0, 0]}), method=method)
+    assert r.outcome.ok
+    slip = next(e.time for e in r.events if e.kind == "slip" and e.joint == "rring")
+    assert slip >= 0.3 - 1e-9
+    assert slip <= 0.3 + 1e-9 + (10 * preload * 0.2 * 0.006 if preload else 0.0)
+    held = r.time < slip - 1e-6
+    if not preload:
+        assert abs(r["rsun.friction.torque[1]"][held]).max() <= 1e-9
+        assert r["rring.friction.torque[1]"][held] == pytest.approx(r.time[held], abs=1e-9)
