@@ -120,13 +120,23 @@ static void tr_release_behind(tr_sim *s, int hook, double t) {
   s->stats.events++;
 }
 
+/* Whether a hook that is down leaves its tooth at y because the next tooth passes: its signal does not lift it, and it is not
+ * pressed. Loops are closed after the event was located, so y may be slightly before the tooth. */
+static int tr_is_tooth_passing(const tr_sim *s, int stop, const double *y) {
+  double depth[s->k->nstops + 1], lifts[s->k->nstops + 1];
+  if (!tr_is_hook(s, stop) || !tr_is_pressed(s, stop)) return 0;
+  tr_stop_depths_and_pushes(s, y, depth, lifts);
+  return depth[tr_stop_behind_hook(s, stop)] < 0.0 && -lifts[stop] > depth[stop];
+}
+
 static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y) {
-  const int was = (int)*tr_stop_flag(s, stop), hook = tr_is_hook(s, stop);
+  const int was = (int)*tr_stop_flag(s, stop), hook = tr_is_hook(s, stop), passing = tr_is_tooth_passing(s, stop, y);
   const double before = tr_potential_energy(s, y);
   double depth[s->k->nstops + 1];
   *tr_stop_flag(s, stop) = TR_STOP_OPEN;
   tr_stop_depths(s, y, depth);
-  const int now = !was || (hook && depth[stop] > 0.0) ? (int)tr_pressed_flag(s, stop, depth) : TR_STOP_OPEN;
+  int now = !was || (hook && depth[stop] > 0.0) ? (int)tr_pressed_flag(s, stop, depth) : TR_STOP_OPEN;
+  if (passing && now <= was) now = was + 1;
   if (was && now) tr_release_behind(s, stop, t);
   *tr_stop_flag(s, stop) = now;
   if (hook && was) {

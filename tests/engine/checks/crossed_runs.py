@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tests.engine.checks.event_list_difference import difference
 from trunnion import Scene
+from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.result import Result
-from trunnion.simulation.run import simulate
+from trunnion.simulation.run import run
+from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 SETTINGS: tuple[tuple[str, float, str], ...] = (
     ("auto", 1e-6, "auto"), ("rk5", 1e-6, "auto"), ("rk8", 1e-6, "auto"), ("rosenbrock", 1e-6, "auto"), ("auto", 1e-9, "compiled"),
@@ -18,6 +19,9 @@ SETTINGS: tuple[tuple[str, float, str], ...] = (
 """Method, tolerance and kernel of each run; the last is the most exact."""
 STEPS = 40000
 """Steps a run may take."""
+ROWS = 50
+COLUMNS = ["*.q*", "energy.*"]
+"""Rows and columns of a run."""
 APART = 1e-3
 """Relative difference of end states and works up to which runs are alike: a thousand times the tolerance, for errors that stops,
 hooks and onsets of sliding amplify."""
@@ -45,9 +49,11 @@ class Runs:
         return not self.differences
 
 
-def runs(scene: Scene, settings: tuple[tuple[str, float, str], ...] = SETTINGS, **more: Any) -> Runs:
-    """Run a scene at all settings, and compare each run with the last."""
-    found = tuple(simulate(scene, method=m, rtol=rtol, kernel=k, max_steps=STEPS, **more) for m, rtol, k in settings)
+def runs(scene: Scene, settings: tuple[tuple[str, float, str], ...] = SETTINGS) -> Runs:
+    """Run a scene at all settings, and compare each run with the last. Runs on one kernel share the model."""
+    models = {k: Model(scene, COLUMNS, k) for k in dict.fromkeys(k for _, _, k in settings)}
+    until = scene.simulation.until
+    found = tuple(run(models[k], until, until / ROWS, Settings(rtol, m, max_steps=STEPS)) for m, rtol, k in settings)
     exact = found[-1]
     told = [
         f"{m} {rtol:g} {k}: {what}"
