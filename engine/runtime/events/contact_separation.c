@@ -2,7 +2,7 @@
 #include "events/events.h"
 
 #define TURNED 2.0     /* rad: above any steady turn of a normal within a step */
-/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
+/* × the largest contact force or friction: a smaller contact force is round-off, and its direction is undefined. */
 #define ROUND_OFF 1e-9
 #define NEAR_ZERO 0.2  /* × the smaller end force: a minimum of the force above this is no passage through zero */
 /* Halvings of a quarter step; within an eighth of a step, a force that passes zero is nearly linear in time. */
@@ -21,6 +21,15 @@ static double tr_contact_turn(const tr_contact *p, const tr_contact *q) {
   double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   if (!(a > 0.0 && b > 0.0)) return 0.0;
   return acos(fmax(-1.0, fmin(1.0, (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / (a * b))));
+}
+
+/* Contact forces below this are round-off, N: of the largest contact force before or after, and of the largest friction, which for a
+ * constant torque has no contact. */
+static double tr_contact_floor(const tr_sim *s, const tr_contact *before, const tr_contact *after) {
+  double most = 0.0;
+  for (int i = 0; i < s->o->ncontacts; ++i) most = fmax(most, fmax(before[i].force, after[i].force));
+  for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
+  return ROUND_OFF * most;
 }
 
 /* Fraction (0…1) at which the linear interpolation of two contact forces has the smallest norm. *least: this norm divided by
@@ -123,9 +132,9 @@ static int tr_log_separations(tr_sim *s, double end, const tr_contact *now) {
   const int nc = s->o->ncontacts;
   const tr_contact *before = (const tr_contact *)TR_A(s, contacts);
   tr_contact inside[3][nc];
-  double floor = 0.0, *peak = TR_A(s, contact_peaks);
+  const double floor = tr_contact_floor(s, before, now);
+  double *peak = TR_A(s, contact_peaks);
   int once = 0, twice = 0;
-  for (int i = 0; i < nc; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, now[i].force));
   for (int i = 0; i < nc; ++i) {
     peak[i] = fmax(FADES * peak[i], fmax(before[i].force, now[i].force));
     once |= tr_is_turned(before + i, now + i, floor), twice |= tr_may_turn_twice(before + i, now + i, peak[i], floor);

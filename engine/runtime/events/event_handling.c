@@ -21,13 +21,14 @@ static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
  * are valid. */
 static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_contact *before, const tr_contact *after,
                            int contacts) {
+  const double floor = contacts ? tr_contact_floor(s, before, after) : 0.0;
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     int kind = tr_is_set_valued(s, i) ? tr_mode_change(s, i, modes + i) : 0;
     const tr_contact *p = before + pair->contact0, *q = after + pair->contact0;
     double most = 0.0, margin = s->events.margin;
     const int unsure = s->events.unsure;
-    for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j) most = fmax(most, tr_contact_turn(p + j, q + j));
+    for (int j = 0; contacts && !kind && j < pair->ncontacts; ++j) most = fmin(p[j].force, q[j].force) > floor ? fmax(most, tr_contact_turn(p + j, q + j)) : most;
     if (most > TURN_NOTED) kind = TR_EV_CONTACT_JUMP, tr_record_margin(s, most - TURN_NOTED);
     if (kind) tr_log_event(s, t, kind, i, p, q, contacts ? pair->ncontacts : 0);
     s->events.margin = margin, s->events.unsure = unsure;
