@@ -73,8 +73,10 @@ def _told(r: Result, exact: Result, rtol: float) -> list[str]:
     told = [events] if events else []
     if r is exact or not (len(r) and len(exact)):
         return told
-    told += [f"ends at {r.outcome.time:.6g} s, not {exact.outcome.time:.6g} s"] if not _near(r.outcome.time, exact.outcome.time) else []
-    states = _apart(r, exact, [c.name for c in exact.columns if c.name.split(".")[-1].startswith(("q[", "qd["))])
+    if not _near(r.outcome.time, exact.outcome.time):
+        told.append(f"ends at {r.outcome.time:.6g} s, not {exact.outcome.time:.6g} s")
+    names = [c.name for c in exact.columns]
+    states = _apart(r, exact, [n for n in names if n.split(".")[-1].startswith(("q[", "qd["))])
     works = _apart(r, exact, [c.name for c in exact.columns if c.name in ("energy.dissipated", "energy.input", "energy.kinetic")])
     told += [f"end state off by {states[0]:.1e} ({states[1]})"] if states[0] > APART else []
     told += [f"work off by {works[0]:.1e} ({works[1]})"] if works[0] > APART else []

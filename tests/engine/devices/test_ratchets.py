@@ -146,8 +146,8 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("seed", [0, 3])
 def test_in_a_loop_a_pawl_passes_every_tooth_once(seed: int, method: str) -> None:
-    """Closing the loop moves the state of an event by the step's error, also to before the tooth: the pawl was lifted and fell again
-    on the tooth that it was on, or was pressed at once."""
+    """Closing the loop moves the state of an event by the step's error, also to before the tooth. The pawl was lifted and fell
+    again on the tooth that it was on, or was pressed at once."""
     r = simulate(crossed("ratchets_in_loops", seed), method=method, outputs=["j3.q*", "j3.latch.state*"])
     assert r.outcome.ok
     clicks = [e.time for e in r.events if e.joint == "j3" and (e.kind in ("latch", "unlatch") or e.kind.startswith("end_stop"))]

@@ -15,8 +15,8 @@ ALIKE = 0.99
 QUICK: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "auto"), ("rosenbrock", 1e-6, "auto"), ("auto", 1e-9, "auto"))
 """Settings of the small law, on one kernel."""
 ONE_KERNEL = tuple((m, rtol, "auto") for m, rtol, _ in SETTINGS)
-CHOSEN = {f: (1,) for f in FAMILIES} | {"ratchets_in_loops": (0, 3), "hooks_in_loops": (6,), "planets": (0, 4),
-                                          "stops_beside_sticking_pairs": (10,)}  # fmt: skip
+FAILED = {"ratchets_in_loops": (0, 3), "hooks_in_loops": (6,), "planets": (0, 4), "stops_beside_sticking_pairs": (10,)}
+CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
 """Seeds of the small law; those of planets, hooks, ratchets and stops failed."""
 
 
