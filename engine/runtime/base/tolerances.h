@@ -45,6 +45,7 @@
 #define NEWTON_SHRINKS 0.1    /* × the last step: largest step to which NEWTON_QUADRATIC applies */
 #define NO_LOAD 1e-9          /* N or N m: smallest load that serves as a scale */
 #define CREEP_MOVES 1e3       /* × the last ε of a creep minimisation: a pair with a larger acceleration slides */
+#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded teeth reach this value */
 #define NO_CAPACITY 1e-12     /* N or N m: smallest capacity, so that shares are finite */
 
 /* Largest violation of a mode by a pair or stop at the end of a step. TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE <

@@ -25,6 +25,7 @@ typedef struct tr_recomputed {
   double *law, *dn;       /* η by the laws, and ∂η/∂N */
   tr_sliding *sliding;
   int sized;              /* whether N_size and dn are computed, which is needed only if a law misses its usual accuracy */
+  double faint;           /* N: round-off of the largest friction; less friction breaks no law */
 } tr_recomputed;
 
 static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
@@ -117,7 +118,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);
   }
   for (int q = 0; q < el->needs; ++q) load = fmax(load, fabs(it->N[el->n0 + q]));
-  if (gap <= LAW_MISSED * size || force <= FRICTION_NOTHING * load) return 0;
+  if (gap <= LAW_MISSED * size || force <= fmax(FRICTION_NOTHING * load, it->faint)) return 0;
   tr_add_law_sizes(s, it);
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
     for (int q = 0; q < el->needs; ++q) size += fabs(it->dn[el->dn0 + e - el->eta0 + q * el->neta]) * it->N_size[el->n0 + q];
@@ -152,7 +153,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
     if (starts) cancel += it->acc_size[pair->eta0 + j] * lever[j], size += fabs(f) * it->acc_size[pair->eta0 + j] * lever[j];
   }
   for (int q = 0; q < el->needs; ++q) load = fmax(load, fabs(it->N[el->n0 + q]));
-  if (friction <= FRICTION_NOTHING * load) return 0;
+  if (friction <= fmax(FRICTION_NOTHING * load, it->faint)) return 0;
   if (sqrt(fast) <= (starts ? FAINT_RATIO * cancel : slow)) return 0;
   return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
 }
@@ -188,12 +189,20 @@ static int tr_has_stuck_pair(const tr_sim *s) {
   return any;
 }
 
+/* Round-off of the largest friction, N. */
+static double tr_faint_friction(const tr_sim *s) {
+  double most = 0.0;
+  for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
+  return ROUND_OFF_FRICTION * most;
+}
+
 /* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. If it is 0, branches are
  * checked too. */
 static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) {
   const tr_kernel *k = s->k;
   tr_hold hold[k->nsliders + 1];
   int broken = 0;
+  it->faint = tr_faint_friction(s);
   if (tr_has_stuck_pair(s)) k->held_alone(it->N, TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold);
   for (int i = 0; i < k->nsliders; ++i) {
     if (i == s->friction.freed) continue;
@@ -262,7 +271,7 @@ static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n)
   int a = k->active, e = k->neta, m = k->nn, broken = k->nstops && !rest ? tr_check_stops(s, y) : 0;
   double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
-  tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0};
+  tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0, 0.0};
   if (e && !s->step.mapped && !(s->moreau.h > 0.0)) { /* a violation found without maps is checked again with maps */
     tr_recompute_recursive(s, &it, rest || tr_has_stuck_pair(s));
     if (tr_are_rows_closed(s, &it) && !tr_check_pairs(s, &it, rest, n)) return broken;

@@ -57,14 +57,14 @@ static int tr_release_left_lines(tr_sim *s) {
 }
 
 /* The pair that stops where pair `which` seems to leave its mode; `which` if there is none. The friction of the stopping pair
- * jumps there and carries `which` along. For a pair on a line, speed across the line comes from loops left open by the step.
- * Requires maps of (t, y). */
-static int tr_find_pair_stopping_first(tr_sim *s, int which, double t, const double *y) {
+ * jumps there and carries `which` along. was: speeds at the start of the step; a slow pair that speeds up has just started and does
+ * not stop. For a pair on a line, speed across the line comes from loops left open by the step. Requires maps of (t, y). */
+static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, double t, const double *y) {
   if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
     const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = tr_crawl_speed(tr_speed_unit(s));
-    if (v <= none || ((along <= none || along < LINE_TURNS * v) && tr_is_stopping_on_line(s, i, t, y))) return i;
+    if ((v <= none && !(v > was[i])) || ((along <= none || along < LINE_TURNS * v) && tr_is_stopping_on_line(s, i, t, y))) return i;
   }
   return which;
 }

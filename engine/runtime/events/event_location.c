@@ -131,7 +131,7 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
     }
     if (turned < 0 || i == *which) turned = i;
   }
-  *which = turned >= 0 ? turned : tr_find_pair_stopping_first(s, *which, t, y);
+  *which = turned >= 0 ? turned : tr_find_pair_stopping_first(s, *which, was, t, y);
   const int beside = turned < 0 && *which < s->k->nsliders ? tr_find_pair_stopping_beside(s, *which, was, t, y) : -1;
   if (beside >= 0) s->friction.cutting_pair = beside;
   return beside >= 0 ? TR_TOO_LARGE : TR_FOUND;

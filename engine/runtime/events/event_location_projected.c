@@ -5,6 +5,7 @@
 #define CLOSE_STEP 1e-3 /* × θ: first secant difference */
 #define CLOSE_TIMES 8   /* secant iterations */
 #define CLOSE_FAR 0.25  /* × the step: largest shift of an event by the step's error; a root farther away is another event */
+#define STOP_PASSED (0.5 * EVENT_CLOSE) /* × TOL_STOP: a stop's event is refined to this distance beyond the stop, and to within it */
 #define LET_GO_AS_ONE 1.0 /* × tolerance / rate: closer releases count as simultaneous; far below the error of event times */
 #define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance at which later releases are sought */
 #define LET_GO_GROWS 10.0 /* factor to the next distance */
@@ -48,12 +49,17 @@ static int tr_is_refinement_needed(const tr_sim *s, int i) {
   return s->k->active && i < s->k->nsliders && tr_is_set_valued(s, i) && tr_mode_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }
 
-/* Violation of pair i's mode, in tolerances less one, at θ of the last step with closed loops. If pair i is stuck: the largest
- * violation of all stuck pairs. NaN: no solution. */
+/* Violation of the mode of pair or stop i, in tolerances less one, at θ of the last step with closed loops. If pair i is stuck: the
+ * largest violation of all stuck pairs. For a stop less STOP_PASSED, so that the state at the root is beyond the stop. NaN: no
+ * solution. */
 static double tr_projected_violation(tr_sim *s, int i, double theta) {
-  double *y = TR_A(s, event_y), t = s->step.t0 + theta * s->step.size;
+  double *y = TR_A(s, event_y), t = s->step.t0 + theta * s->step.size, depth[s->k->nstops + 1];
   tr_dense_state(s, theta, y);
   if (!tr_project(s, t, y) || !tr_rhs(s, t, y, TR_A(s, dy))) return NAN;
+  if (i >= s->k->nsliders) {
+    tr_stop_depths(s, y, depth);
+    return tr_mode_violation(s, i, depth) - STOP_PASSED;
+  }
   tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws of its second-last iterate */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
@@ -62,16 +68,17 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
   return most - 1.0;
 }
 
-/* Refine the pending event of a stuck pair or a ball with closed loops, by secants on θ. If they do not converge, the time
+/* Refine the pending event of a stuck pair, a ball or a stop with closed loops, by secants on θ. If they do not converge, the time
  * remains unchanged. */
 static void tr_refine_projected_event(tr_sim *s, int i) {
+  const double close = i < s->k->nsliders ? EVENT_CLOSE : STOP_PASSED;
   double was = s->pending.theta, g0 = tr_projected_violation(s, i, was), theta = was * (1.0 - CLOSE_STEP);
-  for (int it = 0; it < CLOSE_TIMES && fabs(g0) > EVENT_CLOSE; ++it) {
+  for (int it = 0; it < CLOSE_TIMES && fabs(g0) > close; ++it) {
     double g = tr_projected_violation(s, i, theta), next = theta - g * (theta - was) / (g - g0);
     was = theta, g0 = g, theta = next;
     if (!(theta > 0.0 && theta <= 1.0) || fabs(theta - s->pending.theta) > CLOSE_FAR) return;
   }
-  if (!(fabs(g0) <= EVENT_CLOSE)) return;
+  if (!(fabs(g0) <= close)) return;
   s->pending.theta = was, s->pending.t = s->step.t0 + was * s->step.size;
 }
 
@@ -108,7 +115,8 @@ static void tr_release_together(tr_sim *s, int i) {
 static void tr_refine_pending_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y);
   const int i = s->pending.which;
-  if (s->k->active && i < s->k->nsliders && tr_is_set_valued(s, i) && (tr_is_stuck(s, i) || tr_is_moving_ball(s, i))) tr_refine_projected_event(s, i);
+  const int pair = i < s->k->nsliders, projected = !pair || (tr_is_set_valued(s, i) && (tr_is_stuck(s, i) || tr_is_moving_ball(s, i)));
+  if (s->k->active && projected) tr_refine_projected_event(s, i);
   if (i < s->k->nsliders && tr_is_set_valued(s, i) && tr_is_stuck(s, i)) tr_release_together(s, i);
   if (!tr_is_refinement_needed(s, s->pending.which)) return;
   tr_dense_state(s, s->pending.theta, ye);

@@ -2,7 +2,7 @@
  * only when the pair leaves the zone, so the zone stores the contacts at its entry. */
 #include "events/events.h"
 
-/* × the largest contact force before or after: a smaller force is round-off, and its direction is undefined. */
+/* × the largest contact force or friction: a smaller contact force is round-off, and its direction is undefined. */
 #define ROUND_OFF 1e-9
 #define UNLOADED 1e-12 /* × energy over length: the same, where no contact carries a load */
 /* × the step: a ball is evaluated this far before its event; a tilt that vanishes like a square root is below 0.01 there. */
@@ -10,10 +10,12 @@
 /* Rad (three degrees): a smaller change of a ball's tilt is no jump; long steps resolve tilts to one degree. */
 #define FOLD_TILT 0.05
 
-/* Contact force, N, up to which the n contacts before and after carry nothing but round-off. */
+/* Contact force, N, up to which the n contacts before and after carry nothing but round-off. Friction counts, too: that of a
+ * constant torque has no contact. */
 static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
   double floor = UNLOADED * s->set.energy / s->set.length;
   for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
+  for (int i = 0; i < s->k->neta; ++i) floor = fmax(floor, ROUND_OFF * fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
   return floor;
 }
 
@@ -136,13 +138,23 @@ static void tr_release_behind(tr_sim *s, int hook, double t) {
   s->stats.events++;
 }
 
+/* Whether a hook that is down leaves its tooth at y because the next tooth passes: its signal does not lift it, and it is not
+ * pressed. Loops are closed after the event was located, so y may be slightly before the tooth. */
+static int tr_is_tooth_passing(const tr_sim *s, int stop, const double *y) {
+  double depth[s->k->nstops + 1], lifts[s->k->nstops + 1];
+  if (!tr_is_hook(s, stop) || !tr_is_pressed(s, stop)) return 0;
+  tr_stop_depths_and_pushes(s, y, depth, lifts);
+  return depth[tr_stop_behind_hook(s, stop)] < 0.0 && -lifts[stop] > depth[stop];
+}
+
 static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y) {
-  const int was = (int)*tr_stop_flag(s, stop), hook = tr_is_hook(s, stop);
+  const int was = (int)*tr_stop_flag(s, stop), hook = tr_is_hook(s, stop), passing = tr_is_tooth_passing(s, stop, y);
   const double before = tr_potential_energy(s, y);
   double depth[s->k->nstops + 1];
   *tr_stop_flag(s, stop) = TR_STOP_OPEN;
   tr_stop_depths(s, y, depth);
-  const int now = !was || (hook && depth[stop] > 0.0) ? (int)tr_pressed_flag(s, stop, depth) : TR_STOP_OPEN;
+  int now = !was || (hook && depth[stop] > 0.0) ? (int)tr_pressed_flag(s, stop, depth) : TR_STOP_OPEN;
+  if (passing && now <= was) now = was + 1;
   if (was && now) tr_release_behind(s, stop, t);
   *tr_stop_flag(s, stop) = now;
   if (hook && was) {

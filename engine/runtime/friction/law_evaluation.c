@@ -2,7 +2,6 @@
 #include "friction/friction.h"
 
 #define NO_FRICTION 1e-290 /* N: smaller friction results from NO_FORCE */
-#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded teeth reach this value */
 #define TOL_TWIST 1e-9 /* × the capacity: torque about its force that a ball at rest may carry; above round-off */
 
 /* Evaluate N at the frictions eta, without open reactions. Requires load maps. */

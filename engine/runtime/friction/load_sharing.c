@@ -62,6 +62,28 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   }
 }
 
+/* Order the n multipliers of a group with responses A: first those whose capacity counts, then those without one. `cap`: in the
+ * unit of the multiplier; the capacities are compared by the accelerations that they cause. Pairs without capacity carry nothing
+ * (their rows store 0), because a share of nothing has no meaning. Returns the number of the others; n if these could not hold
+ * the group's freedoms without them. */
+static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A, const double *cap, int rank, int *order) {
+  double most = 0.0, B[n * n], L[n * n], d[n];
+  int perm[n], count = 0, last = n;
+  for (int i = 0; i < n; ++i) most = fmax(most, cap[i] * sqrt(A[i + i * n]));
+  for (int i = 0; i < n; ++i)
+    if (cap[i] * sqrt(A[i + i * n]) >= LEADS_NOTHING * most) order[count++] = i; else order[--last] = i;
+  for (int i = 0; i < count && count < n; ++i) {
+    for (int j = 0; j < count; ++j) B[i + j * count] = A[order[i] + order[j] * n];
+    d[i] = tr_response_scale(s, c[order[i]], B[i + i * count]);
+  }
+  if (count < n && tr_cholesky(count, B, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT) < rank) {
+    for (int i = 0; i < n; ++i) order[i] = i;
+    return n;
+  }
+  for (int i = count; i < n; ++i) tr_row_kinds(s)[c[order[i]]] = TR_ROW_STORED, TR_A(s, share)[c[order[i]]] = 0.0, s->friction.shared = 1;
+  return count;
+}
+
 /* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the
  * capacities with the loads. Newton's method starts from these loads, because the capacities under the loads without friction
  * are different. */
@@ -239,19 +261,20 @@ static void tr_share_group(tr_sim *s, int n, const int *c) {
     for (int j = 0; j < n; ++j) A[i + j * n] = tr_freedom_response(s, c[i], c[j]);
     d[i] = tr_response_scale(s, c[i], A[i + i * n]);
   }
-  int rank = tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT), active = n - rank + 1;
+  int rank = tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT);
   if (rank == 0 || rank == n || (s->friction.stored && tr_store_loads(s, n, c, A, rank))) return;
   if (tr_share_by_lines(s, n, c, perm, rank) || tr_store_loads(s, n, c, A, rank)) return;
   tr_share_loads(s, n, c, owner, A, cap, x);
-  for (int i = 0; i < n; ++i) perm[i] = i, share[i] = tr_pair_share(n, owner, cap, x, owner[i]);
-  for (int i = 0; i < n; ++i) /* sorted by share, largest first */
-    for (int j = i + 1; j < n; ++j)
+  const int loaded = tr_set_aside_unloaded(s, n, c, A, cap, rank, perm), active = loaded - rank + 1;
+  for (int i = 0; i < n; ++i) share[i] = tr_pair_share(n, owner, cap, x, owner[i]);
+  for (int i = 0; i < loaded; ++i) /* sorted by share, largest first */
+    for (int j = i + 1; j < loaded; ++j)
       if (share[perm[j]] > share[perm[i]]) {
         int t = perm[i];
         perm[i] = perm[j], perm[j] = t;
       }
   if (!(fabs(x[perm[0]]) > 0.0)) return;
-  for (int i = 0; i < n; ++i) TR_A(s, share)[c[i]] = x[i];
+  for (int i = 0; i < loaded; ++i) TR_A(s, share)[c[perm[i]]] = x[perm[i]];
   for (int i = 1; i < active; ++i) tr_follow_leader(s, c[perm[i]], c[perm[0]]);
 }
 

@@ -84,10 +84,33 @@ static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
+/* Rank of the responses of all stuck pairs and of pair i. */
+static int tr_rank_of_stuck(tr_sim *s, int i) {
+  const int e = s->k->neta;
+  int c[e], perm[e], n = 0;
+  double A[e * e], L[e * e], d[e];
+  for (int m = 0; m < s->k->nsliders; ++m)
+    for (int q = 0; q < tr_pair_of(s, m)->neta; ++q)
+      if (m == i || tr_is_stuck(s, m)) c[n++] = tr_pair_of(s, m)->eta0 + q;
+  for (int p = 0; p < n; ++p) {
+    for (int q = 0; q < n; ++q) A[p + q * n] = tr_freedom_response(s, c[p], c[q]);
+    d[p] = tr_response_scale(s, c[p], A[p + p * n]);
+  }
+  return tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT);
+}
+
+/* Whether pair i carries no load, and no stuck pair holds its freedoms. At rest it could hold nothing: the first load would release
+ * it again. */
+static int tr_is_unloaded_and_free(tr_sim *s, int i) {
+  if (tr_hold_of(s, i)->capacity > s->friction.faint) return 0;
+  tr_form_all_maps(s);
+  return tr_rank_of_stuck(s, i) == tr_rank_of_stuck(s, -1) + tr_pair_of(s, i)->neta;
+}
+
 static int tr_is_slipping_in_place(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   double acc[3], worst = 0.0;
-  if (!tr_is_sliding(s, i)) return 0;
+  if (!tr_is_sliding(s, i) || tr_is_unloaded_and_free(s, i)) return 0;
   tr_pair_acceleration(s, i, acc);
   for (int j = 0; j < pair->nrates; ++j) worst = fmax(worst, fabs(acc[j]));
   return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);

@@ -58,8 +58,9 @@ def _points(path: Path, c: Curve) -> Iterator[Finding]:
 
 
 def _cross(a: Point, b: Point, p: Point, q: Point) -> bool:
-    """Whether the segments ab and pq have a common point."""
-    return _side(a, b, p) * _side(a, b, q) <= 0 and _side(p, q, a) * _side(p, q, b) <= 0
+    """Whether the segments ab and pq have a common point. Segments of one straight line have none unless their ranges meet."""
+    meet = all(max(a[i], b[i]) >= min(p[i], q[i]) and max(p[i], q[i]) >= min(a[i], b[i]) for i in (0, 1))
+    return meet and _side(a, b, p) * _side(a, b, q) <= 0 and _side(p, q, a) * _side(p, q, b) <= 0
 
 
 def _side(a: Point, b: Point, p: Point) -> float:

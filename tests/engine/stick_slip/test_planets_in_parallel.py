@@ -4,12 +4,10 @@ its bearing's loads are those of stiff contacts at rest as while sliding, so no 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
-import numpy as np
 import pytest
 
-from tests.reference.scenes.random_streams import stream
+from tests.reference.scenes.epicyclic_trains import train
 from trunnion import Scene, scene_from_dict, simulate
 
 NEAR = 1e-7
@@ -18,40 +16,6 @@ FLOOR = 1e-6
 """Error of a run with rtol 1e-8, rad: the angles are of order 10."""
 SMOOTH = (2e-5, 1e-5)
 """Speeds at which the smoothed law saturates, m/s; the error of its motion is in proportion, so that two give the limit."""
-
-
-def train(seed: int, planets: int) -> dict[str, Any]:
-    """An epicyclic train with a torque on its ring that grows until the sun slips. Seeds draw sizes, masses and what rubs."""
-    rng = stream(seed, str(planets), "planets")
-    sun, planet, module = int(rng.integers(16, 30)), int(rng.integers(16, 30)), 4e-3
-    arm, angles = (sun + planet) * module / 2, 2 * np.pi * np.arange(planets) / planets
-    at = [[float(arm * np.cos(a)), float(arm * np.sin(a)), 0.0] for a in angles]
-    origin = [0.0, 0.0, 0.0]
-
-    def body(mass: float, radius: float, **more: Any) -> dict[str, Any]:
-        j = 0.5 * mass * radius**2
-        return {"mass": mass, "inertia": [j / 2, j / 2, j], "position": origin} | more
-
-    ratio = (sun + 2 * planet) / sun
-    size = float(rng.uniform(0.5, 2.0))
-    center = [float(x) for x in rng.uniform(-0.02, 0.02, 2)] + [0.0]
-    bodies = {"sun": body(0.5, 0.04), "ring": body(2.0, 0.13), "car": body(1.0, arm, center=center)}
-    joints: dict[str, Any] = {
-        "rsun": {"inboard": "ground", "outboard": "sun", "at": origin,
-                 "friction": {"mu": float(rng.uniform(0.2, 0.6)), "radius": 0.015, "half_length": 0.05}},
-        "rring": {"inboard": "ground", "outboard": "ring", "at": origin,
-                  "effort": {"ramp": {"start": 0, "end": size, "duration": 1}}},
-        "rcar": {"inboard": "ground", "outboard": "car", "at": origin, "damping": float(rng.uniform(0.0, 0.3)) * ratio},
-    }  # fmt: skip
-    for i, place in enumerate(at):
-        bodies[f"p{i}"] = body(float(rng.uniform(0.2, 0.5)), planet * module / 2) | {"position": place}
-        rubs = {"friction": {"torque": float(rng.uniform(0.002, 0.02))}} if rng.random() < 0.6 else {}
-        joints[f"rp{i}"] = {"inboard": "car", "outboard": f"p{i}", "at": place} | rubs
-        joints[f"gs{i}"] = {"type": "gear", "inboard": "sun", "outboard": f"p{i}", "teeth": [sun, planet], "module": module}
-        joints[f"gr{i}"] = {"type": "gear", "inboard": f"p{i}", "outboard": "ring", "teeth": [planet, sun + 2 * planet],
-                            "module": module, "internal": True}  # fmt: skip
-    joints = {n: {"type": "revolute", "axis": "z"} | j for n, j in joints.items()}
-    return {"gravity": [0, -9.81, 0], "bodies": bodies, "joints": joints, "simulation": {"until": 1.0}}
 
 
 def smoothed(scene: Scene, v_eps: float) -> Scene:
@@ -97,3 +61,29 @@ def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
     coarse, fine = (simulate(smoothed(scene, v), method="rosenbrock", rtol=1e-8)["rsun.q[1]"][-1] for v in SMOOTH)
     assert abs(fine - exact) < 0.6 * abs(coarse - exact) + FLOOR
     assert abs(2 * fine - coarse - exact) <= 0.05 * abs(coarse - exact) + FLOOR
+
+
+@pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
+@pytest.mark.parametrize("preload", [0.0, 12.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, preload: float, method: str) -> None:
+    """Without weight nothing but the brake carries load while it holds: friction of the others is that of no load, and no share of
+    it has a meaning. A preloaded pin holds more, by at most its own torque at the ring."""
+    data = train(seed, 2)
+    joints = data["joints"]
+    for name, joint in joints.items():
+        if name.startswith("rp"):
+            joint["friction"] = {"mu": 0.2, "radius": 0.006, "half_length": 0.02}
+        if joint["type"] == "gear" and name.startswith("gs"):
+            joint["friction"] = {"mu": 0.07, "pressure_angle": 0.35}
+    joints["rp0"]["friction"]["preload"] = preload
+    joints["rring"] |= {"friction": {"torque": 0.3}, "effort": {"ramp": {"start": 0, "end": 1, "duration": 1}}}
+    r = simulate(scene_from_dict(data | {"gravity": [0, 0, 0]}), method=method)
+    assert r.outcome.ok
+    slip = next(e.time for e in r.events if e.kind == "slip" and e.joint == "rring")
+    assert slip >= 0.3 - 1e-9
+    assert slip <= 0.3 + 1e-9 + (10 * preload * 0.2 * 0.006 if preload else 0.0)
+    held = r.time < slip - 1e-6
+    if not preload:
+        assert abs(r["rsun.friction.torque[1]"][held]).max() <= 1e-9
+        assert r["rring.friction.torque[1]"][held] == pytest.approx(r.time[held], abs=1e-9)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 
 from trunnion.basics.problems import SceneError
+from trunnion.scene.checks import problems
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.data_classes.joint_couplings import Curve
 from trunnion.scene.scene_loader import scene_from_text
 from trunnion.system.construction.system_builder import build
 
@@ -37,3 +41,17 @@ def test_curves_that_cannot_be_are_refused_with_why(says: str) -> None:
     each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in "ab")
     with pytest.raises(SceneError, match=re.escape(says)):
         build(scene_from_text(f"schema: 1\nbodies:\n{each}joints:\n{joints}\n  m: {WRONG[says]}\nsimulation: {{until: 1 s}}\n"))
+
+
+@pytest.mark.parametrize("way", [(0.0, 1.0), (1.0, 0.0), (1.0, 0.3), (-0.7, 1.1)])
+def test_a_straight_curve_of_many_points_does_not_cross_itself(way: tuple[float, float]) -> None:
+    """Round-off puts points on either side of the line."""
+    points = [tuple(float(x) * k * 0.1 for x in way) for k in range(7)]
+    curve = Curve(points=tuple(points))
+    scene = sm.Scene({"b": sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0))}, {
+        "plane": sm.Joint("planar", "ground", "b", axis="z"),
+        "slot": sm.Joint("point_on_curve", "ground", "b", axis="z", curve=curve)})  # fmt: skip
+    assert not problems(scene)
+    back = replace(curve, points=(*points, (points[3][0] + 0.05, points[3][1] - 0.05), (points[3][0] - 0.05, points[3][1] + 0.05)))
+    wrong = problems(replace(scene, joints=scene.joints | {"slot": replace(scene.joints["slot"], curve=back)}))
+    assert any("crosses itself" in str(w) for w in wrong)

@@ -1,0 +1,35 @@
+"""Random scenes in which devices meet, by family: friction at nearly every joint, and loads under which pairs stick, slip, are
+released and engaged within a short run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numpy.random import Generator
+
+from tests.reference.scenes import crossed_linkages as linkages
+from tests.reference.scenes import crossed_wheels as wheels
+from tests.reference.scenes.random_streams import stream
+from trunnion import Scene, scene_from_dict
+
+FAMILIES: dict[str, Callable[[Generator], dict[str, Any]]] = {
+    f.__name__: f
+    for f in (
+        wheels.gear_trains, wheels.planets, wheels.belts, wheels.racks, wheels.bevel_differentials, wheels.cams,
+        linkages.screws_in_loops, linkages.screw_levers, linkages.hooks_in_loops, linkages.ratchets_in_loops,
+        linkages.freewheels_in_four_bars, linkages.grippers, linkages.slots, linkages.stops_beside_sticking_pairs,
+        linkages.five_bars, linkages.drives_that_die, linkages.blocks_on_belts,
+    )
+}  # fmt: skip
+"""What draws a scene of each family."""
+
+
+def crossed_dict(family: str, seed: int) -> dict[str, Any]:
+    """A random scene of a family, as a scene file has it. It depends on nothing but family and seed."""
+    return FAMILIES[family](stream("crossed", family, seed)) | {"name": f"{family}_{seed}"}
+
+
+def crossed(family: str, seed: int) -> Scene:
+    """A random scene of a family."""
+    return scene_from_dict(crossed_dict(family, seed))
