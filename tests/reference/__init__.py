@@ -8,11 +8,11 @@ It uses numpy and scipy only, and shares nothing with the engine but the Scene c
 
 ``mechanics``: coordinates and frames (``body_properties`` → ``kinematics``, ``joint_constraints``, ``rotation``), forces
 (``loads_and_devices``, ``time_signals``) and the equations of motion (``newton_euler_equations``). ``contact_and_friction``: laws
-and contacts (``friction_laws`` → ``contact_roots`` → ``joint_friction``, with ``sliding_closed_forms``), the roots of the complement
-equations, all ways to stick and slip (``mode_enumeration`` for any joint and loop, ``mode_enumeration_chains``), and contacts as stiff
-springs. ``dynamics`` solves a state; ``states_of_results`` makes states of a run's rows. ``compliant`` runs any scene as a compliant
-mechanism and extrapolates to the rigid one. ``scenes``: ``random_components`` → ``random_scenes``; ``frame_changes``,
-``unit_changes`` and ``joint_reversal`` say the same mechanism differently, ``result_table`` compares.
+and contacts (``friction_laws`` → ``contact_roots`` → ``joint_friction``, with ``sliding_closed_forms``), the roots of the
+complement equations, all ways to stick and slip (``mode_enumeration`` for any joint and loop, ``mode_enumeration_chains``), and
+contacts as stiff springs. ``dynamics`` solves a state; ``states_of_results`` makes states of a run's rows. ``compliant`` runs any
+scene as a compliant mechanism and extrapolates to the rigid one. ``scenes``: ``random_components`` → ``random_scenes``;
+``frame_changes``, ``unit_changes`` and ``joint_reversal`` say the same mechanism differently, ``result_table`` compares.
 """
 
 from tests.reference.contact_and_friction.complement_equation_roots import NoRoot

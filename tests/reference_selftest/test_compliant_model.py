@@ -10,6 +10,11 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from tests.reference.compliant import NotJudged, judged
+from tests.reference.compliant.answer import level_of
+from tests.reference.compliant.compiled import Compiled
+from tests.reference.compliant.model import Model
+from tests.reference.compliant.placed_scenes import resolved
+from tests.reference.compliant.start import start
 from trunnion import Scene, scene_from_dict
 
 NEAR = 1e-5
@@ -154,3 +159,35 @@ def test_a_joint_follows_another() -> None:
 def test_what_it_does_not_take_it_says() -> None:
     with pytest.raises(NotJudged, match="lugre"):
         judged(slider(friction={"law": "lugre", "mu": 0.1, "force": 1.0, "bristle_stiffness": 1e3}))
+
+
+def test_the_rates_in_c_are_those_of_the_definition() -> None:
+    """Random states of a scene with every kind of row, to round-off."""
+    rub = {"mu": 0.2, "mu_static": 0.3, "radius": 0.01, "half_length": 0.02, "preload": 3.0, "thrust_radius": 0.01}
+    at = {"at": [0, 0, 0], "axis": "z"}
+    joints = {
+        "pa": {"type": "revolute", "inboard": "ground", "outboard": "a", "friction": rub, "pin": "outboard", **at,
+               "motor": {"stall": 1.0, "no_load": 9.0}, "end_stops": {"stiffness": 5.0, "upper": -0.1}},
+        "pb": {"type": "cylindrical", "inboard": "ground", "outboard": "b", "axis": "z", "at": [0.25, 0, 0], "damping": [0.1, 0.2],
+               "friction": {"mu": 0.1, "radius": 0.01, "half_length": 0.1}},
+        "m": {"type": "gear", "axis": "z", "inboard": "a", "outboard": "b", "teeth": [20, 30], "module": 0.01,
+              "friction": {"mu": 0.1, "pressure_angle": 0.3}},
+        "s": {"type": "screw", "inboard": "a", "outboard": "n", "pitch": 0.01, **at, "friction": {"mu": 0.1, "radius": 0.01, "flank_angle": 0.2}},
+        "g": {"type": "prismatic", "inboard": "ground", "outboard": "n", **at, "spring": {"stiffness": 9.0},
+              "friction": {"mu": 0.1, "half_width": 0.02, "half_height": 0.03, "half_length": 0.1}},
+        "u": {"type": "universal", "inboard": "n", "outboard": "c", "reference": "x", **at},
+        "o": {"type": "spherical", "inboard": "c", "outboard": "d", "at": [0, 0, 0.3], "friction": {"mu": 0.2, "radius": 0.02}},
+        "f": {"type": "rack", "inboard": {"body": "a", "axis": "z"}, "outboard": {"body": "d", "axis": "x"}, "radii": [0.02]},
+    }  # fmt: skip
+    places = {"a": [0, 0, 0], "b": [0.25, 0, 0], "n": [0, 0, 0], "c": [0, 0, 0], "d": [0, 0.02, 0.3]}
+    bodies = {n: WHEEL | {"position": x} for n, x in places.items()}
+    pull = {"p": {"type": "force", "on": "c", "force": [1, 2, 3], "frame": "body"},
+            "t": {"type": "torque", "on": "a", "torque": [1, 0, 3]},
+            "k": {"type": "spring_damper", "between": ["a", "d"], "stiffness": 5.0, "damping": 0.3, "length": 0.1}}  # fmt: skip
+    case = resolved(scene(bodies, joints, forces=pull))
+    model = Model(case, level_of(case, 1))
+    rng = np.random.default_rng(1)
+    states = start(model) + 1e-3 * rng.normal(size=(20, model.frames.size))
+    times = np.linspace(0, 1, 20)
+    expected = model.defined(times, states)
+    assert np.abs(Compiled(model)(times, states) - expected).max() < 1e-12 * np.abs(expected).max()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fnmatch
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -61,17 +62,18 @@ def _parts(scene):
     return parts(scene)
 
 
-def judged(scene, until: float | None = None, outputs=("*",), instants: int = 10, start_from=None, rtol: float = 1e-7) -> Judged:
+def judged(scene, until: float | None = None, outputs=("*",), instants: int = 10, start_from=None, rtol: float = 1e-7,
+           levels: int = LEVELS) -> Judged:  # fmt: skip
     """The motion of a scene in the limit of stiff joints and exact friction.
 
-    ``outputs``: patterns of ``JOINT.q[k]``, ``JOINT.qd[k]``, ``energy.dissipated``. ``start_from``: (q, qd) of joints. NotJudged says
-    what the model does not take.
+    ``outputs``: patterns of ``JOINT.q[k]``, ``JOINT.qd[k]``, ``energy.dissipated``. ``start_from``: (q, qd) of joints. NotJudged
+    says what the model does not take.
     """
     clock = time.process_time()
     end = scene.simulation.until if until is None else until
     times = np.linspace(0, end, instants + 1)
     plain, runs, steps = resolved(scene), [], 0
-    for number in range(LEVELS):
+    for number in range(levels):
         run, count = table(plain, level_of(plain, number), times, start_from, rtol)
         names = [n for n in run if any(fnmatch.fnmatchcase(n, _literal(p)) for p in outputs)]
         runs.append({n: run[n] for n in names})
@@ -81,7 +83,7 @@ def judged(scene, until: float | None = None, outputs=("*",), instants: int = 10
     values, error = {}, {}
     for n in runs[0]:
         rows = [r[n] for r in runs]
-        limits = [b + (b - a) / (FINER - 1) for a, b in zip(rows, rows[1:], strict=False)]
+        limits = [b + (b - a) / (FINER - 1) for a, b in pairwise(rows)]
         values[n] = limits[-1]
         error[n] = np.abs(limits[-1] - limits[-2]) if len(limits) > 1 else np.abs(rows[-1] - rows[-2])
     return Judged(times, values, error, time.process_time() - clock, runs, steps)

@@ -1,4 +1,5 @@
-"""The rates of ``model.Model`` in C, for speed: the same forces from the same numbers. Without a compiler the model computes them itself."""
+"""The rates of ``model.Model`` in C, for speed: the same forces from the same numbers. Without a compiler the model does
+without."""
 
 from __future__ import annotations
 
@@ -37,13 +38,12 @@ def _fields(text: str, name: str, known: dict[str, type]) -> list[tuple[str, typ
     for line in filter(None, (x.strip() for x in body.split(";"))):
         kind, names = re.match(r"(?:const )?(\w+) (.*)", line, re.S).groups()
         for one in re.split(r",\s*", names):
-            pointer = one.startswith("*") or "*" in names.split(",")[0] and one.startswith("*")
-            out.append((one.strip("* "), ctypes.c_void_p if pointer else known[kind]))
+            out.append((one.strip("* "), ctypes.c_void_p if one.startswith("*") else known[kind]))
     return out
 
 
 def _structures() -> type:
-    text = SOURCE.read_text()
+    text = SOURCE.with_suffix(".h").read_text()
     known: dict[str, type] = {"long": ctypes.c_long, "double": ctypes.c_double}
     for name in ("Sides", "Law", "Model"):
         known[name] = type(name, (ctypes.Structure,), {"_fields_": _fields(text, name, known)})
@@ -92,8 +92,9 @@ class Compiled:
     def _constant(self) -> None:
         m, s, self.laws = self.model, self.s, {}
         f, at = m.frames, m.frames.at
-        for name, value in (("nb", f.count), ("size", f.size), ("at_q", at["q"].start), ("at_v", at["v"].start), ("at_w", at["w"].start),
-                            ("at_rolled", at["rolled"].start), ("at_taken", at["taken"]), ("delay", m.level.delay)):  # fmt: skip
+        for key in ("q", "v", "w", "rolled"):
+            setattr(s, f"at_{key}", at[key].start)
+        for name, value in (("nb", f.count), ("size", f.size), ("at_taken", at["taken"]), ("delay", m.level.delay)):
             setattr(s, name, value)
         for name, value in (("mass", f.mass), ("inertia", f.inertia), ("inverse", m.inverse), ("weight", m.loads.weight)):
             self._put(s, name, value)
@@ -209,7 +210,8 @@ class Compiled:
                 wanted[:, :, i] = np.array([drive_motion(drive, float(x))[:2] for x in times])[back].T
         for key, value in (("effort", effort), ("wanted", wanted[0]), ("wanted_rate", wanted[1]), ("near", m.free.near)):
             self._put(s, key, value)
-        stops = [(i, side, x, e.stiffness, e.damping) for i, e in d.stops for x, side in ((e.lower, 1.0), (e.upper, -1.0)) if x is not None]
+        sides = [(i, e, x, side) for i, e in d.stops for x, side in ((e.lower, 1.0), (e.upper, -1.0))]
+        stops = [(i, side, x, e.stiffness, e.damping) for i, e, x, side in sides if x is not None]
         stops += [(i, *d._hook(j), e.stiffness, e.damping) for j, (i, e) in enumerate(d.latches) if d.down[j]]
         self._put(s, "stops", len(stops))
         self._put(s, "stop_at", np.array([x[0] for x in stops], int), int)

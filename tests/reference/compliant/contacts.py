@@ -1,7 +1,7 @@
 """Contacts of joints as springs with friction, for many states and joints at once: forces on the pin, in its frame.
 
-A contact presses with k u, u the displacement of the bearing against the pin there and a share of its rate. Friction at a contact is
-the law's slope times normal force times velocity of the bearing on the pin's surface. The definitions are those of
+A contact presses with k u, u the displacement of the bearing against the pin there and a share of its rate. Friction at a contact
+is the law's slope times normal force times velocity of the bearing on the pin's surface. The definitions are those of
 ``contact_and_friction.contact_roots``; here the normal force is known from the springs, so that nothing has to be solved.
 """
 

@@ -1,7 +1,7 @@
 """Couplings of motions as springs along their rows: gears, belts, racks, bevel gears, screws, and joints that follow another.
 
-What a row has moved is a state of its own, integrated from its rate: no teeth and no turns are counted. A row presses with stiffness
-times this, and a share of its rate. Teeth that rub push their wheels apart and take a torque between them.
+What a row has moved is a state of its own, integrated from its rate: no teeth and no turns are counted. A row presses with
+stiffness times this, and a share of its rate. Teeth that rub push their wheels apart and take a torque between them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Devices along freedoms of joints: springs, damping, stops, latches, motors, efforts, drives, and joints that follow others.
 
-A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a state apart from
-the equations: whether the hook is down, and on which tooth. It changes between two steps only.
+A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a state apart
+from the equations: whether the hook is down, and on which tooth. It changes between two steps only.
 """
 
 from __future__ import annotations
@@ -88,6 +88,8 @@ class Devices:
         self.drives = _listed(scene, freedoms, "drive")
         if any(d.input is not None for _, d in self.drives):
             raise NotJudged("a drive by an input")
+        if any(d.move is not None and d.move.profile == "s_curve" for _, d in self.drives):
+            raise NotJudged("a drive along an s_curve")
         self.efforts = _listed(scene, freedoms, "effort")
         self.motors = _listed(scene, freedoms, "motor")
         self.effort = Signals(scene, [e for _, e in self.efforts])

@@ -6,7 +6,6 @@ The stiffness of a joint without friction is that of two contacts at a tenth of 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np

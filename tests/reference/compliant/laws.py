@@ -1,8 +1,9 @@
 """Friction laws with a continuous passage through rest: Coulomb's law is their limit for a small speed ``eps``.
 
-Below eps friction rises in proportion to the speed, to its largest value at rest. Beyond, the law is exact. A pair whose coefficient at
-rest is larger has a state: it rests until its speed reaches eps, and slides until its speed is below eps again. (A law that falls with
-the speed instead has an unstable branch, which implicit steps follow.) All is for many states and pairs at once.
+Below eps friction rises in proportion to the speed, to its largest value at rest. Beyond, the law is exact. A pair whose
+coefficient at rest is larger has a state: it rests until its speed reaches eps, and slides until its speed is below eps again. (A
+law that falls with the speed instead has an unstable branch, which implicit steps follow.) All is for many states and pairs at
+once.
 """
 
 from __future__ import annotations
@@ -62,11 +63,13 @@ class Laws:
         smooth = np.array([k == "regularized" for k in self.kinds])
         self.viscous = np.array([k == "viscous" for k in self.kinds])
         self.eps = np.where(smooth, own, eps)
-        self.fall = np.array([f.v_stribeck if k == "stribeck" else np.inf for f, k in zip(frictions, self.kinds, strict=True)], float)
+        falls = [f.v_stribeck if k == "stribeck" else np.inf for f, k in zip(frictions, self.kinds, strict=True)]
+        self.fall = np.array(falls, float)
         drags = ("stribeck", "viscous")
-        self.drag = np.array([(f.viscosity or 0.0) if k in drags else 0.0 for f, k in zip(frictions, self.kinds, strict=True)], float)
+        both = list(zip(frictions, self.kinds, strict=True))
+        self.drag = np.array([(f.viscosity or 0.0) if k in drags else 0.0 for f, k in both], float)
 
-        self.jumps = np.flatnonzero([k == "coulomb" and f.mu_static is not None for f, k in zip(frictions, self.kinds, strict=True)])
+        self.jumps = np.flatnonzero([k == "coulomb" and f.mu_static is not None for f, k in both])
         self.open = np.isin(np.arange(len(frictions)), self.jumps)
         self.slides = np.zeros(len(frictions), bool)
         self.share = np.zeros((1, len(frictions)))

@@ -140,7 +140,7 @@ class Forces:
         self.m, self.force, self.torque = m, np.zeros_like(m.c), np.zeros_like(m.c)
         self.taken = np.zeros(len(m.c))
 
-    def push(self, body: np.ndarray, at: np.ndarray, force: np.ndarray, torque: np.ndarray | float = 0.0, sign: float = 1.0) -> None:
+    def push(self, body: np.ndarray, at: np.ndarray, force: np.ndarray, torque=0.0, sign: float = 1.0) -> None:
         """Forces and torques on bodies (index of each) at points of the world."""
         torque = cross(at - self.m.c[:, body], force) + torque
         for k, b in enumerate(body):

@@ -1,7 +1,7 @@
 """Radau IIA of order 5 with step size control, for equations whose right side is evaluated for many states at once.
 
-Stiff directions that turn make Newton's method diverge with the Jacobian of the step's start. It is therefore taken at every stage, by
-finite differences, all columns of all stages in one evaluation.
+Stiff directions that turn make Newton's method diverge with the Jacobian of the step's start. It is therefore taken at every
+stage, by finite differences, all columns of all stages in one evaluation.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ NEWTON, RENEWED, MOST = 10, 1, 50_000
 """Iterations with one Jacobian; how often it is renewed in a step; steps of a run."""
 SLOW, SOLVED = 0.3, 1e-3
 """Contraction above which the Jacobian is renewed; error of Newton's method, relative to the tolerance."""
+CAUTION = 4
+"""Steps after a failure that grow little."""
 SMALLEST = 1e-14
 """Step, relative to the time, below which a run ends."""
 
@@ -48,6 +50,7 @@ class Run:
     nudge: np.ndarray
     h: float = 1e-6
     steps: int = 0
+    wary: int = 0
     last: tuple[float, float, np.ndarray, np.ndarray] | None = None
 
     def restart(self, h: float = 1e-6) -> None:
@@ -64,17 +67,19 @@ class Run:
                 raise Stalled(f"at t = {self.t:.9g} s after {self.steps} steps")
             stages, own = self._newton(h)
             if stages is None:
-                self.h, self.last = h / 4, (self.last if self.steps % 2 else None)
+                self.h, self.wary = h / 4, CAUTION
                 continue
             error = self._error(h, stages, own)
             grow = 0.9 * (error + 1e-12) ** -0.25
             if error > 1:
-                self.h = h * max(0.1, grow)
+                self.h, self.wary = h * max(0.1, grow), max(self.wary, 1)
                 continue
             start = (self.t, self.y)
             self.last = (self.t, h, self.y, stages)
             self.t, self.y = (end if h == left else self.t + h), self.y + stages[2]
-            self.h = max(h * min(5.0, grow), self.h if h < self.h else 0.0)
+            grow = min(grow, 1.2 if self.wary else 5.0)
+            self.wary = max(self.wary - 1, 0)
+            self.h = max(h * grow, self.h if h < self.h else 0.0)
             return (*start, stages)
 
     def _differences(self, t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +111,7 @@ class Run:
                 rate = size / before if before else 0.0
                 if size < 1e-2 * SOLVED or (k > 0 and rate < 1 and rate / (1 - rate) * size < SOLVED):
                     return Z, first
-                if rate >= 1 and k > 1 or rate > SLOW and k > 2:
+                if (rate >= 1 and k > 1) or (rate > SLOW and k > 2):
                     break
                 before = size
                 F = self.f(times, self.y + Z)

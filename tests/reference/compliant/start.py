@@ -1,4 +1,5 @@
-"""The state in which a scene begins: poses from given coordinates, closed and made to agree with all rows, in absolute coordinates."""
+"""The state in which a scene begins: poses from given coordinates, closed and made to agree with all rows, in absolute
+coordinates."""
 
 from __future__ import annotations
 
@@ -146,7 +147,8 @@ def _moved(model: Model, y: np.ndarray, step: np.ndarray) -> np.ndarray:
     y[f.at["c"]] += step[: 3 * n]
     q = y[f.at["q"]].reshape(n, 4)
     turns = step[3 * n :].reshape(n, 3)
-    y[f.at["q"]] = np.concatenate([quaternion_from_matrix(turned(matrix_from_quaternion(a), b)) for a, b in zip(q, turns, strict=True)])
+    new = [turned(matrix_from_quaternion(a), b) for a, b in zip(q, turns, strict=True)]
+    y[f.at["q"]] = np.concatenate([quaternion_from_matrix(R) for R in new])
     return y
 
 
