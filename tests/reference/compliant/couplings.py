@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.reference.compliant.fits import Level, arm, is_given
+from tests.reference.compliant.fits import Level, arm, is_given, thread_arm
 from tests.reference.compliant.laws import Laws, NotJudged, Signals
 from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
 from tests.reference.mechanics.joint_constraints import lead
@@ -64,7 +64,10 @@ class Wheels:
         self.r1 = np.array([x[0] for x in r])
         self.r2 = np.array([x[1] if len(x) > 1 else 0.0 for x in r])
         self.teeth = Teeth(scene, names, level)
-        self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints])
+        arms = np.array([arm(frames, n) for n in names])
+        # Without teeth that rub, force and torque about the inboard wheel's centre are carried by a pair of contacts at the arm.
+        soft = np.where(self.teeth.rubs, 1.0, 1.0 + (self.r1 / arms) ** 2)
+        self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints]) / soft
 
     def rows(self, m: Motion) -> tuple:
         """(rate, direction, inner point, torque per force on the inner wheel, outer point, the same, axis of sliding, apart)."""
@@ -130,7 +133,8 @@ class Screws:
         joints = [scene.joints[n] for n in names]
         self.sides = frames.sides(names)
         self.lead = np.array([lead(j) for j in joints])
-        self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints])
+        arms = np.array([thread_arm(frames, n, j) for n, j in zip(names, joints, strict=True)])
+        self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints]) / (1 + (self.lead / arms) ** 2)
         rubs = [j.friction is not None and not is_given(j.friction) for j in joints]
         self.at = np.flatnonzero(rubs)
         f = [j.friction for j, r in zip(joints, rubs, strict=True) if r]

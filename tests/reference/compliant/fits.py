@@ -40,6 +40,11 @@ def arm(frames: Frames, name: str) -> float:
     return 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in both])))
 
 
+def thread_arm(frames: Frames, name: str, joint) -> float:
+    """The arm at which a thread carries torques and bending: its radius, where it has one."""
+    return float(joint.friction.radius) if joint.friction is not None and joint.friction.radius else arm(frames, name)
+
+
 def is_given(friction) -> bool:
     """Whether friction is a given force or torque."""
     return friction is not None and (friction.force is not None or friction.torque is not None)
@@ -87,12 +92,15 @@ class Fits:
                 self.held[i, 0] = 0.0
             if rubs[i] and j.type in KINDS:
                 continue
+            if kind.lead:
+                c = thread_arm(self.frames, name, j)
             single = kind.ball
             self.k[i] = self.held[i] * (k if single else 2 * k)
-            if not single and not kind.lead and 0 not in kind.free:
-                self.k[i, 0] = k * self.held[i, 0]
+            pin = j.type in KINDS
+            if pin and not single and 0 not in kind.free:
+                self.k[i, 0] = k
             turns = np.array([d not in kind.free for d in (3, 4, 5)], float)
-            self.kr[i] = turns * np.array([k * c * c, 2 * k * c * c, 2 * k * c * c])
+            self.kr[i] = turns * k * c * c * np.array([1.0 if pin else 2.0, 2.0, 2.0])
 
     def _group(self, kind: str, joints, rubs) -> tuple | None:
         at = [i for i, j in enumerate(joints) if rubs[i] and KINDS.get(j.type) == kind]
