@@ -79,25 +79,6 @@ def wrapped_stop() -> dict[str, Any]:
     return {"gravity": ORIGIN, "bodies": bodies, "joints": joints}
 
 
-def two_planets() -> dict[str, Any]:
-    """An epicyclic train whose sun begins to slip in its bearing."""
-    bodies: dict[str, Any] = {
-        "sun": {"mass": 0.5, "inertia": [1e-3, 1e-3, 8e-4], "position": ORIGIN},
-        "ring": {"mass": 2, "inertia": [0.01, 0.01, 0.018], "position": ORIGIN},
-        "car": {"mass": 1, "inertia": [3e-3, 3e-3, 5e-3], "center": [0.02, 0, 0], "position": ORIGIN},
-    }
-    joints = {"rsun": revolute("ground", "sun", ORIGIN, friction={"mu": 0.5, "radius": 0.015, "half_length": 0.05}),
-              "rring": revolute("ground", "ring", ORIGIN, effort={"ramp": {"start": 0, "end": 1, "duration": 1}}),
-              "rcar": revolute("ground", "car", ORIGIN)}  # fmt: skip
-    for i, x in enumerate((0.084, -0.084)):
-        bodies[f"p{i}"] = {"mass": 0.3, "inertia": [2e-4, 2e-4, 3e-4], "position": [x, 0, 0]}
-        joints[f"rp{i}"] = revolute("car", f"p{i}", [x, 0, 0], friction={"torque": 0.01})
-        mesh = {"type": "gear", "axis": "z", "module": 0.004}
-        joints[f"gs{i}"] = mesh | {"inboard": "sun", "outboard": f"p{i}", "teeth": [19, 23]}
-        joints[f"gr{i}"] = mesh | {"inboard": f"p{i}", "outboard": "ring", "teeth": [23, 65], "internal": True}
-    return {"gravity": [0, -9.81, 0], "bodies": bodies, "joints": joints}
-
-
 CASES = {
     "cut guide": (slider_crank("guide"), 0.5),
     "cut crank pin": (slider_crank("crankpin"), 0.5),
@@ -105,7 +86,6 @@ CASES = {
     "lifted hook": (lifted_hook(), 0.3),
     "coasting gears": (coasting_gears(), 0.3),
     "wrapped stop": (wrapped_stop(), 0.8),
-    "two planets": (two_planets(), 0.6),
 }
 
 

@@ -65,8 +65,8 @@ class Wheels:
         self.r2 = np.array([x[1] if len(x) > 1 else 0.0 for x in r])
         self.teeth = Teeth(scene, names, level)
         arms = np.array([arm(frames, n) for n in names])
-        # Without teeth that rub, force and torque about the inboard wheel's centre are carried by a pair of contacts at the arm.
-        soft = np.where(self.teeth.rubs, 1.0, 1.0 + (self.r1 / arms) ** 2)
+        # A belt has no contacts: force and torque about the inboard pulley are carried by a pair of contacts at the arm.
+        soft = np.where(self.kind != "belt", 1.0, 1.0 + (self.r1 / arms) ** 2)
         self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints]) / soft
 
     def rows(self, m: Motion) -> tuple:
