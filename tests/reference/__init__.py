@@ -6,11 +6,13 @@ It uses numpy and scipy only, and shares nothing with the engine but the Scene c
     result = solve(state)                accelerations, reactions, friction, contacts, drives, energy
     case = random_tree(seed)             random scenes with consistent states (case.scene, case.q, case.qd)
 
-Coordinates and frames: ``bodies`` → ``kinematics``, ``joint_rows``, ``rotation``. Forces: ``loads``, ``signals``. Friction:
-``laws`` → ``contacts`` → ``rubbing``, the same in plain numbers in ``sliding``. The solve: ``equations`` → ``friction`` →
-``dynamics``. All ways to stick and slip are tried by ``deciding`` (any joint, loops too) and ``modes`` (chains of single freedoms);
-``from_rows`` makes states of a run's rows. Scenes: ``random_parts`` → ``random_scenes``; ``transforms``, ``units`` and
-``reversal`` say the same mechanism differently, ``values`` compares.
+``mechanics``: coordinates and frames (``body_properties`` → ``kinematics``, ``joint_constraints``, ``rotation``), forces
+(``loads_and_devices``, ``time_signals``) and the equations of motion (``newton_euler_equations``). ``contact_and_friction``: laws
+and contacts (``friction_laws`` → ``contact_roots`` → ``joint_friction``, with ``sliding_closed_forms``), the roots of the
+complement equations, all ways to stick and slip (``mode_enumeration`` for any joint and loop, ``mode_enumeration_chains``), and
+contacts as stiff springs. ``dynamics`` solves a state; ``states_of_results`` makes states of a run's rows. ``compliant`` runs any
+scene as a compliant mechanism and extrapolates to the rigid one. ``scenes``: ``random_components`` → ``random_scenes``;
+``frame_changes``, ``unit_changes`` and ``joint_reversal`` say the same mechanism differently, ``result_table`` compares.
 """
 
 from tests.reference.contact_and_friction.complement_equation_roots import NoRoot

@@ -46,7 +46,26 @@ def drive_motion(drive, t: float) -> tuple[float, float, float]:
         return _ramp(drive.ramp, t)
     if drive.harmonic is not None:
         return _harmonic(drive.harmonic, t)
+    if getattr(drive, "move", None) is not None:
+        return _moved(drive.move, t)
+    if drive.table is None:
+        raise NotImplementedError("the reference has no drive that follows an input")
     return _driven(drive.table, t)
+
+
+def _moved(m, t):
+    """A motion from rest to rest: degree 5, or a third each of constant acceleration, rate and deceleration."""
+    x, way, T = float(np.clip((t - m.begin) / m.duration, 0.0, 1.0)), m.end - m.start, m.duration
+    within = m.begin <= t < m.begin + m.duration
+    if m.profile == "polynomial":
+        shares = x**3 * (10 - 15 * x + 6 * x * x), 30 * x * x * (1 - x) ** 2, 60 * x * (1 - x) * (1 - 2 * x)
+    elif m.profile == "trapezoid":
+        y = min(x, 1 - x)
+        half = 2.25 * y * y if y < 1 / 3 else 1.5 * y - 0.25
+        shares = half if x <= 0.5 else 1 - half, min(4.5 * y, 1.5), (4.5 if x < 0.5 else -4.5) * (y < 1 / 3)
+    else:
+        raise NotImplementedError(f"the reference has no {m.profile} motion")
+    return m.start + way * shares[0], way * shares[1] / T, way * shares[2] / T**2 * within
 
 
 def _harmonic(h, t):

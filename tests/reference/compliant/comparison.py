@@ -1,0 +1,67 @@
+"""The engine's answer beside the judge's. As a command, for random scenes in which devices meet:
+
+python -m tests.reference.compliant.comparison FAMILY FIRST LAST [UNTIL]
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.reference.compliant.answer import LEVELS, Judged, judged
+from tests.reference.compliant.laws import NotJudged
+from trunnion import simulate
+
+SURE = 3.0
+"""Errors of the judge that count as agreement: neighbouring extrapolations differ by about one."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Both answers. apart: {coordinate: largest difference, at the judge's instants}; beyond: what remains of it above the judge's
+    own errors; outcome: the engine's."""
+
+    judge: Judged
+    apart: dict[str, float]
+    beyond: dict[str, float]
+    outcome: str
+
+    @property
+    def worst(self) -> float:
+        """The largest difference beyond errors."""
+        return max(self.beyond.values())
+
+
+def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int = LEVELS) -> Comparison:
+    """Coordinates of all joints by the engine and by the judge; where the engine's run ends early, infinitely far apart."""
+    judge = judged(scene, until, ["*.q[*"], rtol=rtol, levels=levels)
+    run = simulate(scene, until=float(judge.time[-1]), every=float(judge.time[1]), rtol=1e-8, outputs=list(judge.values))
+    full = run.time[-1] >= judge.time[-1] * (1 - 1e-9)
+    apart, beyond = {}, {}
+    for name, values in judge.values.items():
+        engine = np.interp(judge.time, run.time, np.asarray(run[name])) if full else np.full(len(values), np.inf)
+        apart[name] = float(np.abs(engine - values).max())
+        beyond[name] = float((np.abs(engine - values) - SURE * judge.error[name]).max())
+    return Comparison(judge, apart, beyond, str(run.outcome))
+
+
+def main(family: str, first: str, last: str, until: str = "0.2") -> None:
+    """A line for each scene."""
+    from tests.reference.scenes.crossed_scenes import crossed
+
+    for seed in range(int(first), int(last)):
+        scene = crossed(family, seed)
+        try:
+            c = compared(scene, min(float(until), scene.simulation.until), 1e-5, 2)
+        except NotJudged as refused:
+            print(f"{family} {seed}: not judged: {refused}", flush=True)
+            continue
+        worst = max(c.apart, key=c.apart.get)
+        print(f"{family} {seed}: {c.outcome}; apart {c.apart[worst]:.2e} at {worst}, beyond errors {c.worst:.2e}, "
+              f"judge's error {c.judge.worst:.2e}, {c.judge.seconds:.1f} s", flush=True)  # fmt: skip
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,93 @@
+"""Friction laws with a continuous passage through rest: Coulomb's law is their limit for a small speed ``eps``.
+
+Below eps friction rises in proportion to the speed, to its largest value at rest. Beyond, the law is exact. A pair whose
+coefficient at rest is larger has a state: it rests until its speed reaches eps, and slides until its speed is below eps again. (A
+law that falls with the speed instead has an unstable branch, which implicit steps follow.) All is for many states and pairs at
+once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.reference.mechanics.time_signals import load_value
+
+AGAIN = 0.999
+"""Speed, in eps, below which a pair that slid rests."""
+
+
+class NotJudged(NotImplementedError):
+    """The scene has something that the compliant model does not take; its text says what."""
+
+
+class Signals:
+    """Loads of a scene as functions of many times."""
+
+    def __init__(self, scene, loads):
+        self.scene, self.loads = scene, loads
+        for load in loads:
+            if hasattr(load, "speed") or getattr(load, "curve", None) is not None:
+                raise NotJudged("a number that depends on the speed or on a curve of an input")
+        fixed = [0.0 if callable(getattr(x, "__len__", None)) else x for x in loads]
+        self.constant = all(x is None or isinstance(x, (int, float)) for x in loads)
+        self.values = np.array([float(x or 0.0) for x in fixed]) if self.constant else np.zeros(len(loads))
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        """Values at times t: len(t) x number of loads."""
+        if self.constant or not self.loads:
+            return self.values[None]
+        times, back = np.unique(t, return_inverse=True)
+        return np.array([[load_value(self.scene, x, float(s)) for x in self.loads] for s in times])[back]
+
+
+def bends(load) -> list[float]:
+    """The instants at which a signal has a kink."""
+    if getattr(load, "ramp", None) is not None:
+        return [load.ramp.begin, load.ramp.begin + load.ramp.duration]
+    return list(load.table.time) if getattr(load, "table", None) is not None else []
+
+
+class Laws:
+    """The laws of many friction pairs. ``eps``: speed (at the surface, or the rate of a given friction) below which each rests."""
+
+    def __init__(self, scene, frictions: list, eps: np.ndarray, given: bool = False):
+        self.kinds = [f.law or scene.friction.law for f in frictions]
+        for kind in self.kinds:
+            if kind not in ("coulomb", "stribeck", "regularized", "viscous"):
+                raise NotJudged(f"friction law {kind}")
+        first = 1.0 if given else 0.0
+        mu = [f.mu if f.mu is not None else first for f in frictions]
+        self.mu = Signals(scene, mu)
+        self.rest = Signals(scene, [f.mu_static if f.mu_static is not None else m for f, m in zip(frictions, mu, strict=True)])
+        own = [f.v_eps if f.v_eps is not None else scene.friction.v_eps for f in frictions]
+        smooth = np.array([k == "regularized" for k in self.kinds])
+        self.viscous = np.array([k == "viscous" for k in self.kinds])
+        self.eps = np.where(smooth, own, eps)
+        falls = [f.v_stribeck if k == "stribeck" else np.inf for f, k in zip(frictions, self.kinds, strict=True)]
+        self.fall = np.array(falls, float)
+        drags = ("stribeck", "viscous")
+        both = list(zip(frictions, self.kinds, strict=True))
+        self.drag = np.array([(f.viscosity or 0.0) if k in drags else 0.0 for f, k in both], float)
+
+        self.jumps = np.flatnonzero([k == "coulomb" and f.mu_static is not None for f, k in both])
+        self.open = np.isin(np.arange(len(frictions)), self.jumps)
+        self.slides = np.zeros(len(frictions), bool)
+        self.share = np.zeros((1, len(frictions)))
+
+    def slope(self, t: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """Friction per normal force and speed, for speeds (n x pairs)."""
+        mu = np.maximum(self.mu(t), 0.0)
+        rest = np.maximum(self.rest(t), mu)
+        self.share = speed / self.eps
+        held = np.where(np.isinf(self.fall), ~self.slides, np.exp(-((speed / self.fall) ** 2)))
+        bounded = np.where(self.open & ~self.slides, self.eps, np.maximum(speed, self.eps))  # smooth until the state changes
+        return np.where(self.viscous, 0.0, (mu + (rest - mu) * held) / bounded) + self.drag
+
+    def switches(self) -> np.ndarray:
+        """After ``slope``: functions that are negative where a pair's state has to change (n x ``jumps``)."""
+        x = self.share[:, self.jumps]
+        return np.where(self.slides[self.jumps], x - AGAIN, 1 - x)
+
+    def switch(self, k: int) -> None:
+        """Change the state of the pair of a function."""
+        self.slides[self.jumps[k]] = not self.slides[self.jumps[k]]

@@ -1,0 +1,117 @@
+"""The equations of motion of a compliant mechanism: absolute coordinates, no constraint, for many states at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tests.reference.compliant.compiled import Compiled, library
+from tests.reference.compliant.couplings import WHEELS, Screws, Wheels
+from tests.reference.compliant.devices import Devices, Freedoms, Loads
+from tests.reference.compliant.fits import Fits, Level
+from tests.reference.compliant.laws import Laws, NotJudged, bends
+from tests.reference.compliant.motion import Forces, Frames, cross, times
+from tests.reference.mechanics.joint_constraints import TYPES
+
+NUMBERS = ("mu", "mu_static", "preload", "torque", "back_torque", "force", "back_force")
+
+
+class Model:
+    """A scene (with sides written out) as a compliant mechanism."""
+
+    def __init__(self, scene, level: Level):
+        self.scene, self.level = scene, level
+        strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS})
+        if strange:
+            raise NotJudged(f"joints of type {', '.join(strange)}")
+        self.held = [n for n, j in scene.joints.items() if j.type in TYPES]
+        wheels = [n for n, j in scene.joints.items() if j.type in WHEELS]
+        screws = [n for n in self.held if scene.joints[n].type == "screw"]
+        self.frames = Frames(scene, len(wheels) + len(screws))
+        for name, part in self.frames.parts.items():
+            if part.mass <= 0 or np.linalg.eigvalsh(part.inertia)[0] <= 0:
+                raise NotJudged(f"{name}: a body without mass or inertia")
+        self.fits = Fits(replace(scene, joints={n: scene.joints[n] for n in self.held}), self.frames, level)
+        self.rolling = [x for x in (Wheels(scene, self.frames, level, wheels) if wheels else None,
+                                    Screws(scene, self.frames, level, screws) if screws else None) if x]  # fmt: skip
+        self.free = Freedoms(scene, self.frames, self.held)
+        self.devices = Devices(scene, self.frames, self.free, level)
+        self.loads = Loads(scene, self.frames)
+        self.inverse = np.linalg.inv(self.frames.inertia)
+        self.compiled = Compiled(self) if library() is not None else None
+
+    @property
+    def laws(self) -> list[Laws]:
+        """The laws of all friction pairs."""
+        out = [group[3] for group in self.fits.rubbing] + (list(self.fits.given[2:]) if self.fits.given is not None else [])
+        return out + [rows.teeth.law if isinstance(rows, Wheels) else rows.law for rows in self.rolling]
+
+    def switches(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Functions that become negative where the state of a hook or of a friction pair has to change: n x their number."""
+        out = [self.devices.hook_functions(self.frames.motion(t, y))]
+        if any(len(law.jumps) for law in self.laws):
+            self.rates(t, y)
+            out += [np.broadcast_to(law.switches(), (len(y), len(law.jumps))) for law in self.laws]
+        return np.concatenate(out, axis=1)
+
+    def switch(self, k: int, t: float, y: np.ndarray) -> None:
+        """Change the state that belongs to a function."""
+        if k < len(self.devices.latches):
+            self.devices.change_hook(k, self.frames.motion(np.array([t]), y[None]))
+            return
+        k -= len(self.devices.latches)
+        for law in self.laws:
+            if k < len(law.jumps):
+                law.switch(k)
+                return
+            k -= len(law.jumps)
+
+    @property
+    def has_switches(self) -> bool:
+        """Whether the scene has states apart from its motion."""
+        return bool(self.devices.latches) or any(len(law.jumps) for law in self.laws)
+
+    def begin(self, y: np.ndarray) -> None:
+        """The states of hooks and pairs at the start."""
+        self.devices.start_hooks(self.free.near)
+        self.rates(np.zeros(1), y[None])
+        for law in self.laws:
+            law.slides = np.ravel(law.share >= 1)
+
+    def kinks(self, until: float) -> list[float]:
+        """The instants within a run at which a signal bends."""
+        out = self.devices.kinks() + self.loads.kinks()
+        for j in self.scene.joints.values():
+            out += [t for key in NUMBERS if j.friction is not None for t in bends(getattr(j.friction, key))]
+        return sorted({float(t) for t in out if 0 < t < until})
+
+    def rates(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The rates of states y (n x size) at times t (n or 1), by the fastest way there is."""
+        return self.compiled(t, y) if self.compiled else self.defined(t, y)
+
+    def defined(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The rates by their definition here."""
+        t = np.broadcast_to(t, (len(y),))
+        f, n = self.frames, self.frames.count
+        m = f.motion(t, y)
+        out = Forces(m)
+        rolled, at = [], f.at["rolled"].start
+        self.fits.act(m, out)
+        for rows in self.rolling:
+            count = len(rows.names)
+            rolled.append(rows.act(m, y[:, at : at + count], out))
+            at += count
+        self.devices.act(m, out)
+        self.loads.act(m, out)
+        w, R = m.w[:, :n], m.R[:, :n]
+        spin = times(R.swapaxes(-1, -2), w)
+        torque = times(R.swapaxes(-1, -2), out.torque[:, :n]) - cross(spin, times(f.inertia, spin))
+        dw = times(R, times(self.inverse, torque))
+        q = y[:, f.at["q"]].reshape(len(y), n, 4)
+        dq = np.empty_like(q)
+        dq[..., 0] = -0.5 * (w * q[..., 1:]).sum(-1)
+        dq[..., 1:] = 0.5 * (q[..., :1] * w + cross(w, q[..., 1:]))
+        dv = out.force[:, :n] / f.mass[:, None]
+        flat = [x.reshape(len(y), -1) for x in (m.v[:, :n], dq, dv, dw, *rolled, out.taken)]
+        return np.concatenate(flat, axis=1)
