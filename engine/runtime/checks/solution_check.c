@@ -189,20 +189,13 @@ static int tr_has_stuck_pair(const tr_sim *s) {
   return any;
 }
 
-/* Round-off of the largest friction, N. */
-static double tr_faint_friction(const tr_sim *s) {
-  double most = 0.0;
-  for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
-  return ROUND_OFF_FRICTION * most;
-}
-
 /* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. If it is 0, branches are
  * checked too. */
 static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) {
   const tr_kernel *k = s->k;
   tr_hold hold[k->nsliders + 1];
   int broken = 0;
-  it->faint = tr_faint_friction(s);
+  it->faint = ROUND_OFF_FRICTION * tr_largest_surface_friction(s);
   if (tr_has_stuck_pair(s)) k->held_alone(it->N, TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold);
   for (int i = 0; i < k->nsliders; ++i) {
     if (i == s->friction.freed) continue;

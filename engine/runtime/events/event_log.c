@@ -15,11 +15,7 @@
 static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
   double floor = UNLOADED * s->set.energy / s->set.length;
   for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
-  for (int i = 0; i < s->k->neta; ++i) {
-    const double lever = TR_A(s, lever)[i];
-    if (lever > 0.0) floor = fmax(floor, ROUND_OFF * fabs(TR_A(s, z)[s->k->active + i]) / lever);
-  }
-  return floor;
+  return fmax(floor, ROUND_OFF * tr_largest_surface_friction(s));
 }
 
 /* Angle between the normals of two contacts, rad; 0 if one force is at most `floor`, because its direction is round-off. */

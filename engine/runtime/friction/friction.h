@@ -60,6 +60,10 @@ static double tr_speed_of_state(tr_sim *s, int i);
 /* Set the levers, which are the factors from rates to surface speeds. They follow from the surface forces of unit frictions. */
 static void tr_set_levers(tr_sim *s);
 
+/* Largest friction of all multipliers, N; torques are divided by their levers. 0 if no law is set-valued, because levers are then
+ * unknown. */
+static double tr_largest_surface_friction(const tr_sim *s);
+
 /* Evaluate N, law(N), ∂law/∂N and sliding speeds at the frictions eta, with λ eliminated. Forms the maps that this requires. */
 static void tr_evaluate_laws(tr_sim *s, const double *eta);
 

@@ -65,3 +65,12 @@ static void tr_set_levers(tr_sim *s) {
       if (part < tr_pair_of(s, i)->neta) TR_A(s, lever)[tr_pair_of(s, i)->eta0 + part] = 1.0 / fmax(tr_hold_of(s, i)->size, NO_FORCE);
   }
 }
+
+static double tr_largest_surface_friction(const tr_sim *s) {
+  double most = 0.0;
+  for (int i = 0; i < s->k->neta; ++i) {
+    const double lever = TR_A(s, lever)[i];
+    if (lever > 0.0) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / lever);
+  }
+  return most;
+}
