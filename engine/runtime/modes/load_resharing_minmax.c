@@ -30,17 +30,11 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-static double tr_largest_friction(const tr_sim *s) {
-  double most = 0.0;
-  for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / TR_A(s, lever)[i]);
-  return most;
-}
-
 /* Shares of the pairs at the present stored loads, into `share`. Returns the largest share. INFINITY: no root, or the largest
  * friction exceeds its limit. */
 static double tr_minmax_shares(tr_sim *s, const tr_minmax_problem *c, double *share) {
   double *eta = TR_A(s, z) + s->k->active, worst = 0.0;
-  if (!tr_newton(s, eta) || !(tr_largest_friction(s) <= c->most)) return INFINITY;
+  if (!tr_newton(s, eta) || !(tr_largest_surface_friction(s) <= c->most)) return INFINITY;
   tr_evaluate_laws(s, eta);
   tr_evaluate_capacities(s);
   for (int q = 0; q < c->n; ++q) share[q] = tr_friction_ratio(s, c->pairs[q]), worst = fmax(worst, share[q]);
@@ -143,7 +137,7 @@ static void tr_minimise_stored_shares(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   int pairs[n], kept[e], at;
   double unit[e], share[n], slope[(size_t)n * e], *eta = TR_A(s, z) + s->k->active;
-  tr_minmax_problem c = {.pairs = pairs, .kept = kept, .unit = unit, .share = share, .slope = slope, .most = PRESSED_MOST * tr_largest_friction(s)};
+  tr_minmax_problem c = {.pairs = pairs, .kept = kept, .unit = unit, .share = share, .slope = slope, .most = PRESSED_MOST * tr_largest_surface_friction(s)};
   for (int q = 0; q < n; ++q)
     if (tr_is_stuck(s, rest[q])) pairs[c.n++] = rest[q];
   for (int i = 0; i < e; ++i)
