@@ -1,4 +1,4 @@
-"""Repeats a run and adds rows inside the steps that are shorter than the spacing of the rows."""
+"""Repeats a run and adds rows inside its steps."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
-PARTS = 4
-"""Number of equal parts of a short step. There is a row at the end of each part."""
+PARTS = 6
+"""Number of equal parts of a step. There is a row at the end of each part, so a polynomial of degree 4 passes through those inside."""
+SHORTEST = 1e-9
+"""Shorter steps, relative to the duration of the run, get no rows: their time carries no load, and their rows would coincide."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
-def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> Result:
-    """The same run with the columns ``names`` (names or patterns), at the times of its rows and at times inside its short steps.
+def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Result, np.ndarray]:
+    """(the same run with the columns ``names`` (names or patterns) at the times of its rows and at times inside its steps, ends of
+    the steps in s).
 
     The motion is the same bit for bit, because the rows are read from the dense output of the steps.
     """
@@ -25,12 +28,15 @@ def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> Result:
     jams = result.scene.simulation.jams == "impact"
     settings = bl.Settings(used["rtol"], used["method"], **({"step": used["step"]} | bounds_of(result.scene)), through_jams=jams)
     steps = run(Model(result.scene, ("*.q[*]",), used["kernel"]), end, 0.0, settings).time
-    every = np.diff(result.time).max(initial=0.0)
-    short = np.flatnonzero(np.diff(steps) < every)
-    inside = [steps[short] + k / PARTS * (steps[short + 1] - steps[short]) for k in range(PARTS + 1)]
-    times = np.unique(np.concatenate([result.time, *inside]))
+    steps = steps[np.diff(steps, prepend=-np.inf) > SHORTEST * end]
+    inside = np.concatenate([steps[:-1] + k / PARTS * np.diff(steps) for k in range(PARTS)])
+    nearest = result.time[np.clip(np.searchsorted(result.time, inside)[:, None] - (1, 0), 0, len(result) - 1)]
+    far = np.abs(nearest - inside[:, None]).min(axis=1) > SHORTEST / PARTS * end
+    times = np.unique(np.concatenate([result.time, inside[far]]))
     model = Model(result.scene, names, used["kernel"])
-    return replace(result, data=_rows_at(model, settings, times), columns=tuple(model.columns))
+    rows = _rows_at(model, settings, times)
+    later = np.diff(rows[:, 0], prepend=-np.inf) > 0.0  # times within round-off of an event give the row at the event
+    return replace(result, data=rows[later], columns=tuple(model.columns)), steps
 
 
 def _rows_at(model: Model, settings: bl.Settings, times: np.ndarray) -> np.ndarray:

@@ -26,6 +26,8 @@ DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch")
 FEW = 24
 """If there are fewer rows than this between two such events, the run is repeated with rows inside its steps. The number
 corresponds to four polynomials of six rows."""
+COARSE = 1e-4
+"""The run is also repeated if the load of a joint by every second row differs by more than this part from the load by all rows."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +93,9 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     """Wear of every contact of a run.
 
     The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs contain.
-    If an end stop or a latch acts too briefly for the spacing of the rows, the run is repeated with rows inside its steps.
-    ``time`` then includes these rows.
+    If forces change too quickly for the spacing of the rows, the run is repeated with rows inside its steps.
+    ``time`` then includes these rows. Axial thrust and a preload are not normal forces of
+    contacts, so they add no wear.
 
     Args:
         result: the run.
@@ -107,8 +110,10 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     if lacking:
         hint = "run with all outputs of the joint"
         raise SceneError([Problem("outputs", f"wear needs the column {c}", hint) for c in lacking[:8]])
-    if _has_brief_forces(result):
-        result = with_rows_inside_steps(result, tuple(f"{n}.{c}" for n, j in joints.items() for c in _columns(n, j)))
+    ends = np.array([e.time for e in result.events])
+    if _has_brief_forces(result) or any(_has_few_rows(result, n, j) for n, j in joints.items()):
+        patterns = (f"{n}.{c}" for n, j in joints.items() for c in _columns(n, j))
+        result, ends = with_rows_inside_steps(result, tuple(p for p in patterns if result.matching(p)))
     contacts, columns = [], {}
     for name, j in joints.items():
         element = touching(j)
@@ -116,7 +121,7 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
             continue
         own = k.get(name) if isinstance(k, Mapping) else k
         own = own if own is not None else (j.wear.k if j.wear else None)
-        for i, found, grown in _joint(result, name, j, element, own):
+        for i, found, grown in _joint(result, name, j, element, own, ends):
             contacts.append(found)
             columns[f"{name}.wear.{'volume' if own is not None else 'load'}[{i}]"] = grown
     return Wear(tuple(contacts), result.time, columns)
@@ -126,6 +131,18 @@ def _has_brief_forces(r: Result) -> bool:
     """Whether an end stop or a latch acts for a time in which there are few rows."""
     times = np.array([e.time for e in r.events if e.kind in DEVICES])
     return bool(np.any(np.diff(np.searchsorted(r.time, times)) < FEW))
+
+
+def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
+    """Whether the load of the joint by every second row differs from the load by all rows."""
+    element = touching(j)
+    if element is None or not element.count:
+        return False
+    end = len(r) - 1 + len(r) % 2
+    events = [e.time for e in r.events]
+    load = _load_rates(r, name, j, element)[0].sum(axis=0, keepdims=True)[:, :end]
+    whole, half = (float(integral(r.time[:end:k], load[:, ::k], events)[0, -1]) for k in (1, 2))
+    return abs(half - whole) > COARSE * whole
 
 
 def _columns(name: str, j: sm.Joint) -> list[str]:
@@ -144,17 +161,13 @@ def _needed(name: str, j: sm.Joint) -> list[str]:
 Found = list[tuple[int, ContactWear, np.ndarray]]
 
 
-def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None) -> Found:
-    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J)."""
+def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, ends: np.ndarray) -> Found:
+    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J). ends: times that no polynomial
+    extends across, s."""
     assert j.friction is not None
-    sizes = sizes_given(j.friction, element) | {"pitch": float(j.pitch or 0.0)}
-    if REGISTRY[j.type].rolls is not None:
-        sizes["module"] = wheel_sizes(j).module
-    places, speeds = element.places(sizes), _speeds(r, name, element, sizes)
-    pairs = [i * len(element.pairs) // element.count for i in range(element.count)]
-    forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]
-    rubbed = np.array([f * speeds[p] for f, p in zip(forces, pairs, strict=True)])
-    grown = integral(r.time, np.array([*rubbed, *speeds]), (e.time for e in r.events))
+    rubbed, speeds, pairs = _load_rates(r, name, j, element)
+    places = element.places(_sizes(j, element))
+    grown = integral(r.time, np.array([*rubbed, *speeds]), ends)
     mu = j.friction.mu if isinstance(j.friction.mu, float) else math.nan
     out = []
     for i in range(element.count):
@@ -170,6 +183,24 @@ def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float 
         )  # fmt: skip
         out.append((i + 1, found, load if k is None else volume))
     return out
+
+
+def _load_rates(r: Result, name: str, j: sm.Joint, element: ContactElement) -> tuple[np.ndarray, list[np.ndarray], list[int]]:
+    """(N |v| of every contact in every row (contacts × rows), W; sliding speed of every pair in every row, m/s; pair of each
+    contact)."""
+    speeds = _speeds(r, name, element, _sizes(j, element))
+    pairs = [i * len(element.pairs) // element.count for i in range(element.count)]
+    forces = [r[f"{name}.contact[{i + 1}].normal_force"] for i in range(element.count)]
+    return np.array([f * speeds[p] for f, p in zip(forces, pairs, strict=True)]), speeds, pairs
+
+
+def _sizes(j: sm.Joint, element: ContactElement) -> dict[str, float]:
+    """Sizes of the contacts, by name."""
+    assert j.friction is not None
+    sizes = sizes_given(j.friction, element) | {"pitch": float(j.pitch or 0.0)}
+    if REGISTRY[j.type].rolls is not None:
+        sizes["module"] = wheel_sizes(j).module
+    return sizes
 
 
 def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, float]) -> list[np.ndarray]:
