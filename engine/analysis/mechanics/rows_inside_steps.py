@@ -12,7 +12,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
 PARTS = 6
-"""Number of equal parts of a step. There is a row at the end of each part, so a polynomial of degree 4 passes through those inside."""
+"""Number of equal parts of a step. There is a row at the end of each part, so degree 4 passes through those inside."""
 SHORTEST = 1e-9
 """Shorter steps, relative to the duration of the run, get no rows: their time carries no load, and their rows would coincide."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
