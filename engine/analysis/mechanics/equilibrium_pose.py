@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,10 +22,12 @@ from trunnion.simulation.runtime_interface.friction_pair_names import slider_nam
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
 
-SWINGS = 60
-"""Largest number of swings. Each swing is stopped at its largest speed. The next swing then has about a tenth of the energy."""
-SETTLED = 1e-4
-"""Newton's method finishes the search once the kinetic energy, relative to its scale, is below this value."""
+DOUBLINGS = 11
+"""Largest number of damped runs. Each run is twice as long as the run before."""
+SHORTEST_RUN = 8.0
+"""Duration of the first damped run, relative to the time scale of the mechanism."""
+SETTLED = 1e-3
+"""Newton's method finishes the search once all accelerations, relative to their scale, are below this value."""
 FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
 """Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
 LONGEST: longest step; FAR: largest distance. Within three consecutive points the share of friction has at most one maximum."""
@@ -121,44 +123,87 @@ def coordinates(still: Still) -> dict[str, tuple[float, ...]]:
 
 
 def find_rest(scene: sm.Scene) -> Still:
-    """The scene in its pose of rest. Swings are stopped at their largest speed until little energy is left. Newton's method then
-    finds the exact pose.
+    """The scene in its pose of rest: dampers bring it to rest from its start, with the loads of t = 0. Newton's method then finds the
+    exact pose.
 
     SimulationError if no pose of rest is found.
     """
     still = Still(scene)
     numbers = still.model.built.numbers
-    if np.abs(still.accelerations()).max(initial=0.0) > EXACT * numbers.rate**2:
-        watched = ("energy.kinetic", "*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
-        ended = any(x is not None for j in scene.joints.values() for x in (j.end_stops, j.latch))  # shorter than row spacing
-        for _ in range(SWINGS):
-            spell = 1.0 / numbers.rate
-            r = simulate(scene, until=8.0 * spell, every=0.0 if ended else 0.02 * spell, rtol=1e-8, outputs=watched)
-            if not r.outcome.ok:
-                raise SimulationError(f"the mechanism does not come to rest: {r.outcome}")
-            kinetic = r["energy.kinetic"]
-            row = _fastest(kinetic)
-            if row is None:
-                raise SimulationError("no pose of rest: the mechanism accelerates without end (is a support missing?)")
-            q, down = (_row_values(r, row, of, scene.joints) for of in ("q", "latch.state"))
-            scene = engage_latches(start_at(scene, q), down)
-            if kinetic[row] < SETTLED * numbers.energy:
-                break
+    if _size(still) <= EXACT and still.settle():
+        return still
+    watched = ("*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
+    damping = _damping(still)
+    for k in range(DOUBLINGS):
+        duration = SHORTEST_RUN * 2**k / numbers.rate
+        r = simulate(_damped(hold_signals(scene), damping), until=duration, every=duration, rtol=1e-8, outputs=watched)
+        if not r.outcome.ok:
+            raise SimulationError(f"the mechanism does not come to rest: {r.outcome}")
+        q, down = (_last_values(r, of, scene.joints) for of in ("q", "latch.state"))
+        scene = engage_latches(start_at(scene, q), down)
         still = Still(scene)
-    if not still.settle():
-        raise SimulationError("no pose of rest was found near the pose at which the swings ended")
-    return still
+        if _size(still) < SETTLED and still.settle():
+            return still
+    raise SimulationError("no pose of rest: the mechanism moves on without end, even with dampers (is a support missing?)")
 
 
-def _row_values(r: Result, row: int, of: str, joints: Iterable[str]) -> dict[str, np.ndarray]:
-    """In one row, the values of the columns ``of`` of each joint, {joint: values}."""
-    return {n: np.array([r[c][row] for c in r.matching(f"{n}.{of}[*]")]) for n in joints}
+def _size(still: Still) -> float:
+    """Largest acceleration at rest, relative to its scale."""
+    return float(np.abs(still.accelerations()).max(initial=0.0)) / max(still.model.built.numbers.rate**2, 1e-300)
 
 
-def _fastest(kinetic: np.ndarray) -> int | None:
-    """Row of the first maximum of the kinetic energy; None if the energy only rises."""
-    slower = np.flatnonzero(np.diff(kinetic) < 0.0)
-    return int(slower[0]) if len(slower) else None
+def _damping(still: Still) -> dict[str, np.ndarray]:
+    """For each tree joint, dampings of its freedoms that stop the motion within the time scale of the mechanism, {joint: values in
+    N s/m or N m s/rad}."""
+    along = np.diag(still.mass()) * still.model.built.numbers.rate
+    out = {}
+    for j in still.system.tree:
+        out[j.name] = np.zeros(j.kind.nv)
+        out[j.name][list(j.free)] = along[j.v0 : j.v0 + len(j.free)]
+    return out
+
+
+def _damped(scene: sm.Scene, damping: Mapping[str, np.ndarray]) -> sm.Scene:
+    """The scene with further dampings of its joints."""
+    joints = dict(scene.joints)
+    for name, more in damping.items():
+        own = joints[name].damping
+        each = own if isinstance(own, tuple) else (own,) * len(more)
+        total = tuple(float(c + (x or 0.0)) for c, x in zip(more, each, strict=True))
+        if total:
+            joints[name] = replace(joints[name], damping=total if len(total) > 1 else total[0])
+    return replace(scene, joints=joints)
+
+
+def hold_signals(scene: sm.Scene) -> sm.Scene:
+    """The scene with every load at its value of t = 0."""
+    joints = {n: replace(j, **_held_fields(j)) for n, j in scene.joints.items()}
+    return replace(scene, joints=joints, forces={n: replace(f, **_held_fields(f)) for n, f in scene.forces.items()})
+
+
+def _held_fields(owner: Any) -> dict[str, Any]:
+    """The fields of a data class that contain signals, with each signal at its value of t = 0."""
+    values = {f.name: getattr(owner, f.name) for f in fields(owner) if f.init}
+    return {n: held for n, v in values.items() if (held := _held(v)) is not v}
+
+
+def _held(value: Any) -> Any:
+    """The value with each signal in it at its value of t = 0. The same object if it contains no signal."""
+    if isinstance(value, sm.Signal):
+        if value.harmonic is not None:
+            return value.harmonic.offset + value.harmonic.amplitude * math.sin(value.harmonic.phase)
+        return value.ramp.start if value.ramp is not None else value.table.value[0] if value.table is not None else 0.0
+    if isinstance(value, tuple):
+        held = tuple(map(_held, value))
+        return value if all(a is b for a, b in zip(held, value, strict=True)) else held
+    if is_dataclass(value) and not isinstance(value, type) and (changed := _held_fields(value)):
+        return replace(value, **changed)
+    return value
+
+
+def _last_values(r: Result, of: str, joints: Iterable[str]) -> dict[str, np.ndarray]:
+    """In the last row, the values of the columns ``of`` of each joint, {joint: values}."""
+    return {n: np.array([r[c][-1] for c in r.matching(f"{n}.{of}[*]")]) for n in joints}
 
 
 def start_at(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:

@@ -108,6 +108,29 @@ def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
     assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the minimiser's own accuracy
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_blocks_on_rails_rest_against_stiff_stops_by_hooke(seed: int) -> None:
+    """Each rail carries the next; its load, spring and stop act along it alone. Loads count with their values of t = 0."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    load, spring, stop = rng.uniform(-20, 20, n), rng.uniform(50, 500, n), 10 ** rng.uniform(3, 6, n)
+    limit = rng.uniform(0.005, 0.02, n)
+    bodies = {f"b{i}": sm.Body(mass=float(rng.uniform(0.1, 5.0)), inertia=(1.0, 1.0, 1.0)) for i in range(n)}
+    joints = {}
+    for i in range(n):
+        ends = sm.EndStops(stiffness=float(stop[i]), lower=-float(limit[i]), upper=float(limit[i]), damping=0.2)
+        effort = sm.Signal(ramp=sm.Ramp(float(load[i]), -float(load[i]), duration=0.1))
+        inboard = "ground" if i == 0 else f"b{i - 1}"
+        spring_of = sm.Spring(stiffness=float(spring[i])) if i else None
+        joints[f"r{i}"] = sm.Joint("prismatic", inboard, f"b{i}", axis="x", end_stops=ends, effort=effort, spring=spring_of)
+    found = equilibrium(sm.Scene(bodies, joints, "blocks", gravity=(0.0, 0.0, 0.0)), along=())
+    for i in range(n):
+        k = spring[i] if i else 0.0
+        depth = max(0.0, (abs(load[i]) - k * limit[i]) / (k + stop[i]))
+        expected = np.sign(load[i]) * (limit[i] + depth) if depth else load[i] / k
+        assert found.q[f"r{i}"] == pytest.approx([expected], abs=1e-9)
+
+
 def test_what_falls_has_no_rest() -> None:
     free = sm.Scene({"b": sm.Body(sphere=0.1, mass=1.0)}, {"j": sm.Joint("free", "ground", "b")}, "falls")
     with pytest.raises(SimulationError, match="no pose of rest"):
