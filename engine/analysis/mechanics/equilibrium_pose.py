@@ -123,8 +123,8 @@ def coordinates(still: Still) -> dict[str, tuple[float, ...]]:
 
 
 def find_rest(scene: sm.Scene) -> Still:
-    """The scene in its pose of rest: dampers bring it to rest from its start, with the loads of t = 0. Newton's method then finds the
-    exact pose.
+    """The scene in its pose of rest: dampers bring it to rest from its start, with the loads of t = 0. Newton's method then finds
+    the exact pose.
 
     SimulationError if no pose of rest is found.
     """
