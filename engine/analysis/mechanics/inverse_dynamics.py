@@ -18,11 +18,15 @@ from trunnion.scene.queries.loads_and_signals import each
 from trunnion.scene.units.python_arguments import Names
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
+from trunnion.system.construction.start_values_and_scales import Numbers
 
 DEGREE = 5
 """Degree of the splines through coordinates whose rates or accelerations are not given. The error of the splines is of fourth
 order in the spacing of the times."""
 ORDERS = ("q", "qd", "qdd")
+LED = 1e-3
+"""If the pose found differs by more than this, rad or m, from that to which the rates lead, it is assembled again from there. The
+smallest tooth of a wheel takes 6e-3 rad."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,8 @@ def _usual(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> tuple[str, 
 
 
 def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> InverseDynamics:
-    """The columns at each time. The assembly of the other joints starts from the pose of the previous time."""
+    """The columns at each time. The assembly of the other joints starts from the pose to which their rates lead from the previous
+    time: gears close once a tooth, and loops in several poses."""
     table = model.built.parameters
     places = {}
     for freedom in curves:
@@ -163,27 +168,37 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
         places[freedom] = [table.paths.index(f"{ramp}.{n}") for n in ("begin", "origin", "start", "end")]
     numbers, parameters = model.built.numbers, np.array(table.values)
     values, missing = np.full((len(t), len(model.columns)), np.nan), []
+    nq, pose, rate, before = len(numbers.q), numbers.q, np.zeros_like(numbers.q), t[0]
     for row in range(len(t)):
-        now = t[row]
+        now, spell = t[row], t[row] - before
         for freedom, where in places.items():
             q, v, a = curves[freedom][:, row]
             parameters[where] = now, q - v * now, v, v + a
-        model.block.take(numbers, parameters)
-        model.block.configure(Settings(rtol=1e-9))
-        if model.block.assemble(now) != 1:
+        status, out = _instant(model, replace(numbers, q=pose + spell * rate), parameters, now)
+        if status is None:
             missing.append(f"t = {now:g} s: the loops cannot be closed")
             continue
-        out = np.zeros(model.block.width)
-        status = model.begin(Settings(rtol=1e-9), now, now + 1.0, 1.0, out)
+        found, rate_now = model.block.y[:nq].copy(), model.block.evaluate()[0][:nq]
+        led = pose + 0.5 * spell * (rate + rate_now)
+        if row and np.abs(found - led).max(initial=0.0) > LED:
+            status, out = _instant(model, replace(numbers, q=led), parameters, now)
+            found, rate_now = model.block.y[:nq].copy(), model.block.evaluate()[0][:nq]
         if status == OK:
             values[row] = out[1:]
         else:
             missing.append(f"t = {now:g} s: the forces have no solution (runtime status {status})")
-        y = model.block.y
-        numbers = replace(numbers, q=y[: len(numbers.q)].copy())
+        pose, rate, before = found, rate_now, now
     if np.isnan(values).all():
         raise SimulationError(f"there is no solution at any time; first failure: {missing[0]}")
     return InverseDynamics(t, tuple(c.name for c in model.columns), tuple(c.unit for c in model.columns), values, tuple(missing))
+
+
+def _instant(model: Model, numbers: Numbers, parameters: np.ndarray, now: float) -> tuple[int | None, np.ndarray]:
+    """(status of the start at this time, its row), assembled from the pose of ``numbers``; status None: the loops do not close."""
+    model.block.take(numbers, parameters)
+    model.block.configure(Settings(rtol=1e-9))
+    out = np.zeros(model.block.width)
+    return (model.begin(Settings(rtol=1e-9), now, now + 1.0, 1.0, out) if model.block.assemble(now) == 1 else None), out
 
 
 def _entry(model: Model, freedom: Freedom) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,27 @@ def test_loads_act_at_the_times_of_the_motion(seed: int) -> None:
     q, qd, qdd = np.sin(3.0 * t), 3.0 * np.cos(3.0 * t), -9.0 * np.sin(3.0 * t)
     found = inverse(scene, t, {"shaft.q[1]": q, "shaft.qd[1]": qd, "shaft.qdd[1]": qdd})
     assert found["shaft.drive.effort[1]"] == pytest.approx(inertia * qdd - torque(t), abs=1e-12 * 10.0 * inertia + 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wheels_turn_on_by_more_than_a_tooth_from_time_to_time(seed: int) -> None:
+    """Angles by the numbers of teeth, effort by the inertia that the first wheel feels. Wheels slipped to the nearest tooth."""
+    rng = np.random.default_rng(seed)
+    teeth = [int(n) for n in rng.integers(12, 80, 4)]
+    inertia = rng.uniform(0.01, 0.2, 4)
+    at = np.cumsum([0.0, *(0.5e-3 * (a + b) for a, b in pairwise(teeth))])
+    bodies = {f"w{i}": sm.Body(mass=1.0, inertia=(float(J),) * 3) for i, J in enumerate(inertia)}
+    joints = {f"r{i}": sm.Joint("revolute", sm.Side("ground", (float(at[i]), 0.0, 0.0)), f"w{i}", axis="z") for i in range(4)}
+    for i, pair in enumerate(pairwise(teeth)):
+        joints[f"g{i}"] = sm.Joint("gear", f"w{i}", f"w{i + 1}", axis="z", teeth=pair, module=1e-3)
+    ratio = np.cumprod([1.0, *(-a / b for a, b in pairwise(teeth))])
+    t = np.linspace(0.0, 2.0, 40)
+    q, qd, qdd = 4.0 * np.sin(3.0 * t), 12.0 * np.cos(3.0 * t), -36.0 * np.sin(3.0 * t)
+    scene = sm.Scene(bodies, joints, "train", gravity=(0.0, 0.0, 0.0))
+    found = inverse(scene, t, {"r0.q[1]": q, "r0.qd[1]": qd, "r0.qdd[1]": qdd}, outputs=["*.q[1]", "r0.drive.effort[1]"])
+    for i in range(4):
+        assert found[f"r{i}.q[1]"] == pytest.approx(ratio[i] * q, abs=1e-9)
+    assert found["r0.drive.effort[1]"] == pytest.approx(inertia @ ratio**2 * qdd, abs=1e-9)
 
 
 def test_in_a_loop_one_motion_takes_all_with_it() -> None:
