@@ -42,6 +42,8 @@ def command(
     as_json: Json = False,
 ) -> int:
     """Differentiate outputs by parameters along a run, exactly also across its events."""
+    import numpy as np
+
     from trunnion.analysis.sensitivities.output_derivatives import sensitivity
     from trunnion.cli.output.csv_table import write_csv
 
@@ -57,8 +59,7 @@ def command(
     result = sensitivity(loaded, tuple(vary), tuple(outputs), **chosen)
     if path:
         heads = [*result.names, *(f"d({o})/d({p})" for o in result.names for p in result.parameters)]
-        rows = ((*v, *d.ravel()) for v, d in zip(result.values, result.derivatives, strict=True))
-        write_csv(path, heads, result.time, rows)
+        write_csv(path, heads, result.time, np.column_stack([result.values, result.derivatives.reshape(len(result.time), -1)]))
     text = [*lines(loaded.name, result), *([f"wrote {path}"] if path else [])]
     return print_result(as_json, DONE, result.document() | {"file": save}, text)
 

@@ -36,6 +36,8 @@ def command(
     as_json: Json = False,
 ) -> int:
     """Compute the wear of contacts in a run: sliding distance, pV (pressure times speed), volume, and depth around the pin."""
+    import numpy as np
+
     from trunnion.analysis.mechanics.wear import wear
     from trunnion.cli.output.csv_table import write_csv
     from trunnion.simulation.run import simulate
@@ -50,8 +52,7 @@ def command(
     result = simulate(loaded, outputs=("*",), **chosen)
     worn = wear(result, k)
     if path is not None:
-        columns = list(worn.columns.values())
-        write_csv(path, list(worn.columns), worn.time, ([c[i] for c in columns] for i in range(len(worn.time))))
+        write_csv(path, list(worn.columns), worn.time, np.array([*worn.columns.values()]).reshape(-1, len(worn.time)).T)
     contacts = [c.document() | ({"runs": c.cycles(deep)} if deep is not None else {}) for c in worn.contacts]
     return print_answer(
         as_json, DONE if result.outcome.ok else FAILED, {"outcome": result.outcome.name, "contacts": contacts},

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from trunnion.basics.atomic_files import writing
+from trunnion.simulation.results.csv_and_parquet import lines_of
 
 
-def write_csv(path: Path, names: Sequence[str], time: Iterable[float], rows: Iterable[Iterable[float]]) -> None:
-    """Write a column ``time``, s, and the columns ``names``."""
-    with writing(path, (".csv",)) as work, work.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file, lineterminator="\n")
-        out.writerow(["time", *names])
-        for t, row in zip(time, rows, strict=True):
-            out.writerow([repr(float(x)) for x in (t, *row)])
+def write_csv(path: Path, names: Sequence[str], time: np.ndarray, rows: np.ndarray) -> None:
+    """Write a column ``time`` (n), s, and the columns ``names`` (c) with the values ``rows`` (n × c)."""
+    with writing(path, (".csv",)) as work, work.open("wb") as file:
+        file.write(",".join(["time", *names]).encode() + b"\n")
+        file.write(lines_of(np.column_stack([time, rows])))

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import orjson
 
 from trunnion.basics import arrow_columns
 from trunnion.basics.atomic_files import writing
@@ -37,8 +38,8 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".csv", ".parquet")
 FORMAT = "trunnion result 1"
-AT_ONCE = 4096
-"""Number of rows of a CSV file that are formatted at once."""
+AT_ONCE = 250_000
+"""Number of values of a CSV file that are formatted at once, in about 20 ms."""
 ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit", "certainty")
 """Metadata keys whose values are JSON. The values of all other keys are plain text."""
 
@@ -108,15 +109,19 @@ def _write_csv(result: ResultData, path: Path) -> None:
     lines = [*(" ".join(line.split("\n")) for line in head), f"# units: {units}", ",".join(result.names)]
     with path.open("wb") as f:
         f.write(("\n".join(lines) + "\n").encode())
-        for first in range(0, len(result.data), AT_ONCE):
-            rows = result.data[first : first + AT_ONCE]
-            f.write(lines_of(np.where(np.abs(rows) < ZERO_BELOW, 0.0, rows)).encode())
+        some = max(1, AT_ONCE // result.data.shape[1])
+        for first in range(0, len(result.data), some):
+            rows = result.data[first : first + some]
+            f.write(lines_of(np.where(np.abs(rows) < ZERO_BELOW, 0.0, rows)))
 
 
-def lines_of(data: np.ndarray) -> str:
-    """Rows as lines of a CSV file. Each number has the fewest digits that restore it exactly. This takes 1 µs per number; Parquet
-    takes a sixth of that."""
-    return "".join(",".join(map(repr, row)) + "\n" for row in data.tolist())
+def lines_of(data: np.ndarray) -> bytes:
+    """Rows as lines of a CSV file. Each number has the fewest digits that restore it exactly."""
+    if np.isinf(data).any():  # JSON has no infinity
+        return "".join(",".join(map(repr, row)) + "\n" for row in data.tolist()).encode()
+    text = orjson.dumps(np.ascontiguousarray(data), option=orjson.OPT_SERIALIZE_NUMPY)
+    text = text[2:-2].replace(b"],[", b"\n") + b"\n"
+    return text.replace(b"null", b"nan") if np.isnan(data).any() else text
 
 
 @dataclass(frozen=True)
