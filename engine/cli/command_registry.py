@@ -1,6 +1,6 @@
 """The commands, one line each: name → module. The module's function ``command`` has the arguments as parameters, and the help as
-docstring. A name of two words belongs to a group. ``trunnion --help`` lists the commands in this order. A module is imported when
-its command is invoked or listed."""
+docstring. A name of two words belongs to a group, whose help is in ``GROUPS``. ``trunnion --help`` lists the commands in this
+order. A module is imported when its command is invoked or listed."""
 
 COMMANDS = {
     "new": "trunnion.cli.commands.new",

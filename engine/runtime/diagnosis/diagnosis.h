@@ -22,8 +22,8 @@ static int tr_find_root_on_branches(tr_sim *s);
 /* The pair whose friction has the largest relative change between the frictions `was` and `is`. most: this change, 0 to 1. */
 static int tr_find_most_changed(const tr_sim *s, const double *was, const double *is, double *most);
 
-/* After friction has failed at the state `y`, continue with another root a very short time later. Fails if the failure belongs
- * to an event of a pair that is not a moving ball. Returns 1 on success. */
+/* When the root of friction ends at the state `y` (a fold): search another root a very short time later, and continue with it.
+ * Only folds of sliding balls are passed. Returns 1 on success. */
 static int tr_pass_fold(tr_sim *s);
 
 /* End the run for the reason `code`, and return the final status. If loops are at the end of their reach, this reason takes

@@ -80,7 +80,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
   tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
-  tr_save_solution(s, kept); /* evaluations of the dense output change the solution */
+  tr_save_solution(s, kept); /* because an evaluation inside the step overwrites the solution */
   for (int i = 0; i < n; ++i) {
     if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))

@@ -164,9 +164,9 @@ static void tr_event_state(tr_sim *s, double t, double *out);
  * evaluated. */
 static int tr_step_back_to_branch(tr_sim *s, double *y);
 
-/* At the event of a pair with shared loads, restore the loads followed up to the state y, if all pairs hold with these loads.
- * Newton's method may have found other loads. If the followed root ends before the event, y becomes the last state where it
- * exists. */
+/* At an event of a pair with shared loads: continue the multipliers from the begin of the step to the event, and keep the result if
+ * all pairs hold with it. Newton's method may have found other multipliers at the event. If the continued root ends before the
+ * event, y becomes the last state at which this root exists. */
 static void tr_restore_shares_before(tr_sim *s, double t, double *y);
 
 /* Give pairs of several components that rest at the event (t, y) the direction just before it, because at y round-off

@@ -15,7 +15,7 @@ def columns_of(file: str, where: str) -> tuple[list[str], np.ndarray]:
     path = Path(file)
     try:
         read = load_result_table(path)
-        return ["time", *read.names], np.column_stack([read.time, *(read[n] for n in read.names)])
+        return list(read.names), read.data
     except SceneError as refused:
         if path.suffix.lower() != ".csv":
             raise
