@@ -169,8 +169,8 @@ static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leade
   return leads < LEADS_NOTHING * most ? loaded : leader;
 }
 
-/* Share a load among the multipliers c (n) of pairs that move together with one freedom. c[0] belongs to the pair with the largest
- * lever. All frictions oppose the motion. */
+/* Share a load among the multipliers c (n) of pairs that move together with one freedom. c[0] belongs to the pair that moves
+ * fastest. All frictions oppose the motion. */
 static void tr_share_along_line(tr_sim *s, int n, const int *c) {
   const double *lever = TR_A(s, lever), way = tr_unheld_acceleration(s, n, c) < 0.0 ? -1.0 : 1.0;
   double v[n];
