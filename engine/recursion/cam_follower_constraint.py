@@ -98,7 +98,8 @@ def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
-    return Touch((length - r) * length / ca.sqrt(square), n, t, arm_in, arm_out, E)
+    # The cosine of the pressure angle, at the curve: at the point it vanishes on the axis, where the residual would then be 0.
+    return Touch((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
 
 
 def _face(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:

@@ -17,6 +17,7 @@ from trunnion.analysis.static_bounds.norm_program import Program, Row
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
+from trunnion.elements.contact.static_friction_capacity import Norm
 
 NEVER = 1e-7
 """A freedom without friction moves if its force imbalance, relative to the loads, exceeds this value (round-off is 1e-12)."""
@@ -125,12 +126,13 @@ def interval(a: AdmissibleStates, row: Row, scale: float, normal: Row | None = N
 
 def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
     """The intervals of a pair."""
-    pair, made, size = a.space.pairs[i], a.holds[i], a.sizes[i]
-    sense = _states_by_sense(a, i)
+    pair, size = a.space.pairs[i], a.sizes[i]
+    cases = _states_at_limit(a, i) if pair.limits else _states_by_sense(a, i)
     normal = [
-        interval(b, Row(a.none, {j: w / pair.static for j, w in made[k].items()}), a.space.scale, floor=0.0) for k, b in sense
+        interval(b, Row(c.linear / pair.static, {j: w / pair.static for j, w in c.norms.items()}), a.space.scale, floor=0.0)
+        for c, b in cases
     ]
-    share = [interval(b, Row(a.none, {size: 1.0}), 1.0, Row(a.none, made[k]), 0.0) for k, b in sense]
+    share = [interval(b, Row(a.none, {size: 1.0}), 1.0, c, 0.0) for c, b in cases]
     if all(i.least.certified > i.largest.certified for i in share):  # no state presses the pair
         share = [Interval(End(0.0, 0.0, i.least.state, i.least.cells), End(0.0, 0.0, i.least.state, i.least.cells)) for i in share]
     friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else Row(a.none, {size: 1.0}), a.space.scale)
@@ -138,13 +140,27 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
     return PairBounds(pair.joint, pair.part, kind, _hull(normal), friction, _hull(share), all(c.exact for c in pair.capacities))
 
 
-def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[int, AdmissibleStates]]:
-    """(sense, admissible states with this sense) for all senses of a pair's friction that have different capacities."""
-    made, size = a.holds[i], a.sizes[i]
+def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, AdmissibleStates]]:
+    """(capacity, admissible states with this capacity) for all senses of a pair's friction that have different capacities."""
+    made, V = a.holds[i], a.program.terms[a.sizes[i]][0]
     if list(made) == [0]:
-        return [(0, a)]
-    V = a.program.terms[size][0]
-    return [(k, replace(a, program=a.program.with_objective(a.program.objective, (Row(-k * V),)))) for k in made]
+        return [(Row(a.none, made[0]), a)]
+    return [(Row(a.none, by), _restricted(a, Row(-k * V))) for k, by in made.items()]
+
+
+def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, AdmissibleStates]]:
+    """As ``_states_by_sense``, with the capacities of a pair at its limit of friction."""
+    pair, V, one = a.space.pairs[i], a.program.terms[a.sizes[i]][0], np.append(np.zeros(a.space.open), 1.0 / a.space.scale)
+    out = []
+    for at in pair.limits:
+        load = a.space.norm_vector(pair, Norm(at.rows, 1.0, fixed=at.fixed))[0]
+        out.append((Row(at.weight * load + at.constant * one), _restricted(a, Row(-at.sense * V), Row(-load))))
+    return out
+
+
+def _restricted(a: AdmissibleStates, *rows: Row) -> AdmissibleStates:
+    """The admissible states that satisfy these rows, too."""
+    return replace(a, program=a.program.with_objective(a.program.objective, rows))
 
 
 def _hull(found: list[Interval]) -> Interval:

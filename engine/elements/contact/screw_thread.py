@@ -105,18 +105,23 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 def _rests(j: Rubs) -> list[Pair]:
     """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
     normal force and friction. So the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound."""
+    increases the load more than the friction; the capacity is then an upper bound. A share is relative to the capacity with u at its
+    limit, as in the kernel's laws."""
     import numpy as np
 
-    from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
+    from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair
 
     mu, r = j.static, j.sizes["radius"]
     slope = j.sizes["pitch"] / (2 * math.pi * r)
     cosine = 1 / math.hypot(1.0, slope)
     lean, lift = math.cos(j.sizes["flank_angle"]) * cosine, slope * cosine
     flanks = Norm(j.rows(("f1",)), mu) if j.adams else Norm(j.rows(("f1",)), mu / lean, 1.0 / lean, own=-j.sense * lift)
-    held = Capacity((flanks, *j.preload(mu)), 0, j.adams or mu * abs(lift) < lean)
-    return [Pair(j.joint, 1, j.eta, np.array([[cosine / r]]), (held,), mu)]
+    exact, preload = j.adams or mu * abs(lift) < lean, j.sizes.get("preload") or 0.0
+    held, limits = Capacity((flanks, *j.preload(mu)), 0, exact), []
+    for sense, side in ((a, b) for a in (1, -1) for b in (1, -1)):
+        leans = sense * j.sense * mu * lift
+        limits.append(AtLimit(sense, side * j.rows(("f1",)), -side * leans * preload, mu / (lean + side * leans), mu * preload))
+    return [Pair(j.joint, 1, j.eta, np.array([[cosine / r]]), (held,), mu, limits=tuple(limits) if exact and not j.adams else ())]
 
 
 THREAD = ContactElement(

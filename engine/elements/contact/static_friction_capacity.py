@@ -105,6 +105,19 @@ class Capacity:
 
 
 @dataclass(frozen=True)
+class AtLimit:
+    """Capacity with the pair's friction at its limit, for friction of one sense, where load = rows · f + fixed is not negative: the
+    friction weight · load + constant. Shares and normal forces are given with it. The capacity with the present friction, by which
+    states are admissible, is the same where the friction is at its limit."""
+
+    sense: int
+    rows: np.ndarray
+    fixed: float
+    weight: float
+    constant: float
+
+
+@dataclass(frozen=True)
 class Pair:
     """A friction pair at rest.
 
@@ -115,6 +128,7 @@ class Pair:
     across      for a ball, the rows of the force, about which it holds no torque; else None
     along       function from a sliding direction (unit vector of surface velocities) to the capacity, if ``capacities`` do not
                 give it
+    limits      capacities with friction at its limit, where ``capacities`` depend on the present friction; else empty
     """
 
     joint: str
@@ -125,6 +139,7 @@ class Pair:
     static: float
     across: np.ndarray | None = None
     along: Callable[[np.ndarray], Capacity] | None = None
+    limits: tuple[AtLimit, ...] = ()
 
     def against(self, direction: np.ndarray) -> Capacity:
         """Capacity for sliding in a given direction: the friction force at the surface in this direction, N."""

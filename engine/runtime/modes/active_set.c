@@ -147,11 +147,23 @@ static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const
   return found;
 }
 
+/* Release the class of the pair `released`, which shared its load by the rule. One freedom moves all its pairs; each has
+ * reached its capacity against that motion, so all can slide. Preloads against the motion could hold the class a little longer,
+ * but creep, which loads each pair against the motion, does not cause them. Returns 0 if sliding breaks a law. */
+static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
+  int idle, apart[n + 1];
+  if (released < 0 || !s->friction.shared || s->friction.stored || tr_collect_independent(s, rest, n, apart) > 1) return 0;
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_SLIPS;
+  return tr_solve_with_onsets(s, rest, n, 0, &idle) && tr_find_worst_misfit(s, rest, n) < 0 && tr_is_valid_decision(s, rest, n);
+}
+
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
   double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
   const int many = tr_are_many_pairs(s, rest, n);
   memcpy(old, eta, sizeof(double) * s->k->neta);
   s->friction.undecided = 0;
+  if (tr_release_class(s, rest, n, released)) return 1;
+  memcpy(eta, old, sizeof(double) * s->k->neta);
   const int shares = s->friction.shared;
   for (s->friction.stored = TR_STORES_NONE; released >= 0 && shares && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
     if (tr_hold_by_resharing(s, rest, n)) return 2;

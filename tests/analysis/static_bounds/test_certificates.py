@@ -29,8 +29,8 @@ def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: in
 
 @pytest.mark.parametrize("seed", range(20))
 def test_bounds_of_a_thread_are_its_statics(seed: int) -> None:
-    """A nut alone on a vertical thread holds where cos β tan λ < μ. --bounds relates its friction to μ times the normal force of
-    the same state, --hold to the friction that the load allows at the limit."""
+    """A nut alone on a vertical thread holds where cos β tan λ < μ. Both checks relate its friction to the friction that the load
+    allows at the limit."""
     rng = np.random.default_rng(seed)
     mu, pitch, lean, handed = rng.uniform(0.05, 0.4), rng.uniform(0.001, 0.02), rng.uniform(0.0, 0.6), rng.choice([-1, 1])
     thread = {"type": "screw", "axis": "z", "pitch": handed * pitch, "inboard": "ground", "outboard": "nut",
@@ -45,8 +45,9 @@ def test_bounds_of_a_thread_are_its_statics(seed: int) -> None:
     at_limit = np.sin(angle) * (np.cos(lean) * np.cos(angle) + mu * np.sin(angle)) / mu
     assert one.pairs[0].share == pytest.approx(at_limit, rel=1e-9)
     for p in all_states.pairs:
-        assert p.share.least.certified == pytest.approx(share, rel=1e-6)
-        assert p.share.largest.certified == pytest.approx(share, rel=1e-6)
+        assert p.share.least.certified == pytest.approx(at_limit, rel=1e-6)
+        assert p.share.largest.certified == pytest.approx(at_limit, rel=1e-6)
+        assert p.normal_force.largest.certified == pytest.approx(one.pairs[0].capacity / mu, rel=1e-6)
 
 
 def nut_on_rail(pitch: float, mu: float, cut: str) -> dict[str, Any]:

@@ -25,6 +25,7 @@ FRICTION: dict[str, tuple[str, dict[str, float]]] = {
     "spherical": ("spherical", {"mu": 0.5, "radius": 0.08}),
     "universal": ("universal", {"mu": 0.4, "radius": 0.02, "half_length": 0.1}),
     "screw": ("screw", {"mu": 0.3, "radius": 0.02, "flank_angle": 0.3}),
+    "screw_preload": ("screw", {"mu": 0.2, "radius": 0.01, "flank_angle": 0.3, "preload": 15.0}),
 }
 """Joint type and friction of each element."""
 
@@ -69,6 +70,9 @@ def check(seed: int, kind: str) -> bool:
     assert moves(scene, 0.0) != one.holds
     if not one.holds:
         return False
+    exact = [(p, q) for p, q in zip(one.pairs, all_states.pairs, strict=True) if q.exact]
+    for p, q in exact:
+        assert [q.share.least.certified, q.share.largest.certified] == pytest.approx([p.share] * 2, rel=1e-6, abs=1e-9), p.joint
     load = all_states.load("inputs.u")
     for sense, found in ((1.0, load.more), (-1.0, load.less)):
         sure, most = found.guaranteed.certified, found.possible.certified
@@ -80,7 +84,7 @@ def check(seed: int, kind: str) -> bool:
     return True
 
 
-@pytest.mark.parametrize("kind", ["screw", "prismatic"])
+@pytest.mark.parametrize("kind", ["screw", "screw_preload", "prismatic"])
 def test_bounds_of_a_chain_are_those_of_runs(kind: str) -> None:
     assert sum(check(seed, kind) for seed in range(2))
 

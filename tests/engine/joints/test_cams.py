@@ -144,6 +144,35 @@ def test_what_slides_on_a_cam_is_dragged_along_by_its_friction(what: str, guide:
     assert np.abs(r["energy.residual"]).max() < 1e-8
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("given", ["", ", start: {q: 0}"])
+@pytest.mark.parametrize("rubs", ["", ", friction: {force: 0.3}"])
+def test_a_follower_whose_frame_lies_on_the_axis_of_its_cam_is_assembled_onto_the_curve(seed: int, given: str, rubs: str) -> None:
+    # On the axis the angle of the follower is undefined; a residual with the cosine of the pressure angle there would be zero.
+    rng = np.random.default_rng([5, seed])
+    angles = np.linspace(0, 2 * np.pi, 13)
+    radius = 0.06 + 0.02 * np.sin(angles + rng.uniform(0, 6))
+    radius[-1] = radius[0]
+    turned = rng.uniform(-3, 3)
+    scene = scene_from_text(f"""
+schema: 1
+gravity: [0, -5, 0]
+bodies: {{cam: {{mass: 1, inertia: [0.01, 0.01, 0.01]}}, rod: {{mass: 0.4, inertia: [0.001, 0.001, 0.001]}}}}
+joints:
+  turn: {{type: revolute, axis: z, reference: x, inboard: ground, outboard: cam, start: {{q: {turned}, qd: 3}}}}
+  guide: {{type: prismatic, axis: y, reference: z, inboard: ground, outboard: rod{rubs}{given}}}
+  follow: {{type: cam, axis: z, reference: x, inboard: cam, outboard: rod,
+    profile: {{angle: {angles.tolist()}, radius: {radius.tolist()}}}}}
+simulation: {{until: 0.05, every: 0.05}}
+""")
+    r = simulate(scene)
+    q, theta = float(r["guide.q[1]"][0]), float(r["turn.q[1]"][0])
+    curve = CubicSpline(angles, radius, bc_type="periodic")
+    assert r.outcome.name == "done"
+    assert abs(q) == pytest.approx(curve((np.copysign(np.pi / 2, q) - theta) % (2 * np.pi)), abs=1e-12)
+    assert any("guide: start q moved" in n for n in r.notes) == bool(given)
+
+
 def lifted(more: str, rod: str = "", cam: str = "drive: {constant: {rate: 0}}") -> sm.Scene:
     """An eccentric disc under a flat plate that only goes up and down: it turns by 120 deg from where it lifts most."""
     angles = np.linspace(0, 2 * np.pi, 721)
