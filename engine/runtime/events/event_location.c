@@ -135,10 +135,11 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
   const int nz = tr_z_length(s), samples = tr_sample_count(s), last = *which;
   double x[SAMPLES + 1], g[SAMPLES + 1], own[(SAMPLES + 1) * tr_sample_width(s)], followed[nz + 1];
   double *near = tr_is_fold_possible(s, *which) ? followed : 0;
-  tr_samples at = {suspect, tr_watched_count(s), 0, x, g, own};
-  int held = 0;
-  for (int i = 0; suspect && i < at.watched; ++i) held |= suspect[i] && (s->k->sets || i >= s->k->nsliders), at.sided |= suspect[i] == TR_BY_SIDES;
-  const int first = suspect ? !held : samples;
+  tr_samples at = {suspect, tr_watched_count(s), 0, 0, x, g, own};
+  for (int i = 0; suspect && i < at.watched; ++i) {
+    at.between |= suspect[i] && (s->k->sets || i >= s->k->nsliders), at.sided |= suspect[i] == TR_BY_SIDES;
+  }
+  const int first = !suspect ? samples : !at.between;
   tr_copy(nz, TR_A(s, zstart), followed), tr_copy(nz, TR_A(s, zend), TR_A(s, zbeyond));
   for (int q = first; q <= samples; ++q) {
     int w = *which;
@@ -146,12 +147,10 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
     if (near && q > 0 && q < samples && found <= 0.0) tr_copy(nz, TR_A(s, z), near);
     if (found != found) return TR_TOO_LARGE;
     if (q == 0) continue;
-    double a = q > first ? x[q - 1] : 0.0, ga = q > first ? g[q - 1] : -1.0, b = x[q], gb = found;
-    tr_point p[3];
-    if (held && q > 1 && tr_find_maximum_between(s, &at, q, p, &w)) a = p[0].x, ga = p[0].all, b = p[1].x, gb = p[1].all;
-    if (gb > 0.0) {
-      *which = w;
-      *theta = tr_find_first_root(s, a, b, ga, gb, near, which);
+    const tr_bracket b = tr_bracket_first_root(s, &at, q, first, w);
+    if (b.right.all > 0.0) {
+      *which = b.which;
+      *theta = tr_find_first_root(s, b.left.x, b.right.x, b.left.all, b.right.all, near, which);
       return tr_classify_event(s, *theta, which);
     }
   }

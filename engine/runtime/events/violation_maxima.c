@@ -43,7 +43,7 @@ typedef struct tr_point {
  * are smooth where the load changes its sign. */
 typedef struct tr_samples {
   const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
-  int watched, sided;  /* pairs and stops; whether any pair is searched by sides */
+  int watched, between, sided; /* pairs and stops; whether maxima between the points are searched, and by sides for any pair */
   double *x, *all;     /* per point: place, largest violation */
   double *own;         /* per point: violations of pairs and stops, then those of pairs in the other direction; all less 1 */
 } tr_samples;
@@ -110,72 +110,81 @@ static double tr_parabola_top(const tr_point *p) {
   return p[1].x - 0.5 * ((p[1].x - p[0].x) * l - (p[1].x - p[2].x) * r) / (l - r);
 }
 
-/* Locate the maximum of item i near the middle of three points p. Returns 1 if any violation is positive at a point evaluated; p[1]
- * and *which then describe that point, and no violation is positive at p[0]. */
-static int tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p, int *which) {
+/* The bracket of a root: no violation is positive at `left`, and one is at `right` (x NaN: no such point was found). */
+typedef struct tr_bracket {
+  tr_point left, right;
+  int which; /* the worst pair or stop at `right` */
+} tr_bracket;
+
+/* Narrow the bracket by a point. Another violation than that searched may be positive there. */
+static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
+  if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
+  if (p->all <= 0.0 && p->x > b->left.x && !(p->x >= b->right.x)) b->left = *p;
+}
+
+/* Locate the maximum of item i near the middle of three points p, and narrow the bracket by the points evaluated. */
+static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p, tr_bracket *b) {
   for (int it = 0; it < TOP_STEPS; ++it) {
     const double top = tr_parabola_top(p);
-    if (!(top > p[0].x && top < p[2].x) || fabs(top - p[1].x) < TOP_NEAR) return 0;
+    if (!(top > p[0].x && top < p[2].x) || fabs(top - p[1].x) < TOP_NEAR) return;
+    int w = i < at->watched ? i : i - at->watched;
     const int right = top > p[1].x;
-    int w = *which;
     const tr_point found = tr_point_at(s, at, i, top, &w);
-    if (!(found.all == found.all)) return 0;
-    if (found.all > 0.0) {
-      if (right) p[0] = p[1];
-      p[1] = found, *which = w;
-      return 1;
-    }
-    if (fabs(found.own - p[1].own) < TOP_SURE * fabs(found.own)) return 0;
+    if (!(found.all == found.all)) return;
+    tr_narrow_bracket(b, &found, w);
+    if (found.own > 0.0 || fabs(found.own - p[1].own) < TOP_SURE * fabs(found.own)) return;
     if (found.own > p[1].own) p[right ? 0 : 2] = p[1], p[1] = found;
     else p[right ? 2 : 0] = found;
   }
-  return 0;
 }
 
-/* As tr_find_maximum, for a maximum between the end of the step (`end`: p[2], otherwise p[0]) and the point beside it. Near the end
- * the parabola through equidistant points may miss it; the slope at the end shows it. */
-static int tr_find_maximum_at_end(tr_sim *s, const tr_samples *at, int i, int end, tr_point *p, int *which) {
-  const tr_point outer = p[end ? 2 : 0], inner = p[1];
-  int w = *which;
+/* As tr_find_maximum, for a maximum between the points `outer` and `inner`. Near the first and last (`end`) point of a search, the
+ * parabola through equidistant points may miss it; the slope at `outer` shows it. */
+static void tr_find_maximum_at_end(tr_sim *s, const tr_samples *at, int i, int end, tr_point outer, tr_point inner, tr_bracket *b) {
+  int w = i < at->watched ? i : i - at->watched;
   const tr_point edge = tr_point_at(s, at, i, outer.x + EDGE * (inner.x - outer.x), &w);
-  if (!(edge.all > 0.0) && !(edge.own > outer.own)) return 0;
-  p[0] = end ? inner : outer, p[1] = edge, p[2] = end ? outer : inner;
-  if (!(edge.all > 0.0)) return tr_find_maximum(s, at, i, p, which);
-  *which = w;
-  return 1;
+  tr_narrow_bracket(b, &edge, w);
+  if (edge.own > 0.0 || !(edge.own > outer.own)) return;
+  tr_point p[3] = {end ? inner : outer, edge, end ? outer : inner};
+  tr_find_maximum(s, at, i, p, b);
 }
 
-/* Whether item i is positive at a maximum between three equidistant points. The parabola through them may be wrong by as much as it
- * changes. */
-static int tr_has_maximum(tr_sim *s, const tr_samples *at, int i, int q, tr_point *p, int *which) {
-  const int width = tr_sample_width(s);
-  for (int j = 0; j < 3; ++j) p[j] = (tr_point){at->x[q - 2 + j], at->own[(q - 2 + j) * width + i], at->all[q - 2 + j]};
-  const double bend = 2.0 * p[1].own - p[0].own - p[2].own, from_middle = 0.5 * (p[2].own - p[0].own) / bend;
-  if (!(bend > 0.0)) return 0;
-  const tr_point kept[3] = {p[0], p[1], p[2]};
-  const double top = p[1].own + 0.5 * bend * from_middle * from_middle;
-  if (fabs(from_middle) < 1.0 && top + (top - fmin(p[0].own, p[2].own)) > 0.0 && tr_find_maximum(s, at, i, p, which)) return 1;
-  for (int end = 0; end < 2; ++end) {
-    const double outer = kept[end ? 2 : 0].own;
-    memcpy(p, kept, sizeof kept);
-    if (q != (end ? tr_sample_count(s) : 2) || outer < kept[1].own || !(outer + bend > 0.0)) continue;
-    if (tr_find_maximum_at_end(s, at, i, end, p, which)) return 1;
+static tr_point tr_sample_of(const tr_sim *s, const tr_samples *at, int i, int q) {
+  return (tr_point){at->x[q], at->own[q * tr_sample_width(s) + i], at->all[q]};
+}
+
+/* Narrow the bracket by a positive maximum of item i between points q - 2 and q. The parabola through them may be wrong by as much
+ * as it changes. With q = 1 the search ends there, because another violation is positive. */
+static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
+  tr_point p[3];
+  if (q == 1) {
+    const tr_point end = tr_sample_of(s, at, i, 1);
+    if (end.own <= 0.0) tr_find_maximum_at_end(s, at, i, 1, end, tr_sample_of(s, at, i, 0), b);
+    return;
   }
-  return 0;
+  for (int j = 0; j < 3; ++j) p[j] = tr_sample_of(s, at, i, q - 2 + j);
+  const double bend = 2.0 * p[1].own - p[0].own - p[2].own, from_middle = 0.5 * (p[2].own - p[0].own) / bend;
+  const double top = p[1].own + 0.5 * bend * from_middle * from_middle, first = p[0].own, middle = p[1].own, last = p[2].own;
+  if (!(bend > 0.0)) return;
+  const tr_point outer[2] = {p[0], p[2]}, inner = p[1];
+  const int begins = q == 2 && first >= middle && first + bend > 0.0;
+  const int ends = (q == tr_sample_count(s) || at->all[q] > 0.0) && last >= middle && last + bend > 0.0 && !(last > 0.0);
+  if (fabs(from_middle) < 1.0 && top + (top - fmin(first, last)) > 0.0) tr_find_maximum(s, at, i, p, b);
+  if (begins) tr_find_maximum_at_end(s, at, i, 0, outer[0], inner, b);
+  if (ends) tr_find_maximum_at_end(s, at, i, 1, outer[1], inner, b);
 }
 
-/* Whether a violation is positive at a maximum of its own between points q - 2 and q. Their largest value has kinks, where no
- * parabola finds its maximum; each is therefore searched alone. Of several maxima, the first counts; p[0], p[1] then bracket its
- * root. */
-static int tr_find_maximum_between(tr_sim *s, const tr_samples *at, int q, tr_point *p, int *which) {
-  int any = 0;
+/* The bracket of the first root up to point q, from maxima between points q - 2 and q and from point q itself. Violations are
+ * searched one by one: their largest value has kinks, where no parabola finds a maximum. */
+static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
+  tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
+  if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};
+  if (!at->between || q < 1 || (q == 1 && !(at->all[1] > 0.0))) return b;
+  tr_bracket before = b;
+  if (q > 1) before.left = (tr_point){at->x[q - 2], NAN, at->all[q - 2]};
   for (int i = 0; i < tr_sample_width(s); ++i) {
     const int index = i < at->watched ? i : i - at->watched;
-    tr_point own[3];
-    int w = index;
-    if (!at->suspect[index] || (i >= at->watched && at->suspect[index] != TR_BY_SIDES)) continue;
-    if (!tr_has_maximum(s, at, i, q, own, &w) || (any && own[1].x >= p[1].x)) continue;
-    any = 1, *which = w, memcpy(p, own, sizeof own);
+    if (at->suspect[index] && (i < at->watched || at->suspect[index] == TR_BY_SIDES)) tr_search_item(s, at, i, q, &before);
   }
-  return any;
+  return before.right.x < at->x[q] ? before : b;
 }

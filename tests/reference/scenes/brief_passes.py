@@ -157,8 +157,15 @@ def thrown_at_stop(r: np.random.Generator, span: float) -> Part:
     t = passing(speed, pull, at)
     u = math.sqrt(speed**2 - 2 * pull * at)
     off = t + 2 * math.atan(u * rate / pull) / rate
-    place = lambda t: side * (at - u * (t - off) - 0.5 * pull * (t - off) ** 2)  # noqa: E731
-    return Part(joint, [("end_stop_engaged", t), ("end_stop_released", off)], ("end_stop_engaged", "end_stop_released"), 3 * span, mass, place, what="stop")
+
+    def there(now: float) -> float:
+        if now < t:
+            return side * (speed * now - 0.5 * pull * now**2)
+        within, after = min(now, off) - t, max(now - off, 0.0)
+        swing = u / rate * math.sin(rate * within) - pull / rate**2 * (1.0 - math.cos(rate * within)) if now < off else 0.0
+        return side * (at + swing - u * after - 0.5 * pull * after**2)
+
+    return Part(joint, [("end_stop_engaged", t), ("end_stop_released", off)], ("end_stop_engaged", "end_stop_released"), 3 * span, mass, there, what="stop")
 
 
 def thrown_over_teeth(r: np.random.Generator, span: float) -> Part:
