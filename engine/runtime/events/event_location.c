@@ -159,20 +159,22 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
   return !suspect || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }
 
-/* Mark each pair that may have an event inside the last step. Returns 1 if there are any. Requires the solution at its end. */
+static int tr_has_varying_load(const tr_sim *s, int i) {
+  return tr_is_set_valued(s, i) && tr_is_stuck(s, i) && tr_pair_of(s, i)->neta == 1 && TR_A(s, smin)[i] < TR_A(s, smax)[i];
+}
+
 static int tr_mark_suspect_pairs(tr_sim *s, char *suspect) {
   const int pairs = s->k->nsliders;
   double opposite[pairs + 1];
   int any = 0, varies = 0;
   for (int i = 0; i < pairs; ++i) {
     any |= suspect[i] = tr_is_suspect(s, i);
-    varies |= tr_is_set_valued(s, i) && tr_is_stuck(s, i) && tr_pair_of(s, i)->neta == 1 && TR_A(s, smin)[i] < TR_A(s, smax)[i];
+    varies |= tr_has_varying_load(s, i);
   }
   if (!varies) return any;
   tr_evaluate_opposite_capacities(s, opposite);
   for (int i = 0; i < pairs; ++i) {
-    if (!tr_is_set_valued(s, i) || !tr_is_stuck(s, i) || tr_pair_of(s, i)->neta != 1 || opposite[i] == tr_hold_of(s, i)->capacity) continue;
-    if (TR_A(s, smin)[i] < TR_A(s, smax)[i]) any = suspect[i] = TR_BY_SIDES;
+    if (tr_has_varying_load(s, i) && opposite[i] != fmax(tr_hold_of(s, i)->capacity, NO_FORCE)) any = suspect[i] = TR_BY_SIDES;
   }
   return any;
 }

@@ -56,9 +56,16 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst);
 /* Whether the stages of the last step suggest an event of pair i inside it. Requires a solution at its end. */
 static int tr_is_suspect(const tr_sim *s, int i);
 
+/* Whether pair i, of one component, is at rest under a load that changed in the last step. */
+static int tr_has_varying_load(const tr_sim *s, int i);
+
 /* Marks of pairs and stops that may have an event between the points of a step. By sides: a pair at rest whose capacities forward
  * and backward differ. */
 enum { TR_SUSPECT = 1, TR_BY_SIDES = 2 };
+
+/* Mark each pair that may have an event inside the last step. Returns 1 if there are any. Requires the solution and the capacities at
+ * its end. */
+static int tr_mark_suspect_pairs(tr_sim *s, char *suspect);
 
 /* Search the step for its first event on the dense output. suspect: mark of each pair and stop; if any is set, the search is at and between all points; 0: only at the end, with the worst pair or stop in *which. Returns
  * TR_NO_EVENT, TR_FOUND with *which and *theta, or TR_TOO_LARGE. */

@@ -110,15 +110,17 @@ static double tr_parabola_top(const tr_point *p) {
   return p[1].x - 0.5 * ((p[1].x - p[0].x) * l - (p[1].x - p[2].x) * r) / (l - r);
 }
 
-/* The bracket of a root: no violation is positive at `left`, and one is at `right` (x NaN: no such point was found). */
+/* The bracket of a root: no violation is positive at `left`, and one is at `right` (x NaN: no such point was found). begin: the first
+ * point of the search. */
 typedef struct tr_bracket {
-  tr_point left, right;
+  tr_point begin, left, right;
   int which; /* the worst pair or stop at `right` */
 } tr_bracket;
 
 /* Narrow the bracket by a point. Another violation than that searched may be positive there. */
 static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
   if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
+  if (b->left.x >= b->right.x) b->left = b->begin;
   if (p->all <= 0.0 && p->x > b->left.x && !(p->x >= b->right.x)) b->left = *p;
 }
 
@@ -179,9 +181,10 @@ static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bra
 static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
   tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
   if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};
+  b.begin = b.left;
   if (!at->between || q < 1 || (q == 1 && !(at->all[1] > 0.0))) return b;
   tr_bracket before = b;
-  if (q > 1) before.left = (tr_point){at->x[q - 2], NAN, at->all[q - 2]};
+  if (q > 1) before.begin = before.left = (tr_point){at->x[q - 2], NAN, at->all[q - 2]};
   for (int i = 0; i < tr_sample_width(s); ++i) {
     const int index = i < at->watched ? i : i - at->watched;
     if (at->suspect[index] && (i < at->watched || at->suspect[index] == TR_BY_SIDES)) tr_search_item(s, at, i, q, &before);

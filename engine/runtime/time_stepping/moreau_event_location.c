@@ -33,7 +33,7 @@ static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *cou
   double depth[s->k->nstops + 1], theta = 1.0;
   char suspect[tr_watched_count(s) + 1];
   int held = 0, which = -1, hit = 0;
-  for (int i = 0; i < n; ++i) held |= suspect[i] = course->steady && tr_is_stuck(s, i) && tr_is_suspect(s, i);
+  for (int i = 0; i < n; ++i) held |= course->steady && tr_is_stuck(s, i) && (tr_is_suspect(s, i) || tr_has_varying_load(s, i));
   tr_set_time(s, s->clock.t + h), tr_stop_depths(s, TR_A(s, ynew), depth);
   for (int i = n; i < tr_watched_count(s); ++i)
     if (tr_mode_violation(s, i, depth) > 1.0) which = i, hit = 1;
@@ -45,6 +45,8 @@ static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *cou
   if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
     s->step.margin = NAN, s->step.margin_end = tr_worst_violation(s, TR_A(s, ynew), &worst);
     tr_copy_violations(s, TR_NOW, TR_AT_END);
+    tr_mark_suspect_pairs(s, suspect);
+    for (int i = 0; i < n; ++i) suspect[i] = suspect[i] && course->steady && tr_is_stuck(s, i) ? suspect[i] : 0;
     if (!hit || worst < n) which = worst;
     found = tr_search_step(s, held ? suspect : 0, &which, &theta);
   }

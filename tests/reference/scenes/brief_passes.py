@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ NEAREST, FARTHEST = -8.0, -4.0
 """Decimal exponents of the distance of a motion's peak from its threshold, relative to the threshold."""
 NEAREST_LOAD = -6.0
 """The same for loads that release a pair at rest."""
+SURE = 300.0
+"""Distance of a peak from its threshold over the tolerance of a run that decides it."""
 EDGE = 0.05
 """Part of a window that a slider keeps from the window's ends."""
 
@@ -33,7 +36,7 @@ class Signal:
         """Times at which the signal crosses a level, with +1 (rising) or -1."""
         marks = [0.0, *(t for t in self.marks if 0.0 < t < until), until]
         found = []
-        for a, b in zip(marks[:-1], marks[1:], strict=True):
+        for a, b in pairwise(marks):
             f, g = self.value(a) - level, self.value(b) - level
             if (f > 0.0) != (g > 0.0):
                 found.append((brentq(lambda t: self.value(t) - level, a, b, xtol=1e-15, rtol=1e-14), 1 if g > 0.0 else -1))
@@ -53,9 +56,10 @@ class Part:
     mass: float = 1.0
     place: Callable[[float], float] | None = None
     """Coordinate at a time."""
+    loosest: float = 1.0
+    """Largest relative tolerance whose error leaves the answer as it is."""
     carrier: dict[str, Any] | None = None
     """A driven joint between the ground and this joint."""
-    what: str = ""
 
 
 @dataclass(frozen=True)
@@ -66,8 +70,16 @@ class BriefPass:
     until: float
     parts: dict[str, Part]
 
+    @property
+    def loosest(self) -> float:
+        return min(p.loosest for p in self.parts.values())
+
     def events(self, joint: str) -> list[tuple[str, float]]:
         return [e for e in self.parts[joint].events if e[1] < self.until]
+
+
+def sign(r: np.random.Generator) -> float:
+    return float(r.choice([-1.0, 1.0]))
 
 
 def log_uniform(r: np.random.Generator, low: float, high: float) -> float:
@@ -104,7 +116,8 @@ def table(r: np.random.Generator, low: float, high: float, span: float, middle: 
         return Signal(data, lambda t: float(np.interp(t, times, values)), tuple(times))
     times = at + width * np.arange(-2, 3)
     shape = np.array([0.0, 0.1, 1.0, 0.2, 0.0])
-    top = max(CubicSpline(times, shape, bc_type="natural")(t) for t in spline_marks(CubicSpline(times, shape, bc_type="natural"), times))
+    spline = CubicSpline(times, shape, bc_type="natural")
+    top = max(spline(t) for t in spline_marks(spline, times))
     values = low + (high - low) * shape / top
     spline = CubicSpline(times, values, bc_type="natural")
     value = lambda t: float(spline(min(max(t, times[0]), times[-1])))  # noqa: E731
@@ -137,7 +150,7 @@ def flight(r: np.random.Generator, span: float) -> tuple[float, float, float, fl
     """Speed, deceleration, threshold below or above the highest point of a flight, side, whether it is reached."""
     speed = float(r.uniform(0.5, 3.0))
     pull = speed / (span * float(r.uniform(0.3, 0.7)))
-    far, side, up = log_uniform(r, NEAREST, FARTHEST), float(r.choice([-1.0, 1.0])), bool(r.random() < 0.6)
+    far, side, up = log_uniform(r, NEAREST, FARTHEST), sign(r), bool(r.random() < 0.6)
     return speed, pull, 0.5 * speed**2 / pull * (1 - far if up else 1 + far), side, up
 
 
@@ -152,8 +165,9 @@ def thrown_at_stop(r: np.random.Generator, span: float) -> Part:
     stops = {"stiffness": mass * rate**2, "upper" if side > 0 else "lower": side * at}
     joint = joint_of(r, effort=-side * mass * pull, start={"qd": side * speed}, end_stops=stops)
     place = lambda t: side * (speed * t - 0.5 * pull * t * t)  # noqa: E731
+    kinds = ("end_stop_engaged", "end_stop_released")
     if not up:
-        return Part(joint, [], ("end_stop_engaged", "end_stop_released"), 3 * span, mass, place, what="stop")
+        return Part(joint, [], kinds, 3 * span, mass, place)
     t = passing(speed, pull, at)
     u = math.sqrt(speed**2 - 2 * pull * at)
     off = t + 2 * math.atan(u * rate / pull) / rate
@@ -165,7 +179,22 @@ def thrown_at_stop(r: np.random.Generator, span: float) -> Part:
         swing = u / rate * math.sin(rate * within) - pull / rate**2 * (1.0 - math.cos(rate * within)) if now < off else 0.0
         return side * (at + swing - u * after - 0.5 * pull * after**2)
 
-    return Part(joint, [("end_stop_engaged", t), ("end_stop_released", off)], ("end_stop_engaged", "end_stop_released"), 3 * span, mass, there, what="stop")
+    return Part(joint, [(kinds[0], t), (kinds[1], off)], kinds, 3 * span, mass, there)
+
+
+def swung_at_stop(r: np.random.Generator, span: float) -> Part:
+    """A body on a spring swings to an end stop slightly before its amplitude, or short of it."""
+    rate, amplitude, side, up = log_uniform(r, 0.0, 1.5) / span, float(r.uniform(0.2, 1.0)), sign(r), bool(r.random() < 0.6)
+    far, mass, faster = log_uniform(r, FARTHEST, -1.0), float(r.uniform(0.5, 2.0)), log_uniform(r, 0.5, 3.0)
+    at = amplitude * (1 - far if up else 1 + far)
+    stops = {"stiffness": mass * (faster * rate) ** 2, "upper" if side > 0 else "lower": side * at}
+    joint = joint_of(r, start={"qd": side * amplitude * rate}, end_stops=stops, spring={"stiffness": mass * rate**2})
+    kinds, loosest = ("end_stop_engaged", "end_stop_released"), far / SURE
+    if not up:
+        return Part(joint, [], kinds, 3 * span, mass, lambda now: side * amplitude * math.sin(rate * now), loosest)
+    t, on = math.asin(at / amplitude) / rate, rate * math.sqrt(1.0 + faster**2)
+    off = t + 2 * math.atan2(math.sqrt(amplitude**2 - at**2) * rate * on, rate**2 * at) / on
+    return Part(joint, [(kinds[0], t), (kinds[1], off)], kinds, min(3 * span, off + math.pi / rate), mass, None, loosest)
 
 
 def thrown_over_teeth(r: np.random.Generator, span: float) -> Part:
@@ -186,7 +215,7 @@ def thrown_over_teeth(r: np.random.Generator, span: float) -> Part:
         events.append(("end_stop_engaged", back))
         until = back + (math.pi + 2 * math.atan(pull / (rate * u))) / rate * 0.9
         place = lambda t: side * (speed * t - 0.5 * pull * t * t) if t < back else math.nan  # noqa: E731
-    return Part(joint, events, ("latch", "unlatch", "end_stop_engaged"), until, mass, place, what="teeth")
+    return Part(joint, events, ("latch", "unlatch", "end_stop_engaged"), until, mass, place)
 
 
 def passed_hook(r: np.random.Generator, span: float) -> Part:
@@ -197,104 +226,91 @@ def passed_hook(r: np.random.Generator, span: float) -> Part:
     s = kind(r, -0.5 - rest, -0.5 + deep, span, middle) if dips else kind(r, 0.5 - rest, 0.5 + deep, span, middle)
     s = upside_down(s) if dips else s
     edges = s.crossings(0.5, 3 * span)
-    opens = [i for i, (t, way) in enumerate(edges[:-1]) if way == (-1 if dips else 1) and t < span]
-    i = int(r.choice(opens))
-    a, b = edges[i][0], edges[i + 1][0]
-    room = min(a - (edges[i - 1][0] if i else 0.0), (edges[i + 2][0] if i + 2 < len(edges) else 3 * span) - b, b - a)
-    where = r.random()
-    inside = where < 0.6
-    t = a + r.uniform(EDGE, 1 - EDGE) * (b - a) if inside else a - r.uniform(EDGE, 1.0) * room if where < 0.8 else b + r.uniform(EDGE, 1.0) * room * 0.9
-    t = float(t)
+    i = int(r.choice([i for i, (t, way) in enumerate(edges[:-1]) if way == (-1 if dips else 1) and t < span]))
+    t = near_window(r, edges, i, 3 * span)
     mass, speed, rate = float(r.uniform(0.5, 2.0)), float(r.uniform(0.3, 3.0)), log_uniform(r, 1.0, 3.5) / span
-    side = float(r.choice([-1.0, 1.0]))
+    side = sign(r)
     latch = {"at": side * speed * t, "stiffness": mass * rate**2, "keeps": "below" if side > 0 else "above", "release": s.data}
     joint = joint_of(r, start={"qd": side * speed}, latch=latch)
-    lifted = s.value(0.0) > 0.5
-    events: list[tuple[str, float]] = []
-    held_at = None
-    for at, way in [*edges, (math.inf, 0)]:
-        if held_at is None and t < at:
-            if lifted:
-                place = lambda x: side * speed * x  # noqa: E731
-                return Part(joint, events, ("latch", "unlatch", "end_stop_engaged"), 3 * span, mass, place, what="hook passed")
-            events.append(("end_stop_engaged", t))
-            held_at = t
-        if way:
-            lifted = way > 0
-            if held_at is not None and not lifted and at > held_at: # falls again: known while the slider is behind it
-                pass
-            events.append(("unlatch" if lifted else "latch", at))
-            if held_at is not None and lifted: break
-    # in contact from t; let go at the first lift after t, or at the end of half a swing
-    lifts = [at for at, way in edges if way > 0 and at > t]
-    off = t + math.pi / rate
-    def place_held(x: float, off: float = off, lift: float = lifts[0] if lifts else math.inf) -> float:
-        if x < t: return side * speed * x
-        if lift < off:
-            w = min(x, lift) - t
-            q = speed / rate * math.sin(rate * w)
-            return side * (speed * t + q + (speed * math.cos(rate * w) * (x - lift) if x > lift else 0.0))
-        if x < off: return side * (speed * t + speed / rate * math.sin(rate * (x - t)))
-        return side * (speed * t - speed * (x - off))
+    kinds = ("latch", "unlatch", "end_stop_engaged")
+    before = [("unlatch" if way > 0 else "latch", at) for at, way in edges if at < t]
+    if (before[-1][0] == "unlatch") if before else s.value(0.0) > 0.5:
+        return Part(joint, before, kinds, 3 * span, mass, lambda now: side * speed * now)
+    later = [e for e in edges if e[0] > t]
+    lifts, off = later[0][0] if later else math.inf, t + math.pi / rate
+    leaves = min(lifts, off)
+    passes_on = lifts < off and math.cos(rate * (lifts - t)) > 0.0
+
+    def there(now: float) -> float:
+        within, after = min(now, leaves) - t, max(now - leaves, 0.0)
+        if within < 0.0:
+            return side * speed * now
+        return side * speed * (t + math.sin(rate * within) / rate + math.cos(rate * within) * after)
+
     until = 3 * span
-    if lifts:
-        w = lifts[0] - t
-        if lifts[0] < off:
-            v, q = math.cos(rate * w), math.sin(rate * w) / rate
-            if v > 0: # passes on
-                pass
-            else: # back to its tooth at
-                until = min(until, lifts[0] + 0.9 * q / -v if v < 0 else until)
-        else:
-            until = min(until, next((at for at, way in edges if at > lifts[0]), until) )
-    return Part(joint, events, ("latch", "unlatch", "end_stop_engaged"), until, mass, place_held, what="hook meets")
+    if lifts < off and not passes_on:  # it comes back to the hook's place, where the hook may fall again
+        until = min(until, lifts - 0.9 * math.tan(rate * (lifts - t)) / rate)
+    elif not passes_on and len(later) > 1:
+        until = min(until, later[1][0])
+    return Part(joint, [*before, ("end_stop_engaged", t), *[("unlatch", at) for at, _ in later[:1]]], kinds, until, mass, there)
+
+
+def near_window(r: np.random.Generator, edges: list[tuple[float, int]], i: int, until: float) -> float:
+    """A time inside the window from edge i to the next one, or shortly before or after it."""
+    a, b = edges[i][0], edges[i + 1][0]
+    before, after = edges[i - 1][0] if i else 0.0, edges[i + 2][0] if i + 2 < len(edges) else until
+    room, where = min(a - before, after - b, b - a), r.random()
+    if where < 0.6:
+        return float(a + r.uniform(EDGE, 1.0 - EDGE) * (b - a))
+    return float(a - r.uniform(EDGE, 1.0) * room if where < 0.8 else b + r.uniform(EDGE, 0.9) * room)
 
 
 def hook_let_go(r: np.random.Generator, span: float) -> Part:
     """A hook that carries a constant force, and a signal that lifts it shortly or not at all."""
     up, far = bool(r.random() < 0.6), log_uniform(r, NEAREST, FARTHEST)
     s = peaked(r, float(r.uniform(-1.0, 0.3)), 0.5 + far if up else 0.5 - far, span)
-    mass, rate, push, side = float(r.uniform(0.5, 2.0)), log_uniform(r, 1.0, 2.0) / span, float(r.uniform(0.5, 3.0)), float(r.choice([-1.0, 1.0]))
+    mass, rate, push, side = float(r.uniform(0.5, 2.0)), log_uniform(r, 1.0, 2.0) / span, float(r.uniform(0.5, 3.0)), sign(r)
     deep = push / (mass * rate**2)
     latch = {"at": 0.0, "stiffness": mass * rate**2, "keeps": "below" if side > 0 else "above", "down": True, "release": s.data}
     joint = joint_of(r, start={"q": side * deep}, effort=side * push, latch=latch)
     first = s.crossings(0.5, 3 * span)
     events = [("unlatch", first[0][0])] if first else []
     place = lambda t: side * (deep + (0.5 * push / mass * max(t - first[0][0], 0.0) ** 2 if first else 0.0))  # noqa: E731
-    return Part(joint, events, ("latch", "unlatch"), 3 * span, mass, place, what="hook let go")
+    return Part(joint, events, ("latch", "unlatch"), 3 * span, mass, place)
 
 
 def loaded(r: np.random.Generator, span: float) -> Part:
     """A pair at rest whose load exceeds its capacity shortly, or stays below."""
-    cap, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), float(r.choice([-1.0, 1.0]))
+    cap, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), sign(r)
     s = peaked(r, cap * float(r.uniform(-0.6, 0.9)), cap * (1 + far if up else 1 - far), span)
     joint = joint_of(r)
     joint |= {"effort": (s if side > 0 else upside_down(s)).data, "friction": brake(joint, cap)}
     events = [("slip", t) for t, way in s.crossings(cap, 3 * span) if way > 0]
-    return Part(joint, events, ("slip",), 3 * span, what="load")
+    return Part(joint, events, ("slip",), 3 * span)
 
 
 def braked(r: np.random.Generator, span: float) -> Part:
     """A constant load on a brake whose capacity falls below the load shortly, or not at all."""
-    load, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), float(r.choice([-1.0, 1.0]))
+    load, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), sign(r)
     s = upside_down(peaked(r, -load * float(r.uniform(1.1, 3.0)), -load * (1 - far if up else 1 + far), span))
     joint = joint_of(r)
     joint |= {"effort": side * load, "friction": brake(joint, s.data)}
     events = [("slip", t) for t, way in s.crossings(load, 3 * span) if way < 0]
-    return Part(joint, events, ("slip",), 3 * span, what="brake")
+    return Part(joint, events, ("slip",), 3 * span)
 
 
 def overrun(r: np.random.Generator, span: float) -> Part:
     """A freewheel whose load exceeds its drag one way, or its grip the other way, shortly."""
-    drag, grip, far = float(r.uniform(0.2, 1.0)), float(r.uniform(2.0, 10.0)), [log_uniform(r, NEAREST_LOAD, FARTHEST) for _ in range(2)]
+    drag, grip = float(r.uniform(0.2, 1.0)), float(r.uniform(2.0, 10.0))
+    far = [log_uniform(r, NEAREST_LOAD, FARTHEST) for _ in range(2)]
     up = [bool(r.random() < 0.6) for _ in range(2)]
     low, high = -grip * (1 + far[0] if up[0] else 1 - far[0]), drag * (1 + far[1] if up[1] else 1 - far[1])
     s = harmonic(r, low, high, span)
     joint = joint_of(r, effort=s.data)
     back = "back_force" if joint["type"] == "prismatic" else "back_torque"
     joint["friction"] = brake(joint, drag) | {back: grip}
-    events = [(t, "slip") for t, way in s.crossings(drag, 3 * span) if way > 0] + [(t, "slip") for t, way in s.crossings(-grip, 3 * span) if way < 0]
-    return Part(joint, [(k, t) for t, k in sorted(events)], ("slip",), 3 * span, what="freewheel")
+    slips = [t for limit, sense in ((drag, 1), (-grip, -1)) for t, way in s.crossings(limit, 3 * span) if way == sense]
+    return Part(joint, [("slip", t) for t in sorted(slips)], ("slip",), 3 * span)
 
 
 def shaken(r: np.random.Generator, span: float) -> Part:
@@ -308,14 +324,15 @@ def shaken(r: np.random.Generator, span: float) -> Part:
     events = []
     if up:
         inside = math.acos(1 / (1 + far)) / (2 * math.pi * f)
-        k0 = math.ceil((phase / math.pi - 0.5))
+        k0 = math.ceil(phase / math.pi - 0.5)
         tops = [(0.5 * math.pi + k * math.pi - phase) / (2 * math.pi * f) for k in range(k0 - 1, k0 + int(6 * span * f) + 4)]
         events = [("slip", t - inside) for t in tops if 0.0 < t - inside < 3 * span]
-    return Part(joint, events, ("slip",), 3 * span, carrier=carrier, what="shaken")
+    return Part(joint, events, ("slip",), 3 * span, carrier=carrier)
 
 
 FAMILIES: dict[str, Callable[[np.random.Generator, float], Part]] = {
-    f.__name__: f for f in (thrown_at_stop, thrown_over_teeth, passed_hook, hook_let_go, loaded, braked, overrun, shaken)
+    f.__name__: f
+    for f in (thrown_at_stop, swung_at_stop, thrown_over_teeth, passed_hook, hook_let_go, loaded, braked, overrun, shaken)
 }
 
 
