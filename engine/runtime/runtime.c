@@ -77,6 +77,7 @@ TR_OFTEN
 #include "events/stop_events.c"
 #include "events/direction_turns.c"
 #include "events/event_margin.c"
+#include "events/violation_maxima.c"
 #include "events/event_location.c"
 TR_RARE
 #include "events/event_location_projected.c"

@@ -5,6 +5,7 @@
 #define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
 #define CORNER_PART 0.1   /* × the tolerance: a step may begin or end within this distance from a corner */
 #define CORNER_ROOT 40    /* iterations: secants and halvings in turn */
+#define CORNER_LATE 1e-12 /* × the step: a corner this close to its end is its end */
 #define HOOK_BEYOND 1e-11 /* the step ends where a hook's signal is beyond its release by this; above TOL_STOP */
 #define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
 #define HOOK_EDGE 1e-3    /* × the spacing of these points: difference that gives the slope at an end of the step */
@@ -88,5 +89,5 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   }
   tr_set_time(s, s->step.t0 + s->step.size);
   if (first < most) tr_restore_solution(s, kept);
-  return first < most * STEP_END ? first : 1.0;
+  return first < most - CORNER_LATE ? first : 1.0;
 }

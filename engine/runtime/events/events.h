@@ -18,8 +18,9 @@ typedef struct tr_branch {
 /* Place (0…1) of the first corner before `most` in the acceptable step just made; 1: no corner, or a corner at an end. */
 static double tr_find_first_corner(tr_sim *s, double most);
 
-/* Whether a stop may be engaged and released again inside the last step (end state in ynew), or released and engaged again. */
-static int tr_has_stop_event_inside(tr_sim *s);
+/* Mark in `inside` each stop that may be engaged and released again inside the last step (end state in ynew), or released and
+ * engaged again. Returns 1 if there are any. */
+static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside);
 
 /* Whether pair i, of several components, slides against its frozen direction. Its friction jumped where the velocity was
  * perpendicular to that direction. Requires maps of the current state. */
@@ -55,12 +56,20 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst);
 /* Whether the stages of the last step suggest an event of pair i inside it. Requires a solution at its end. */
 static int tr_is_suspect(const tr_sim *s, int i);
 
-enum { TR_BY_STOP = 2 }; /* value of `closely`: a stop may be engaged inside the step */
+/* Whether pair i, of one component, is at rest under a load that changed in the last step. */
+static int tr_has_varying_load(const tr_sim *s, int i);
 
-/* Search the step for its first event on the dense output. closely: search at and between all points (TR_BY_STOP: because of
- * stops); 0: only at the end, with the worst pair or stop in *which. Returns TR_NO_EVENT, TR_FOUND with *which and *theta, or
- * TR_TOO_LARGE. */
-static int tr_search_step(tr_sim *s, int closely, int *which, double *theta);
+/* Marks of pairs and stops that may have an event between the points of a step. By sides: a pair at rest whose capacities forward
+ * and backward differ. */
+enum { TR_SUSPECT = 1, TR_BY_SIDES = 2 };
+
+/* Mark each pair that may have an event inside the last step. Returns 1 if there are any. Requires the solution and the capacities at
+ * its end. */
+static int tr_mark_suspect_pairs(tr_sim *s, char *suspect);
+
+/* Search the step for its first event on the dense output. suspect: mark of each pair and stop; if any is set, the search is at and between all points; 0: only at the end, with the worst pair or stop in *which. Returns
+ * TR_NO_EVENT, TR_FOUND with *which and *theta, or TR_TOO_LARGE. */
+static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *theta);
 
 /* Search the last step for its first event. Requires an evaluated end (ynew, K[end]). Results are those of tr_search_step. */
 static int tr_find_event(tr_sim *s, int *which, double *theta);

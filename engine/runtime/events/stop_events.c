@@ -18,7 +18,8 @@ static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
 
 /* The cubic through the depths and rates at both ends must have a maximum near the threshold. Rates are those of K and K[end],
  * or of the dense output for impulse steps. */
-static int tr_has_stop_event_inside(tr_sim *s) {
+static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
+  int any = 0;
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;
   const double h = s->step.size, *ends[2] = {TR_A(s, y), TR_A(s, ynew)}, *rates[2] = {TR_A(s, K), TR_A(s, K) + tr_method_of(s)->end * n};
   double depth[2][ns + 1], near[2][ns + 1], *y = TR_A(s, yout);
@@ -33,13 +34,14 @@ static int tr_has_stop_event_inside(tr_sim *s) {
   for (int i = 0; i < ns; ++i) {
     const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
     const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
+    inside[i] = 0;
     if (!(m0 > 0.0 && m1 < 0.0)) continue;
     double top = fmax(g0, g1);
     for (int q = 1; q < TOP_POINTS; ++q) {
       const double x = q / (double)TOP_POINTS;
       top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
     }
-    if (top > -TOP_DIP * (top - fmin(g0, g1))) return 1;
+    any |= inside[i] = top > -TOP_DIP * (top - fmin(g0, g1));
   }
-  return 0;
+  return any;
 }

@@ -1,6 +1,7 @@
 /* Completion of the pending step: rows inside it, then state and modes at its end. */
 #include "stepping/stepping.h"
 
+#define ENGAGED_PROBE 1e-6 /* / rate: time between two evaluations that measure the stiffness of an engaged stop */
 #define TR_FOURS 8 /* upper bound of the number of lanes */
 #define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row this little after the end of a step belongs to the end */
 #define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: consecutive events closer than this count as chatter */
@@ -235,6 +236,24 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   return TR_OK;
 }
 
+/* Longest step after a stop was engaged: 1 / ω of the fastest swing on it. A stiff method damps a swing that its step does not
+ * resolve, and its error estimate does not show that. INFINITY for explicit methods. */
+static double tr_longest_engaged_step(tr_sim *s, int which) {
+  const int n = tr_state_width(s), nq = s->k->nq, nv = s->k->nv;
+  const double h = ENGAGED_PROBE / s->set.rate, *y = TR_A(s, y);
+  double first[nv + 1], fastest = 0.0, *next = TR_A(s, ytmp), *dy = TR_A(s, dy);
+  if (which < s->k->nsliders || !tr_is_pressed(s, which - s->k->nsliders) || tr_is_hook(s, which - s->k->nsliders)) return INFINITY;
+  if (tr_method_of(s)->kind != TR_IMPLICIT || s->set.hfixed > 0.0 || !tr_rhs(s, s->clock.t, y, dy)) return INFINITY;
+  tr_copy(nv, dy + nq, first);
+  for (int i = 0; i < n; ++i) next[i] = y[i] + h * dy[i];
+  if (!tr_rhs(s, s->clock.t + h, next, dy)) return INFINITY;
+  for (int i = 0; i < nv; ++i) {
+    const double v = y[nq + i], change = dy[nq + i] - first[i];
+    if (change * v < 0.0) fastest = fmax(fastest, -change / (v * h)); /* ω² */
+  }
+  return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
+}
+
 /* Complete a step that ends at an event: state, new mode, size of the next step. Returns a status. */
 static int tr_complete_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
@@ -272,6 +291,7 @@ static int tr_complete_event(tr_sim *s) {
     s->step.h = s->step.h_slip > 0.0 ? s->step.h_slip : h;
     s->step.h_slip = 0.0;
   }
+  s->step.h = fmin(s->step.h, tr_longest_engaged_step(s, i));
   return TR_OK;
 }
 

@@ -31,20 +31,24 @@ static void tr_moreau_rewind(tr_sim *s, const tr_moreau_course *course) {
 static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *course) {
   const int n = s->k->nsliders;
   double depth[s->k->nstops + 1], theta = 1.0;
+  char suspect[tr_watched_count(s) + 1];
   int held = 0, which = -1, hit = 0;
-  for (int i = 0; i < n && course->steady; ++i) held |= tr_is_stuck(s, i) && tr_is_suspect(s, i);
+  for (int i = 0; i < n; ++i) held |= course->steady && tr_is_stuck(s, i) && (tr_is_suspect(s, i) || tr_has_varying_load(s, i));
   tr_set_time(s, s->clock.t + h), tr_stop_depths(s, TR_A(s, ynew), depth);
   for (int i = n; i < tr_watched_count(s); ++i)
     if (tr_mode_violation(s, i, depth) > 1.0) which = i, hit = 1;
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
-  if (!hit && !held && s->k->nstops && s->set.locate) held = tr_has_stop_event_inside(s) ? TR_BY_STOP : 0;
+  if (s->k->nstops && s->set.locate) held |= tr_mark_stops_with_events_inside(s, suspect + n);
   if ((!held && !hit) || !s->set.locate) return 1.0;
   memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_z_length(s)), tr_store_end_multipliers(s);
   int found = TR_NO_EVENT, worst = which;
   if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
     s->step.margin = NAN, s->step.margin_end = tr_worst_violation(s, TR_A(s, ynew), &worst);
+    tr_copy_violations(s, TR_NOW, TR_AT_END);
+    tr_mark_suspect_pairs(s, suspect);
+    for (int i = 0; i < n; ++i) suspect[i] = suspect[i] && course->steady && tr_is_stuck(s, i) ? suspect[i] : 0;
     if (!hit || worst < n) which = worst;
-    found = tr_search_step(s, held, &which, &theta);
+    found = tr_search_step(s, held ? suspect : 0, &which, &theta);
   }
   memcpy(TR_A(s, z), TR_A(s, zend), sizeof(double) * tr_z_length(s));
   return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
@@ -63,6 +67,7 @@ static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];
+  char suspect[tr_watched_count(s) + 1];
   double made[n], z[nz + 1], theta = 1.0;
   int which = -1, found = TR_NO_EVENT;
   course->let_go = 0.5;
@@ -76,7 +81,9 @@ static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *cours
     memcpy(TR_A(s, zstart), TR_A(s, zold), sizeof(double) * nz), tr_store_end_multipliers(s);
     if (tr_rhs(s, s->clock.t + h, TR_A(s, ynew), TR_A(s, dy))) {
       s->step.margin_end = tr_worst_violation(s, TR_A(s, ynew), &which);
-      found = tr_search_step(s, 1, &which, &theta);
+      tr_copy_violations(s, TR_NOW, TR_AT_END);
+      memset(suspect, 1, sizeof suspect);
+      found = tr_search_step(s, suspect, &which, &theta);
     }
     if (found != TR_FOUND) theta = found == TR_NO_EVENT ? EARLY : 1.0;
     else if (which >= s->k->nsliders || !tr_is_stuck(s, which)) theta = 1.0, found = TR_NO_EVENT;

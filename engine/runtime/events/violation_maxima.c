@@ -1,0 +1,193 @@
+/* Violations on the dense output of the last step, and their maxima between its points. */
+#include "events/events.h"
+
+#define SAMPLES 8       /* dense points at which a suspect step is evaluated */
+#define SAMPLES_BOUNDED 4 /* the same number for a bounded step, and its iterations on θ */
+#define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
+#define TOP_NEAR 1e-9   /* × the step: a maximum this close to an evaluated point is that point */
+#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes by less per iteration stays below release */
+#define EDGE 1e-3       /* × the spacing of the points: distance from an end of the step at which the slope there is measured */
+
+static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
+  double depth[s->k->nstops + 1], best = -INFINITY;
+  tr_stop_depths(s, y, depth);
+  if (s->friction.held) tr_evaluate_capacities_at_solution(s);
+  for (int i = 0; i < tr_watched_count(s); ++i) {
+    const double v = tr_violations_at(s, TR_NOW)[i] = tr_mode_violation(s, i, depth);
+    if (v > best) best = v, *worst = i;
+  }
+  return best - 1.0;
+}
+
+/* tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; 0: interpolated between the
+ * ends of the step. NaN: no solution. */
+static double tr_violation_at_from(tr_sim *s, double theta, const double *from, int *worst) {
+  double *y = TR_A(s, yout);
+  tr_dense_state(s, theta, y);
+  if (from) tr_copy(s->k->active + s->k->neta, from, TR_A(s, z));
+  if (s->k->nquat) tr_normalise_quaternions(s, y);
+  const double t = s->step.t0 + theta * s->step.size;
+  return tr_request_violations(s, t, y) || tr_rhs(s, t, y, TR_A(s, dy)) ? tr_worst_violation(s, y, worst) : NAN;
+}
+
+static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_violation_at_from(s, theta, 0, worst); }
+
+static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : SAMPLES; }
+
+/* A point of the dense output: its place, the violation of one pair or stop there, and the largest violation of all. */
+typedef struct tr_point {
+  double x, own, all;
+} tr_point;
+
+/* Violations at the dense points of a step. A freewheel has one for each direction: in terms of the friction of one direction, they
+ * are smooth where the load changes its sign. */
+typedef struct tr_samples {
+  const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
+  int watched, between, sided; /* pairs and stops; whether maxima between the points are searched, and by sides for any pair */
+  double *x, *all;     /* per point: place, largest violation */
+  double *own;         /* per point: violations of pairs and stops, then those of pairs in the other direction; all less 1 */
+} tr_samples;
+
+static inline int tr_sample_width(const tr_sim *s) { return tr_watched_count(s) + s->k->nsliders; }
+
+static void tr_evaluate_opposite_capacities(tr_sim *s, double *capacity) {
+  TR_NEED(s, TR_HAS_CAPACITY);
+  const tr_kernel *k = s->k;
+  double eta[k->neta + 1];
+  tr_hold hold[k->nsliders + 1];
+  for (int e = 0; e < k->neta; ++e) eta[e] = -TR_A(s, z)[k->active + e];
+  k->held_alone(TR_A(s, NN), eta, TR_A(s, x), TR_A(s, c) + k->c_held, (double *)hold);
+  for (int i = 0; i < k->nsliders; ++i) capacity[i] = fmax(hold[i].capacity, NO_FORCE);
+}
+
+/* Violations less 1 of pair i, at rest, by its friction forward (*forth) and backward (*back). opposite: its capacity against the
+ * present friction. */
+static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, double *forth, double *back) {
+  const double with = tr_friction_ratio(s, i), against = -tr_hold_of(s, i)->size / opposite;
+  const int forward = TR_A(s, z)[s->k->active + tr_pair_of(s, i)->eta0] > 0.0;
+  *forth = ((forward ? with : against) - 1.0) / TOL_RELEASE - 1.0;
+  *back = ((forward ? against : with) - 1.0) / TOL_RELEASE - 1.0;
+}
+
+/* Write all violations, less 1, to `own`. from: the violations as they are stored; sided: the current state has its own by sides. */
+static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *from, int sided, double *own) {
+  double opposite[s->k->nsliders + 1];
+  if (sided) tr_evaluate_opposite_capacities(s, opposite);
+  for (int i = 0; i < at->watched; ++i) {
+    if (i < s->k->nsliders) own[at->watched + i] = NAN;
+    if (sided && at->suspect[i] == TR_BY_SIDES) tr_violations_by_sides(s, i, opposite[i], own + i, own + at->watched + i);
+    else own[i] = from[i] - 1.0;
+  }
+}
+
+/* Evaluate and store point q. Returns its largest violation less 1, with the worst pair or stop in *worst. At the start, modes were
+ * decided, so there is no event. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
+static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, const double *from, int *worst) {
+  const int end = q == tr_sample_count(s), known = end || (q == 0 && s->step.margin == s->step.margin);
+  double all, *own = at->own + q * tr_sample_width(s);
+  int w = *worst;
+  at->x[q] = q / (double)tr_sample_count(s);
+  if (!known || at->sided) all = tr_violation_at_from(s, at->x[q], from, &w);
+  if (known) all = end ? s->step.margin_end : s->step.margin, w = end ? last : *worst;
+  *worst = w;
+  tr_list_violations(s, at, tr_violations_at(s, !known ? TR_NOW : end ? TR_AT_END : TR_AT_START), at->sided, own);
+  for (int i = 0; q == 0 && i < tr_sample_width(s); ++i) own[i] = known && !at->sided && !s->step.far_known ? NAN : own[i] < 0.0 ? own[i] : 0.0;
+  return at->all[q] = q == 0 ? fmin(all, 0.0) : all;
+}
+
+/* Evaluate a point of item i, which is the violation of a pair or stop, or of a pair in the other direction. */
+static tr_point tr_point_at(tr_sim *s, const tr_samples *at, int i, double x, int *worst) {
+  double own[tr_sample_width(s) + 1];
+  tr_point p = {.x = x, .all = tr_violation_at(s, x, worst)};
+  tr_list_violations(s, at, tr_violations_at(s, TR_NOW), at->sided && p.all == p.all, own);
+  p.own = own[i];
+  return p;
+}
+
+/* Place of the maximum of the parabola through the own violations of three points. */
+static double tr_parabola_top(const tr_point *p) {
+  const double l = (p[1].x - p[0].x) * (p[1].own - p[2].own), r = (p[1].x - p[2].x) * (p[1].own - p[0].own);
+  return p[1].x - 0.5 * ((p[1].x - p[0].x) * l - (p[1].x - p[2].x) * r) / (l - r);
+}
+
+/* The bracket of a root: no violation is positive at `left`, and one is at `right` (x NaN: no such point was found). begin: the first
+ * point of the search. */
+typedef struct tr_bracket {
+  tr_point begin, left, right;
+  int which; /* the worst pair or stop at `right` */
+} tr_bracket;
+
+/* Narrow the bracket by a point. Another violation than that searched may be positive there. */
+static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
+  if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
+  if (b->left.x >= b->right.x) b->left = b->begin;
+  if (p->all <= 0.0 && p->x > b->left.x && !(p->x >= b->right.x)) b->left = *p;
+}
+
+/* Locate the maximum of item i near the middle of three points p, and narrow the bracket by the points evaluated. */
+static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p, tr_bracket *b) {
+  for (int it = 0; it < TOP_STEPS; ++it) {
+    const double top = tr_parabola_top(p);
+    if (!(top > p[0].x && top < p[2].x) || fabs(top - p[1].x) < TOP_NEAR) return;
+    int w = i < at->watched ? i : i - at->watched;
+    const int right = top > p[1].x;
+    const tr_point found = tr_point_at(s, at, i, top, &w);
+    if (!(found.all == found.all)) return;
+    tr_narrow_bracket(b, &found, w);
+    if (found.own > 0.0 || fabs(found.own - p[1].own) < TOP_SURE * fabs(found.own)) return;
+    if (found.own > p[1].own) p[right ? 0 : 2] = p[1], p[1] = found;
+    else p[right ? 2 : 0] = found;
+  }
+}
+
+/* As tr_find_maximum, for a maximum between the points `outer` and `inner`. Near the first and last (`end`) point of a search, the
+ * parabola through equidistant points may miss it; the slope at `outer` shows it. */
+static void tr_find_maximum_at_end(tr_sim *s, const tr_samples *at, int i, int end, tr_point outer, tr_point inner, tr_bracket *b) {
+  int w = i < at->watched ? i : i - at->watched;
+  const tr_point edge = tr_point_at(s, at, i, outer.x + EDGE * (inner.x - outer.x), &w);
+  tr_narrow_bracket(b, &edge, w);
+  if (edge.own > 0.0 || !(edge.own > outer.own)) return;
+  tr_point p[3] = {end ? inner : outer, edge, end ? outer : inner};
+  tr_find_maximum(s, at, i, p, b);
+}
+
+static tr_point tr_sample_of(const tr_sim *s, const tr_samples *at, int i, int q) {
+  return (tr_point){at->x[q], at->own[q * tr_sample_width(s) + i], at->all[q]};
+}
+
+/* Narrow the bracket by a positive maximum of item i between points q - 2 and q. The parabola through them may be wrong by as much
+ * as it changes. With q = 1 the search ends there, because another violation is positive. */
+static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
+  tr_point p[3];
+  if (q == 1) {
+    const tr_point end = tr_sample_of(s, at, i, 1);
+    if (end.own <= 0.0) tr_find_maximum_at_end(s, at, i, 1, end, tr_sample_of(s, at, i, 0), b);
+    return;
+  }
+  for (int j = 0; j < 3; ++j) p[j] = tr_sample_of(s, at, i, q - 2 + j);
+  const double bend = 2.0 * p[1].own - p[0].own - p[2].own, from_middle = 0.5 * (p[2].own - p[0].own) / bend;
+  const double top = p[1].own + 0.5 * bend * from_middle * from_middle, first = p[0].own, middle = p[1].own, last = p[2].own;
+  if (!(bend > 0.0)) return;
+  const tr_point outer[2] = {p[0], p[2]}, inner = p[1];
+  const int begins = q == 2 && first >= middle && first + bend > 0.0;
+  const int ends = (q == tr_sample_count(s) || at->all[q] > 0.0) && last >= middle && last + bend > 0.0 && !(last > 0.0);
+  if (fabs(from_middle) < 1.0 && top + (top - fmin(first, last)) > 0.0) tr_find_maximum(s, at, i, p, b);
+  if (begins) tr_find_maximum_at_end(s, at, i, 0, outer[0], inner, b);
+  if (ends) tr_find_maximum_at_end(s, at, i, 1, outer[1], inner, b);
+}
+
+/* The bracket of the first root up to point q, from maxima between points q - 2 and q and from point q itself. Violations are
+ * searched one by one: their largest value has kinks, where no parabola finds a maximum. */
+static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
+  tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
+  if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};
+  b.begin = b.left;
+  if (!at->between || q < 1 || (q == 1 && !(at->all[1] > 0.0))) return b;
+  tr_bracket before = b;
+  if (q > 1) before.begin = before.left = (tr_point){at->x[q - 2], NAN, at->all[q - 2]};
+  for (int i = 0; i < tr_sample_width(s); ++i) {
+    const int index = i < at->watched ? i : i - at->watched;
+    if (at->suspect[index] && (i < at->watched || at->suspect[index] == TR_BY_SIDES)) tr_search_item(s, at, i, q, &before);
+  }
+  return before.right.x < at->x[q] ? before : b;
+}
