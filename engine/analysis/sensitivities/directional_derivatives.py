@@ -112,28 +112,28 @@ class SensitivityUnit:
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
         """Solve ∂R/∂z Δz = b for Δz. Redundant constraints give the solution of least (scaled) norm."""
-        A, rows, columns, solved = self._factorise()
-        if len(A) == 1:
-            return b / rows[0] / A[0, 0]
+        if self.nz == 1:
+            return b / self.Rz[self.ny + self.nquad, 0]
+        rows, columns, solved = self._factorise()
         return (solved((b.T / rows).T).T / columns).T
 
     def _factorise(self) -> tuple[Any, ...]:
-        """(∂R/∂z scaled, row scales, column scales, function that solves A x = b). Every right side of one matrix uses the same
-        factors: triangular ones if the matrix is clearly regular, else its singular values."""
+        """(row scales, column scales, function that solves A x = b), where A is ∂R/∂z scaled. Every right side of one matrix uses
+        the same factors: triangular ones if the matrix is clearly regular, else its singular values."""
         if self._factored is None:
             a = self.ny + self.nquad
             A = self.Rz[a : a + self.nz]
             rows = np.maximum.reduce(np.abs(A), axis=1)
             rows[rows == 0] = 1.0
             A = A / rows[:, None]
-            columns = np.sqrt(np.add.reduce(A * A, axis=0)) if len(A) > 1 else np.ones(1)
+            columns = np.sqrt(np.add.reduce(A * A, axis=0))
             columns[columns == 0] = 1.0
             A = A / columns
             lu, pivots, failed = lapack.dgetrf(A)
             size = np.abs(lu.diagonal())
             regular = not failed and np.minimum.reduce(size) > REGULAR * np.maximum.reduce(size)
-            solved = (lambda b: lapack.dgetrs(lu, pivots, b)[0]) if regular or len(A) == 1 else _least_squares(A)
-            self._factored = A, rows, columns, solved
+            solved = (lambda b: lapack.dgetrs(lu, pivots, b)[0]) if regular else _least_squares(A)
+            self._factored = rows, columns, solved
         return self._factored
 
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -49,7 +49,7 @@ def periodic_moments(angle: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Second derivatives of the periodic cubic spline at the n knots. The last value repeats the first. Time and memory are
     proportional to n.
 
-    The matrix is tridiagonal except for the two corners c: A = T + c w wᵀ with w = (1, 0, …, 0, 1). Then x = y − z c (wᵀy)/(1 + c wᵀz)
+    The matrix is tridiagonal except for its two corners c: A = T + c w wᵀ, w = (1, 0, …, 0, 1). So x = y − z c (wᵀy)/(1 + c wᵀz)
     with T y = b and T z = w (Sherman and Morrison).
     """
     h, slope = np.diff(angle), np.diff(radius) / np.diff(angle)
