@@ -1,5 +1,5 @@
-"""What all tests share: kernels are compiled quickly, Python programs that tests start keep their compiled modules for the next
-one, and drawing examples has no time limit."""
+"""What all tests share: linear algebra has one thread, kernels are compiled quickly, Python programs that tests start keep their
+compiled modules for the next one, and drawing examples has no time limit."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ from importlib.util import find_spec
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+for library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+"""Linear algebra in one thread, also in programs that tests start; numpy reads this when it is imported. Threads that wait for each
+other on processors that other tests use cost up to ten times the time of small matrices."""
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -112,34 +112,28 @@ class SensitivityUnit:
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
         """Solve ∂R/∂z Δz = b for Δz. Redundant constraints give the solution of least (scaled) norm."""
-        A, rows, columns, lu, pivots = self._factorise()
-        if len(A) == 1:
-            return b / rows[0] / A[0, 0]
-        b = (b.T / rows).T
-        if lu is not None:
-            return (lapack.dgetrs(lu, pivots, b)[0].T / columns).T
-        try:
-            found = np.linalg.lstsq(A, b, rcond=RANK)[0]
-        except np.linalg.LinAlgError as e:
-            raise SimulationError(f"the multipliers of a state have no derivative: {e}") from e
-        return (found.T / columns).T
+        if self.nz == 1:
+            return b / self.Rz[self.ny + self.nquad, 0]
+        rows, columns, solved = self._factorise()
+        return (solved((b.T / rows).T).T / columns).T
 
     def _factorise(self) -> tuple[Any, ...]:
-        """(∂R/∂z scaled, row scales, column scales, triangular factors, pivots). Factors and pivots are None unless the matrix is
-        clearly regular."""
+        """(row scales, column scales, function that solves A x = b), where A is ∂R/∂z scaled. Every right side of one matrix uses
+        the same factors: triangular ones if the matrix is clearly regular, else its singular values."""
         if self._factored is None:
             a = self.ny + self.nquad
             A = self.Rz[a : a + self.nz]
             rows = np.maximum.reduce(np.abs(A), axis=1)
             rows[rows == 0] = 1.0
             A = A / rows[:, None]
-            columns = np.sqrt(np.add.reduce(A * A, axis=0)) if len(A) > 1 else np.ones(1)
+            columns = np.sqrt(np.add.reduce(A * A, axis=0))
             columns[columns == 0] = 1.0
             A = A / columns
             lu, pivots, failed = lapack.dgetrf(A)
             size = np.abs(lu.diagonal())
             regular = not failed and np.minimum.reduce(size) > REGULAR * np.maximum.reduce(size)
-            self._factored = A, rows, columns, *((lu, pivots) if regular else (None, None))
+            solved = (lambda b: lapack.dgetrs(lu, pivots, b)[0]) if regular else _least_squares(A)
+            self._factored = rows, columns, solved
         return self._factored
 
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -181,6 +175,17 @@ class SensitivityUnit:
         seeds_ = np.vstack([S, lam, dF[v], dp, np.zeros((1, m))]).T.copy()
         self.functions.outputs_along((*at, _address(self.wo)), seeds_, out)
         return value[:-1], out[:, :-1].T
+
+
+def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """A function that gives the least-norm solution of A x = b, by singular values above RANK."""
+    try:
+        U, size, V = np.linalg.svd(A, full_matrices=False)
+    except np.linalg.LinAlgError as e:
+        raise SimulationError(f"the multipliers of a state have no derivative: {e}") from e
+    kept = size > RANK * size[0]
+    left, right = U[:, kept].T / size[kept, None], V[kept].T
+    return lambda b: right @ (left @ b)
 
 
 class CompiledFunctions:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from trunnion.scene.data_classes.joint_couplings import Profile as Given
-from trunnion.system.signals.signal_tables import spline_moments
+from trunnion.system.signals.signal_tables import spline_moments, tridiagonal
 from trunnion.system.structure.joint_couplings import Profile
 from trunnion.system.structure.parameter_table import Leaf
 
@@ -46,13 +46,19 @@ def profile(given: Given, roller: Leaf) -> Profile:
 
 
 def periodic_moments(angle: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Second derivatives of the periodic cubic spline at the n knots. The last value repeats the first."""
-    n = len(angle) - 1
+    """Second derivatives of the periodic cubic spline at the n knots. The last value repeats the first. Time and memory are
+    proportional to n.
+
+    The matrix is tridiagonal except for its two corners c: A = T + c w wᵀ, w = (1, 0, …, 0, 1). So x = y − z c (wᵀy)/(1 + c wᵀz)
+    with T y = b and T z = w (Sherman and Morrison).
+    """
     h, slope = np.diff(angle), np.diff(radius) / np.diff(angle)
-    before = np.roll(h, 1)
-    A = np.diag((before + h) / 3)
-    for k in range(n):
-        A[k, (k + 1) % n] += h[k] / 6
-        A[k, k - 1] += before[k] / 6
-    found = np.linalg.solve(A, slope - np.roll(slope, 1))
+    right, before = slope - np.roll(slope, 1), np.roll(h, 1)
+    diagonal, corner, ends = (before + h) / 3, before[0] / 6, np.zeros(len(h))
+    ends[0] += 1.0
+    ends[-1] += 1.0
+    diagonal[0] -= corner
+    diagonal[-1] -= corner
+    y, z = (tridiagonal(h[:-1] / 6, diagonal, h[:-1] / 6, b) for b in (right, ends))
+    found = y - z * (corner * (ends @ y) / (1.0 + corner * (ends @ z)))
     return np.append(found, found[0])

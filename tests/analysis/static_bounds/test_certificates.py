@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.sampling import sampled
 from trunnion import hold, scene_from_dict
 
 
@@ -20,7 +21,7 @@ def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
             "joints": {"j": joint}, "forces": {"f": push}}  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(s, marks=pytest.mark.slow) for s in range(2, 8))])
+@pytest.mark.parametrize("seed", sampled(range(8), 1))
 def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: int) -> None:
     """A state counts with forces wrong by 1e-9 of the load of 20 N; the radius is up to 100 times the lever of the push."""
     load = hold(scene_from_dict(pushed_ball(np.random.default_rng(seed))), bounds=True).load("inputs.u")

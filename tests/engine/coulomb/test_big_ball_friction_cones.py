@@ -10,6 +10,7 @@ from tests.engine.checks.random_run_laws import CONE, broken_cone
 from tests.engine.mechanisms.big_ball_bodies import big_balls
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.states_of_results import wanted
+from tests.sampling import slow
 from tests.stability.entries.self_tightening_brakes import GRIPS, LEAVES, loosened, tightened
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
@@ -56,8 +57,8 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
 
 
 @pytest.mark.parametrize(("method", "kernel"), [
-    *((method, "compiled") for method in ("auto", "rosenbrock", "rk8")), ("rosenbrock", "parts"),
-    *(pytest.param(method, "parts", marks=pytest.mark.slow) for method in ("auto", "rk8")),  # half a minute each
+    ("auto", "compiled"), ("rosenbrock", "compiled"), ("rosenbrock", "parts"),
+    slow(("rk8", "compiled")), slow(("auto", "parts")), slow(("rk8", "parts")),  # half a minute each
 ])  # fmt: skip
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
     """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. Friction at the end of each

@@ -37,7 +37,7 @@ def test_a_block_on_a_belt_follows_an_independent_integration(method: str, norma
         k, drift = ratio(y[1] - BELT, y[2])
         return [y[1], -(STIFFNESS * y[0] + WEIGHT * k) / MASS, drift]
 
-    truth = solve_ivp(f, (0.0, 12.0), [0.0, BELT, 0.0], "Radau", rtol=1e-11, atol=[1e-12, 1e-12, 1e-15], t_eval=[6.0, 9.0, 12.0])
+    truth = solve_ivp(f, (0.0, 12.0), [0.0, BELT, 0.0], "LSODA", rtol=1e-11, atol=[1e-12, 1e-12, 1e-15], t_eval=[6.0, 9.0, 12.0])
     r = simulate(belt(**BRISTLES, normal_force=normal_force), until=12.0, every=3.0, rtol=1e-10, method=method)
     assert r["rub.q[1]"][2:] + BELT * r.time[2:] == pytest.approx(truth.y[0], abs=TOL)
     assert r["rub.friction.bristle[1]"][2:] == pytest.approx(truth.y[2], abs=TOL / BRISTLES["bristle_stiffness"])
@@ -61,7 +61,7 @@ def test_two_components_share_one_friction() -> None:
         k = 1e4 * y[2:] + 10.0 * drift + 0.1 * v
         return [-WEIGHT * k[0] / 2.0, -WEIGHT * 0.05 * k[1] / 0.01, *drift]
 
-    truth = solve_ivp(f, (0.0, 1.0), [0.3, -8.0, 0.0, 0.0], "Radau", rtol=1e-11, atol=1e-14, t_eval=r.time)
+    truth = solve_ivp(f, (0.0, 1.0), [0.3, -8.0, 0.0, 0.0], "LSODA", rtol=1e-11, atol=1e-14, t_eval=r.time)
     assert r["shaft.qd[1]"] == pytest.approx(truth.y[0], abs=TOL)
     assert r["shaft.qd[2]"] == pytest.approx(truth.y[1], abs=TOL)
     assert r["shaft.friction.bristle[2]"] == pytest.approx(truth.y[3], abs=TOL / 1e4)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.sampling import slow
 from trunnion.scene import Scene, scene_from_text
 from trunnion.simulation.run import simulate
 
@@ -43,7 +44,7 @@ def platform(mu: float, push: float) -> Scene:
     return scene_from_text("\n".join([begin, "bodies:", plate, *bodies, "joints:", *joints, shake]))
 
 
-@pytest.mark.parametrize(("mu", "push"), [pytest.param(0.1, 60.0, marks=pytest.mark.slow), (0.15, 100.0), (0.2, 100.0)])
+@pytest.mark.parametrize(("mu", "push"), [slow((0.1, 60.0)), (0.15, 100.0), slow((0.2, 100.0))])
 def test_loads_that_come_and_go_while_many_pairs_rest_take_few_steps(mu: float, push: float) -> None:
     """One pair after the other reached its capacity, because each new sharing left almost no reserve. A small ball was released
     by a torque about its force that was round-off of other loads. Runs stood still, at 1e-7 s a step."""

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 import pytest
 from fmpy import read_model_description
-from fmpy.validation import validate_fmu
 
 import trunnion
 from tests.fmu.fmpy_host import arm, exported
+from tests.fmu.validation import validated
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
@@ -28,7 +28,7 @@ BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
 @pytest.mark.parametrize("model", ["spherical_pendulum", "crank_slider", "arm"])
 def test_descriptions_are_valid_and_complete(model: str, flavour: str) -> None:
     file = exported(model, flavour)
-    assert validate_fmu(str(file)) == []
+    assert validated(str(file)) == []
     with zipfile.ZipFile(file) as z:
         root, names = ElementTree.fromstring(z.read("modelDescription.xml")), set(z.namelist())
         page = z.read("documentation/index.html").decode()

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from fmpy.validation import validate_fmu
 
 import trunnion
 from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_host import FOLDER, arm
 from tests.fmu.model_exchange.exchange_host import EVERY, Importer, engine_run, exchange, run_me, run_scipy, scene_of
+from tests.fmu.validation import validated
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.scene_export import Made, export, started
 from trunnion.scene import model_names, scene_from_dict
@@ -123,7 +123,20 @@ def described(name: str) -> list[tuple[bytes, bytes]]:
 
 @pytest.mark.parametrize("name", [*model_names(), "swing"])
 def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
-    assert [validate_fmu(io.BytesIO(d)) for d in described(name)] == [[], []]
+    assert [validated(io.BytesIO(d)) for d in described(name)] == [[], []]
+
+
+@pytest.mark.parametrize("name", ["a b", "joints.1", "der(a", "a[1,]"])
+def test_a_name_of_another_form_is_a_problem_that_fmpy_finds(name: str) -> None:
+    """After any number of legal ones, whose forms are parsed once."""
+    with zipfile.ZipFile(io.BytesIO(described("swing")[0])) as z:
+        text = z.read("modelDescription.xml").decode()
+    first = re.search(r'<ScalarVariable name="([^"]+)"', text)
+    assert first is not None
+    box = io.BytesIO()
+    with zipfile.ZipFile(box, "w") as z:
+        z.writestr("modelDescription.xml", text.replace(f'name="{first[1]}"', f'name="{name}"'))
+    assert any("not a legal variable name" in problem for problem in validated(box))
 
 
 def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:

@@ -17,10 +17,10 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.model_description import read_build_description
-from fmpy.validation import validate_fmu
 
 from tests.fmu.sources.c_library_build import STRICT, Loaded, columns, foreign, write
 from tests.fmu.sources.msvc_rules import refused
+from tests.fmu.validation import validated
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.fmu.c_library.library_files import Library, library, library_name
@@ -148,7 +148,7 @@ def test_what_nothing_calls_is_left_out() -> None:
 def test_an_fmu_names_its_sources(fmi: int, plain: Path, tmp_path: Path) -> None:
     file = tmp_path / "with.fmu"
     export(SCENE, file, fmi=fmi, sources=True)
-    assert validate_fmu(str(file)) == []
+    assert validated(str(file)) == []
     with zipfile.ZipFile(file) as z, zipfile.ZipFile(plain) as other:
         there = {n.removeprefix("sources/") for n in z.namelist() if n.startswith("sources/") and n.endswith(".c")}
         assert not any(n.startswith("sources/") for n in other.namelist())

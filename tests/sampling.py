@@ -1,0 +1,48 @@
+"""Which cases of a law over many values run by default. The others run with the slow tests (``pytest -m slow``): same code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable
+from itertools import combinations, product
+from typing import Any
+
+import pytest
+
+
+def sampled(values: Iterable[Any], keep: int | Collection[Any] | Callable[[Any], bool]) -> list[Any]:
+    """Parameters of a test: ``keep`` says which of the values run by default (the first so many, these, or those it accepts)."""
+    every = list(values)
+    kept = every[:keep] if isinstance(keep, int) else [v for v in every if (keep(v) if callable(keep) else v in keep)]
+    assert kept, "some run by default"
+    return [v if v in kept else slow(v) for v in every]
+
+
+def crossed(*axes: Iterable[Any]) -> list[Any]:
+    """Every choice of one value of each axis, as parameters of a test. By default those run in which every two values of
+    different axes meet at least once."""
+    every = list(product(*(list(enumerate(a)) for a in axes)))
+    kept = _pairwise([tuple(k for k, _ in case) for case in every])
+    given = [tuple(v for _, v in case) for case in every]
+    return [v if tuple(k for k, _ in case) in kept else slow(v) for v, case in zip(given, every, strict=True)]
+
+
+def slow(value: Any) -> Any:
+    """A parameter, or several as a tuple, with which a test is slow."""
+    values = value if isinstance(value, tuple) else (value,)
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
+def _pairwise(cases: list[tuple[int, ...]]) -> set[tuple[int, ...]]:
+    """Cases in which all pairs meet: again and again the first one with the most pairs that have not met yet."""
+    met: set[tuple[tuple[int, int], ...]] = set()
+    kept = set()
+    while True:
+        best = max(cases, key=lambda c: len(_pairs(c) - met))
+        if not _pairs(best) - met:
+            return kept
+        kept.add(best)
+        met |= _pairs(best)
+
+
+def _pairs(case: tuple[int, ...]) -> set[tuple[tuple[int, int], ...]]:
+    return set(combinations(enumerate(case), min(2, len(case))))
