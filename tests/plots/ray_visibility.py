@@ -30,29 +30,50 @@ def rays(cam: dict[str, Any], spots: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return ends[0], ends[1] - ends[0]
 
 
-def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-    """(part, how far along each ray, ∞ where it is missed) of every triangle ahead."""
+AT_ONCE = 64
+"""Triangles that all rays near a part are cut with in one product of matrices: more would leave the processor's caches."""
+
+
+def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """(part, how far along each ray its nearest triangle ahead is, ∞ where there is none, number of its triangles ahead)."""
+    moment = np.cross(begin, along)
+    length = np.linalg.norm(along, axis=1)
     for i, part in enumerate(page.ask("run.parts.map((p) => ({v: run.meshes[p.mesh].v, f: run.meshes[p.mesh].f}))")):
         spots = np.reshape(part["v"], (-1, 3)) @ np.reshape(m["poses"][i]["r"], (3, 3)).T + m["poses"][i]["p"]
-        for f in part["f"]:
-            for k in range(1, len(f) - 1):
-                a, u, v = spots[f[0]], spots[f[k]] - spots[f[0]], spots[f[k + 1]] - spots[f[0]]
-                det = -along @ np.cross(u, v)
-                with np.errstate(all="ignore"):
-                    t = (begin - a) @ np.cross(u, v) / det
-                    cut = np.cross(begin - a, -along)
-                    s, r = -(cut @ v) / det, (cut @ u) / det
-                    inner = (s >= 0) & (r >= 0) & (s + r <= 1)
-                yield i, np.where((det != 0) & (t > 0) & inner, t, np.inf)
+        corners = spots[[[f[0], f[k], f[k + 1]] for f in part["f"] for k in range(1, len(f) - 1)]]
+        middle = spots.mean(axis=0)
+        radius = 1.001 * np.linalg.norm(spots - middle, axis=1).max()
+        near = np.linalg.norm(np.cross(begin - middle, along), axis=1) <= radius * length  # others pass the part by
+        first, number = np.full(len(begin), np.inf), np.zeros(len(begin), int)
+        for k in range(0, len(corners), AT_ONCE):
+            t = cut_at(corners[k : k + AT_ONCE], begin[near], along[near], moment[near])
+            first[near] = np.minimum(first[near], t.min(axis=1))
+            number[near] += np.isfinite(t).sum(axis=1)
+        yield i, first, number
+
+
+def cut_at(corners: np.ndarray, begin: np.ndarray, along: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    """How far along each ray each triangle ahead is, ∞ where it is missed (rays × triangles). With a ray's moment b × d, its places
+    in a triangle (a, u, v) come from v · (b − a) × d = v · (b × d) − d · (v × a), and the same with u."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(u, v)
+    det = -along @ normal.T
+    with np.errstate(all="ignore"):
+        t = (begin @ normal.T - np.sum(a * normal, axis=1)) / det
+        s = (moment @ v.T - along @ np.cross(v, a).T) / det
+        r = (along @ np.cross(u, a).T - moment @ u.T) / det
+        inner = (s >= 0) & (r >= 0) & (s + r <= 1)
+    return np.where((det != 0) & (t > 0) & inner, t, np.inf)
+
+
+def nearest(firsts: list[np.ndarray]) -> np.ndarray:
+    """Which part each ray meets first (−1: none)."""
+    return np.where(np.isfinite(firsts).any(axis=0), np.argmin(firsts, axis=0), -1)
 
 
 def first_hit(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Which part each ray meets first (−1: none), by intersection with every triangle."""
-    best, which = np.full(len(begin), np.inf), np.full(len(begin), -1)
-    for i, t in hits(page, m, begin, along):
-        which = np.where(t < best, i, which)
-        best = np.minimum(t, best)
-    return which
+    return nearest([first for _, first, _ in hits(page, m, begin, along)])
 
 
 def behind_the_cut(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray, cut: np.ndarray) -> np.ndarray:
@@ -61,11 +82,9 @@ def behind_the_cut(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np
     with np.errstate(all="ignore"):
         start = np.fmax((cut[3] - begin @ cut[:3]) / (along @ cut[:3]), 0.0)
     begin = begin + start[:, None] * along
-    ahead = np.zeros((len(m["poses"]), len(begin)), int)
-    for i, t in hits(page, m, begin, along):
-        ahead[i] += np.isfinite(t)
-    within = ahead % 2 == 1
-    first = first_hit(page, m, begin, along)
+    met = list(hits(page, m, begin, along))
+    within = np.array([number % 2 == 1 for _, _, number in met])
+    first = nearest([first for _, first, _ in met])
     return np.where(within.sum(axis=0) > 1, -2, np.where(within.any(axis=0), within.argmax(axis=0), first))
 
 

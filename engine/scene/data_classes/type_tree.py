@@ -83,7 +83,7 @@ def required_at(path: Path) -> list[str]:
     return [f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING]
 
 
-@lru_cache(maxsize=4096)  # bounded as ``at``: the checks ask for every number of a scene
+@lru_cache(maxsize=4096)  # as ``at``: the checks ask for the unit and the bound of every number of a scene
 def unit_at(path: Path) -> AnyUnit | None:
     """The unit marker of the number at a path; None when the path is not that of a number."""
     return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from copy import deepcopy
+from functools import cache
 from typing import Any
 
 import pytest
@@ -15,18 +17,30 @@ from trunnion.scene.scene_loader import Source, load_scene, scene_of, source_of_
 KEYS = {f"{name}.{key}": (name, key) for name, group in groups_of_keys().items() for key in group["properties"]}
 
 
+@cache
+def as_read() -> dict[str, Any]:
+    """The data of the scene of examples; copied before it is changed."""
+    return source_of_file(EXAMPLES).data
+
+
+@cache
+def loaded() -> Scene:
+    """The scene of examples. Tests only read it."""
+    return load_scene(EXAMPLES)
+
+
 def replaced(key: str) -> Scene:
     """The scene of examples, in which the text of one key's example takes the place of the key's value."""
     example = examples()[KEYS[key]]
-    source = source_of_file(EXAMPLES)
-    node: Any = source.data
+    data = deepcopy(as_read())
+    node: Any = data
     *above, last = example.path
     for step in above:
         node = node[step] if isinstance(step, int) else node.setdefault(step, {})
     value = read(f"a: {example.text}").data["a"]
     node |= example.beside
     node[last] = {**node.get(last, {}), **value} if example.named else value
-    return scene_of(Source(source.data, folder=EXAMPLES))
+    return scene_of(Source(data, folder=EXAMPLES))
 
 
 @pytest.mark.parametrize("key", KEYS)
@@ -34,7 +48,7 @@ def test_the_checker_accepts_the_example_of_every_key(key):
     assert KEYS[key] in examples(), f"no example in {EXAMPLES.name}"
     assert "…" not in examples()[KEYS[key]].text
     assert len(examples()[KEYS[key]].text) <= LONGEST
-    assert replaced(key).bodies == load_scene(EXAMPLES).bodies
+    assert replaced(key).bodies == loaded().bodies
 
 
 def test_every_group_is_on_one_page_with_all_its_keys():
