@@ -9,7 +9,8 @@ from __future__ import annotations
 CALLS = {
     "tr_state_width(s)": "TR_MAX_WIDTH", "tr_z_length(s)": "TR_MAX_NZ", "tr_solution_size(s)": "(2 + TR_MAX_NZ + TR_MAX_ACTIVE)",
     "tr_open_count(s)": "TR_MAX_ACTIVE", "tr_loop_rows(s)": "TR_MAX_ACTIVE", "tr_dependent_rows(s)": "TR_MAX_ACTIVE",
-    "fmu_states()": "TR_MAX_WIDTH",
+    "fmu_states()": "TR_MAX_WIDTH", "tr_watched_count(s)": "(TR_MAX_NSLIDERS + TR_MAX_NSTOPS)",
+    "tr_sample_width(s)": "(2 * TR_MAX_NSLIDERS + TR_MAX_NSTOPS)",
 }  # fmt: skip
 """Upper bounds of the results of functions."""
 
@@ -27,7 +28,7 @@ FIELDS = {
 
 PAIRS, MULTIPLIERS = {"n": "TR_MAX_NSLIDERS"}, {"n": "TR_MAX_NETA"}
 OF_PAIRS = ("tr_minimise_stored_shares", "tr_onsets_newton_step", "tr_predict_modes", "tr_decide_by_cones", "tr_are_many_pairs",
-            "tr_try_all_combinations")  # fmt: skip
+            "tr_try_all_combinations", "tr_release_class")  # fmt: skip
 OF_MULTIPLIERS = ("tr_minimise_largest_share", "tr_share_loads", "tr_set_impending_axes", "tr_share_along_line",
                   "tr_share_by_lines", "tr_store_loads", "tr_share_group", "tr_set_aside_unloaded")  # fmt: skip
 """OF_PAIRS: functions in which `n` is a number of pairs. OF_MULTIPLIERS: functions in which `n` is a number of multipliers."""
