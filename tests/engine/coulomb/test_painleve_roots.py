@@ -11,11 +11,14 @@ import pytest
 
 from tests.reference import every_root, forward
 from tests.reference.scenes.paper_examples import ball_pendulum, pendulum_start
+from tests.sampling import sampled
 from tests.stability.entries.ball_pendulums import MU, PAINLEVE, pendulum
 from tests.stability.equivalent_scenes import told
 from tests.stability.scene_verdicts import ran
 
 STATES = ((0.4, 1.0), (-1.2, 3.0), (1.0, -2.0), (0.3, -0.5))
+ABOVE = [(*state, share) for state, share in zip(STATES, (1.01, 1.1, 1.1, 1.01), strict=True)]
+"""States and radii over the threshold's that run by default."""
 
 
 def independent(radius: float, angle: float, rate: float) -> int:
@@ -33,9 +36,8 @@ def test_below_the_threshold_there_is_one_root_and_it_is_found(share: float, ang
     assert r.certificate.roots[0] == 1
 
 
-@pytest.mark.parametrize(("angle", "rate"), STATES)
-@pytest.mark.parametrize("share", [1.01, 1.1])
-def test_above_the_threshold_none_is_named_and_two_are_counted(share: float, angle: float, rate: float) -> None:
+@pytest.mark.parametrize(("angle", "rate", "share"), sampled(((*s, x) for s in STATES for x in (1.01, 1.1)), lambda c: c in ABOVE))
+def test_above_the_threshold_none_is_named_and_two_are_counted(angle: float, rate: float, share: float) -> None:
     count = independent(share * PAINLEVE, angle, rate)
     assert count in (0, 2)
     r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
