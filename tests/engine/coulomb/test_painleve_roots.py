@@ -17,8 +17,14 @@ from tests.stability.equivalent_scenes import told
 from tests.stability.scene_verdicts import ran
 
 STATES = ((0.4, 1.0), (-1.2, 3.0), (1.0, -2.0), (0.3, -0.5))
+BELOW = [(*state, share) for state, share in zip(STATES, (0.5, 0.9, 0.99, 0.99), strict=True)]
 ABOVE = [(*state, share) for state, share in zip(STATES, (1.01, 1.1, 1.1, 1.01), strict=True)]
 """States and radii over the threshold's that run by default."""
+
+
+def product_of(states: tuple, shares: tuple) -> list[tuple]:
+    """Every state with every radius."""
+    return [(*state, share) for state in states for share in shares]
 
 
 def independent(radius: float, angle: float, rate: float) -> int:
@@ -27,16 +33,15 @@ def independent(radius: float, angle: float, rate: float) -> int:
     return len(every_root(state, starts=25, spread=20.0))
 
 
-@pytest.mark.parametrize(("angle", "rate"), STATES)
-@pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
-def test_below_the_threshold_there_is_one_root_and_it_is_found(share: float, angle: float, rate: float) -> None:
+@pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (0.5, 0.9, 0.99)), BELOW))
+def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rate: float, share: float) -> None:
     assert independent(share * PAINLEVE, angle, rate) == 1
     r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
     assert r.outcome.ok
     assert r.certificate.roots[0] == 1
 
 
-@pytest.mark.parametrize(("angle", "rate", "share"), sampled(((*s, x) for s in STATES for x in (1.01, 1.1)), lambda c: c in ABOVE))
+@pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (1.01, 1.1)), ABOVE))
 def test_above_the_threshold_none_is_named_and_two_are_counted(angle: float, rate: float, share: float) -> None:
     count = independent(share * PAINLEVE, angle, rate)
     assert count in (0, 2)
