@@ -85,3 +85,19 @@ def brought(module: str, extra: str, use: str) -> Any:
         return import_module(module)
     except ImportError as e:
         raise Missing(f"{use} needs the package {module}, which is not installed: {remedy(extra)}", extra, module) from e
+
+
+class Later:
+    """A module that an extra installs, imported at the first use of one of its names; Missing at once if its package is absent.
+    scipy's modules take a quarter of the start of every process that may need them, and most processes never do."""
+
+    def __init__(self, module: str, extra: str, use: str):
+        self._source = (module, extra, use)
+        package = module.partition(".")[0]
+        if not there(package):
+            raise Missing(f"{use} needs the package {package}, which is not installed: {remedy(extra)}", extra, module)
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(brought(*self._source), name)
+        setattr(self, name, found)
+        return found

@@ -10,6 +10,7 @@ import pyarrow
 import pytest
 
 from tests.reference.scenes.random_scenes import random_loop, random_tree
+from tests.sampling import slow
 from trunnion.batch.plan import Plan, Runner, plan
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.settings.run_settings import Run
@@ -126,7 +127,7 @@ def rubs_alike(kind: str, seed: int) -> None:
     assert runner.chunk(5, 12).equals(together.slice(5, 7))
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("tree", 3), ("tree", 6), ("loop", 1)])
+@pytest.mark.parametrize(("kind", "seed"), [("tree", 3), slow(("tree", 6)), ("loop", 1)])
 def test_random_mechanisms_that_rub_step_together_as_alone(kind: str, seed: int) -> None:
     rubs_alike(kind, seed)
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.sampling import sampled, slow
 from trunnion.basics.problems import SceneError
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.sample_statistics import exact_summation, mergeable_statistics
@@ -23,6 +24,11 @@ PATHS = ("a", "b", "c")
 WIDE = 2 * len(PATHS) + 2
 KEPT = tuple(Reduction("max", n, "m", "") for n in ("one", "two"))
 ONE, TWO = (r.name for r in KEPT)
+
+
+PIECES = [(n, *of) for n in (2, 7, 40, 200) for of in ((0.0, "saltelli"), (0.02, "saltelli"), (0.02, "latin"))]
+SOME_PIECES = [(2, 0.0, "saltelli"), (2, 0.02, "latin"), (7, 0.02, "saltelli"), (40, 0.0, "saltelli"), (200, 0.02, "latin")]
+"""Those in which every number of pieces, part of failures and sampling occurs."""
 
 
 def cases(count: int, sampling: str = "saltelli") -> Cases:
@@ -91,8 +97,7 @@ def test_products_are_exact_with_what_rounding_took(a: float, b: float) -> None:
     assert abs(got - Fraction(a) * Fraction(b)) <= Fraction(1, 10**290)
 
 
-@pytest.mark.parametrize(("gaps", "sampling"), [(0.0, "saltelli"), (0.02, "saltelli"), (0.02, "latin")])
-@pytest.mark.parametrize("pieces", [2, 7, 40, 200])
+@pytest.mark.parametrize(("pieces", "gaps", "sampling"), sampled(PIECES, lambda p: p in SOME_PIECES))
 def test_the_tally_of_all_is_that_of_the_pieces_to_the_bit(pieces: int, gaps: float, sampling: str) -> None:
     table = rows(60, 1, gaps)
     of = cases(len(table), sampling)
@@ -121,7 +126,7 @@ def numbers_of(i: Indices) -> np.ndarray:
     return np.array([[np.nan if v is None else v for v in (e.value, e.low, e.high)] for e in every])
 
 
-@pytest.mark.parametrize("gaps", [0.0, 0.002, 0.2])
+@pytest.mark.parametrize("gaps", [0.0, slow(0.002), 0.2])
 def test_indices_from_sums_are_those_of_all_rows(gaps: float) -> None:
     """To the rounding of those: sums over 400 points, 17 of them, of products of numbers of like size."""
     table = rows(400, 3, gaps)

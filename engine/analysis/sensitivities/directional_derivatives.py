@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from trunnion.basics.optional_packages import brought
+from trunnion.basics.optional_packages import Later
 from trunnion.basics.problems import SimulationError
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.interface.output_columns import Column, needs_quadratures
@@ -21,7 +21,7 @@ from trunnion.runtime.abi.c_header import header
 from trunnion.simulation.run import Model
 from trunnion.system.structure.external_value_layout import NOW
 
-lapack = brought("scipy.linalg.lapack", "analysis", "sensitivity analysis")
+lapack = Later("scipy.linalg.lapack", "analysis", "sensitivity analysis")
 MOST_ITERATIONS = 20
 RANK = 1e-9
 """A singular value of the scaled matrix counts as zero (redundant constraint) below this multiple of the largest one."""

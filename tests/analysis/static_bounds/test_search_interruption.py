@@ -84,9 +84,14 @@ def test_a_spent_budget_says_what_is_certain_and_what_it_left() -> None:
     assert any("the time budget ended" in note for note in b.notes)
 
 
+@pytest.fixture(scope="module")
+def whole() -> trunnion.HoldBounds:
+    """What a search finds that nothing ends."""
+    return trunnion.hold(scenes.four_bar(), bounds=True)
+
+
 @pytest.mark.parametrize("after", [1, 5, 20])
-def test_ctrl_c_keeps_the_ends_that_were_found(after: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = trunnion.hold(scenes.four_bar(), bounds=True)
+def test_ctrl_c_keeps_the_ends_that_were_found(after: int, whole: trunnion.HoldBounds, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = 0
     search = pair_and_load_bounds.minimise
 

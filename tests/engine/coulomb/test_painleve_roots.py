@@ -11,11 +11,20 @@ import pytest
 
 from tests.reference import every_root, forward
 from tests.reference.scenes.paper_examples import ball_pendulum, pendulum_start
+from tests.sampling import sampled
 from tests.stability.entries.ball_pendulums import MU, PAINLEVE, pendulum
 from tests.stability.equivalent_scenes import told
 from tests.stability.scene_verdicts import ran
 
 STATES = ((0.4, 1.0), (-1.2, 3.0), (1.0, -2.0), (0.3, -0.5))
+BELOW = [(*state, share) for state, share in zip(STATES, (0.5, 0.9, 0.99, 0.99), strict=True)]
+ABOVE = [(*state, share) for state, share in zip(STATES, (1.01, 1.1, 1.1, 1.01), strict=True)]
+"""States and radii over the threshold's that run by default."""
+
+
+def product_of(states: tuple, shares: tuple) -> list[tuple]:
+    """Every state with every radius."""
+    return [(*state, share) for state in states for share in shares]
 
 
 def independent(radius: float, angle: float, rate: float) -> int:
@@ -24,18 +33,16 @@ def independent(radius: float, angle: float, rate: float) -> int:
     return len(every_root(state, starts=25, spread=20.0))
 
 
-@pytest.mark.parametrize(("angle", "rate"), STATES)
-@pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
-def test_below_the_threshold_there_is_one_root_and_it_is_found(share: float, angle: float, rate: float) -> None:
+@pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (0.5, 0.9, 0.99)), BELOW))
+def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rate: float, share: float) -> None:
     assert independent(share * PAINLEVE, angle, rate) == 1
     r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
     assert r.outcome.ok
     assert r.certificate.roots[0] == 1
 
 
-@pytest.mark.parametrize(("angle", "rate"), STATES)
-@pytest.mark.parametrize("share", [1.01, 1.1])
-def test_above_the_threshold_none_is_named_and_two_are_counted(share: float, angle: float, rate: float) -> None:
+@pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (1.01, 1.1)), ABOVE))
+def test_above_the_threshold_none_is_named_and_two_are_counted(angle: float, rate: float, share: float) -> None:
     count = independent(share * PAINLEVE, angle, rate)
     assert count in (0, 2)
     r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))

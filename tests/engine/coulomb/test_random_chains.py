@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.reference.contact_and_friction.mode_enumeration_chains import answers
+from tests.sampling import slow
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 
@@ -64,7 +65,7 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
     assert answers(scene, q, qd) == []
 
 
-@pytest.mark.parametrize("seed", [1060, 1122, 1144, 1166, 1215])
+@pytest.mark.parametrize("seed", [1060, 1122, slow(1144), slow(1166), 1215])
 def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
     """The first two end at the start, the others on their way, the last where a joint has just come to rest."""
     has_no_answer(chain(seed), 3.0)
@@ -96,7 +97,7 @@ def checked(seed: int, until: float, balls: float = 0.0) -> int:
     return len(r.events)
 
 
-@pytest.mark.parametrize("block", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in (2, 3))])
+@pytest.mark.parametrize("block", [0, 1, slow(2), slow(3)])
 def test_random_chains_end_and_lose_energy_only_to_friction(block: int) -> None:
     assert sum(checked(seed, 2.0) for seed in range(6 * block, 6 * block + 6)) > 0
 

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import trunnion
+from tests.sampling import sampled
 from trunnion.scene.data_classes import scene as sm
 
 GRAVITY, HALF_LENGTH, HALF_HEIGHT, TURNS = 9.81, 0.05, 0.02, 6
@@ -89,7 +90,7 @@ class SliderCrank:
         return np.array(sorted(found))
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", sampled(range(12), 4))
 def test_a_contact_separates_wherever_its_force_passes_zero(seed: int) -> None:
     crank = SliderCrank(seed)
     expected = crank.separations()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.sampling import crossed
 from trunnion import scene_from_dict, sensitivity, simulate, sweep
 from trunnion.simulation.results.result import Result
 
@@ -62,9 +63,10 @@ def assert_alike(found: dict[str, Result], close: float) -> None:
     assert all(e == events[0] for e in events)
 
 
-@pytest.mark.parametrize("pins", [False, True])
-@pytest.mark.parametrize("guide", [{"force": 2.0}, {"mu": 0.2, "half_length": 0.05, "half_width": 0.02, "half_height": 0.02}])
-@pytest.mark.parametrize("seed", range(6))
+GUIDES = [{"force": 2.0}, {"mu": 0.2, "half_length": 0.05, "half_width": 0.02, "half_height": 0.02}]
+
+
+@pytest.mark.parametrize(("seed", "guide", "pins"), crossed(range(6), GUIDES, [False, True]))
 def test_a_crank_that_passes_its_dead_centres_moves_alike_wherever_its_loop_is_cut(
     seed: int, guide: dict[str, float], pins: bool
 ) -> None:

@@ -12,6 +12,7 @@ from tests.benchmarks.speed.four_bar_loops import rubbing
 from tests.engine.loops.test_sparse_loop_solve import beside, cranks
 from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
 from tests.engine.parts.test_compiled_kernel_equivalence import State, called
+from tests.sampling import slow
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.parts.kernels import scene_kernel
 from trunnion.parts.kernels.scene_kernel import parts_kernel
@@ -141,7 +142,9 @@ def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     return made
 
 
-@pytest.mark.parametrize("scene", [rubbing(cranks(9)), scissor(9), *(beside(k, 0.5).scene for k in (0, 3, 4))])
+@pytest.mark.parametrize(
+    "scene", [rubbing(cranks(9)), scissor(9), beside(0, 0.5).scene, *(slow(beside(k, 0.5).scene) for k in (3, 4))]
+)
 def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, scene: sm.Scene) -> None:
     both = models(monkeypatch, scene)
     for m in both:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.reference.scenes.epicyclic_trains import train
+from tests.sampling import crossed
 from trunnion import Scene, scene_from_dict, simulate
 
 NEAR = 1e-7
@@ -63,9 +64,7 @@ def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
     assert abs(2 * fine - coarse - exact) <= 0.05 * abs(coarse - exact) + FLOOR
 
 
-@pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
-@pytest.mark.parametrize("preload", [0.0, 12.0])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "preload", "method"), crossed(range(3), [0.0, 12.0], ["auto", "rk5", "rosenbrock"]))
 def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, preload: float, method: str) -> None:
     """Without weight nothing but the brake carries load while it holds: friction of the others is that of no load, and no share of
     it has a meaning. A preloaded pin holds more, by at most its own torque at the ring."""
