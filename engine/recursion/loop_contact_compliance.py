@@ -1,7 +1,7 @@
 """Contacts of joints on loops as springs (theory, "Redundant loops").
 
-All contacts of a joint have the same radial stiffness; a face has this stiffness along the axis. A row is a contact force divided
-by the square root of the stiffness. The sum of the squared rows is therefore proportional to the elastic energy. The contacts of a
+All contacts of a joint have the same radial stiffness; a face has this stiffness along the axis. Each row is a contact force
+divided by the square root of its stiffness, so the sum of the squared rows is proportional to the elastic energy. The contacts of a
 joint without friction have an arm that is a fraction of the parts' radius of gyration."""
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
     """For a cut joint whose outboard point stays on a curve: the constraint row, the freedom, the contact frame, and the position
     along the curve, m.
 
-    The freedom is sliding along the curve, as a row of which only rate, wrenches and ξ are used. The columns of the frame (3×3,
-    world) are e1, the normal n, and the direction t of increasing parameter. Seen against e1, n points to the right of t."""
+    The freedom, sliding along the curve, is given as a row; only its rate, wrenches and ξ are used. The columns of the frame (3×3,
+    world) are e1, the normal n, and the direction t of increasing parameter. Looking along −e1, n is to the right of t."""
     at, along = _touch(sym, c)
     return force_row(c, at.phi, at.n, at.arm_in, at.arm_out), force_row(c, SX(0), at.t, at.arm_in, at.arm_out), at.frame, along
 

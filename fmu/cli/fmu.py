@@ -12,7 +12,7 @@ from trunnion.cli.options.option_declarations import Changes, Json, Scene, colum
 if TYPE_CHECKING:
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
-KERNEL = "How the equations are evaluated: compiled runs fastest, parts exports fastest, auto chooses."
+KERNEL = "How the equations are evaluated: compiled for the fastest runs, parts for the fastest export; auto chooses."
 PLATFORM = "host, all, linux64, win64, darwin64, aarch64-darwin; with FMI 3.0 also aarch64-linux."
 Platform = Annotated[list[str], typer.Option("--platform", metavar="P", help=PLATFORM, default_factory=list, show_default="host")]
 Step = Annotated[

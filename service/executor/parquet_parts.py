@@ -141,7 +141,7 @@ class Parts:
             self.fs.rm(f"{self.root}/{job}", recursive=True)
 
     def check(self) -> None:
-        """Raise OSError, or an error of the file system, when no file can be written."""
+        """Raise OSError, or the storage's own exception, when no file can be written."""
         path = f"{self.root}/.check-{secrets.token_hex(6)}"
         self.write(path, b"ok")
         self.fs.rm_file(path)

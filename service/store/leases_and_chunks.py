@@ -104,7 +104,7 @@ class WorkStore(ChunkOutcomeStore):
         return list(c.execute(due.limit(most)).mappings())
 
     def running(self, job: str) -> list[Chunk]:
-        """The chunks that are stored as running. After a restart of the server, they do not run."""
+        """The chunks stored as running, although none of them runs after a restart of the server."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
         return self._all(query, chunk_of)
 

@@ -220,10 +220,10 @@ class SensitivityIntegrator:
     ) -> tuple[str, np.ndarray, float] | None:
         """(first joint, dg, ġ) of pairs that are released together; None if no multipliers bring each pair to its capacity.
 
-        At rest, the equations leave the distribution of load among the pairs undetermined. At the instant of release each pair is
-        at its capacity, so the distribution is unique. The vector r holds the residuals and each friction ratio less one. r(z, t,
-        p) = 0 has one equation more than unknowns. Hence g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows
-        add further vectors n, along which r does not change. z: initial guess of the multipliers.
+        At rest, the equations leave the distribution of load among the pairs open. At release each pair is at its capacity, so this
+        distribution is unique. The vector r(z, t, p) holds the residuals, and each friction ratio minus one. r = 0 has one equation
+        more than unknowns z. So g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows add further vectors n,
+        along which r does not change. z: initial guess of the multipliers.
         """
         u = self.unit
         a = u.ny + u.nquad

@@ -22,7 +22,7 @@ presolving costs more time than it saves."""
 SOLVED, NONE = 0, 2
 """Statuses of ``linprog``: solved, infeasible."""
 FEASIBLE = 1e-9
-"""Largest violation of a row by an attained state, relative to the loads."""
+"""Largest violation of a row, relative to the loads, at which a state counts as attained."""
 BREAKING = 1e3
 """Penalty for a violated row in a descent. The largest multiplier observed was 10."""
 OLD = 40
@@ -41,7 +41,7 @@ class Answer:
 
 
 class Relaxation:
-    """The linear programs of one program of norms. Cuts t ≥ u·v are valid in every cell and are therefore reused in other cells.
+    """The linear programs that relax one program with norms. A cut t ≥ u·v is valid in every cell, so other cells reuse it.
 
     over: returns whether to stop adding cuts. Certified values are valid with any number of cuts.
     """

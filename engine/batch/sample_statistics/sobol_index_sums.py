@@ -129,7 +129,7 @@ def _added(f: np.ndarray, p: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
 
 
 def _filled(f: np.ndarray, m: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """The blocks of ``Points.others`` for incomplete points. m: whether each value is missing."""
+    """``Points.others``. f: values, 0 where missing; m: 1 where missing; p, q: the pairs."""
     if not m.any():
         return np.zeros((f.shape[2], REPLICATES, 2 * f.shape[3] + 3 * len(p), 0))
     cross = np.concatenate([f[..., p] * m[..., q], f[..., q] * m[..., p]])

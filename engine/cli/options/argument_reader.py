@@ -81,7 +81,7 @@ class ArgumentReader:
         return None
 
     def destination(self, text: str | None, suffixes: Sequence[str], where: str = "-o") -> Path | None:
-        """The path of a file to write; None if there is no text. Mistakes: a wrong suffix, a place that cannot be written."""
+        """The path of a file to write; None without text. A wrong suffix or unwritable place becomes a problem."""
         if text is None:
             return None
         problems = destination_problems(text, suffixes, where)

@@ -41,8 +41,8 @@ of the time; the times of runs of five models changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
 """Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on
-the surrounding text, so the last bit of a column would otherwise depend on the other columns. Rows of all columns take up to 3
-percent longer."""
+the surrounding text, so the last bit of a column would otherwise depend on the other columns. A row with all columns takes up
+to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
 """Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation this compiler adds
 run-time checks by default. They would cancel the gain, so they are off."""

@@ -88,8 +88,8 @@ def wants_of(chosen: list[Column], solved: bool) -> int:
 
 
 def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
-    """Post-processing of columns by the runtime (``tr_post``). Post-processing "hold" needs the column of the contact's normal
-    force; if this column is not chosen, the first is not held."""
+    """Post-processing of columns by the runtime (``tr_post``). A column with post "hold" is held only if the column of
+    its contact's normal force is chosen as well."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []
     for i, c in enumerate(chosen):

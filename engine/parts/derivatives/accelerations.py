@@ -1,7 +1,7 @@
 """Accelerations under given multipliers, and their derivatives along directions.
 
-The recursion computes accelerations. The same recursion also computes their derivatives: its forces are then the derivatives of
-the body balances at fixed accelerations. So the recursion itself needs no tangents (theory, "Jacobians on parts")."""
+The recursion that computes accelerations also computes their derivatives. For this, its forces are the derivatives of the body
+balances at fixed accelerations. So the recursion itself needs no tangents (theory, "Jacobians on parts")."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> 
 
 
 class Sensitivities:
-    """The functions of a sensitivity unit (``kernel.units.sensitivity_unit``): of the motion, and (``outputs``) of the columns."""
+    """The functions of the motion and of the columns (``outputs``) in a sensitivity unit (``kernel.units.sensitivity_unit``)."""
 
     def __init__(self, system: System, parameters: int, active: Sequence[int], chosen: list[Column], quadratures: bool):
         self.keep: list[Any] = []

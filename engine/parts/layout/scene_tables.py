@@ -35,7 +35,7 @@ class SceneTables:
     bare: bool = False
     """Whether a cut joint without devices computes only the outputs that its constraint needs."""
     multipliers: int = 0
-    """Count of multipliers of rows of cut joints; they precede the friction multipliers."""
+    """Number of multipliers of the cut joints' rows; these precede the friction multipliers."""
 
     def __post_init__(self) -> None:
         self.prepare = self.program("prepare")

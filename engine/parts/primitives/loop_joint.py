@@ -47,8 +47,7 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
 
 @cache
 def bearing(kind: str, ground: str) -> Primitive:
-    """Cam: numbers (27), motions → angle at which the profile is evaluated. Curve: numbers (24), motions → point in the curve's
-    plane (2)."""
+    """Primitive: the angle at which a cam's profile is evaluated, or a point (2) in a curve's plane. Inputs: numbers, motions."""
     sym, ins, c = _closing(kind, ground)
     at = point_on_curve_constraint.spot(c) if c.joint.kind.follows == "curve" else cam_follower_constraint.bearing(sym, c)
     return expression_primitive(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": at})
@@ -59,7 +58,7 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
     Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 3 more for cams: middle of the profile,
-    roller); motions ``inb`` and ``out`` (not of the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
+    roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row),
     and on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
     force along each freedom (win, wout, wat); pose; point on the outboard part.

@@ -41,7 +41,7 @@ static void tr_audit_impulses(tr_sim *s, double t, const double *y);
 /* Start the audit at the time and state of the block. */
 static void tr_audit_begin(tr_sim *s);
 
-/* Energy minus works at the time and state of the block, J, for tr_audit_allow_change; 0 without balances. */
+/* Energy minus works at the block's time and state, J; 0 if the audit does not balance energy. */
 static double tr_audit_energy(tr_sim *s);
 
 /* Exclude a legitimate change of energy (new parameters, an impact) from the balance. before: tr_audit_energy before the

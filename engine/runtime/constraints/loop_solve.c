@@ -180,7 +180,7 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   memset(Q, 0, sizeof(double) * m * r);
   for (int q = 0; q < r; ++q) tr_add_columns(m, a, kl, V + q * a, 1.0, Q + q * m);
   tr_least_squares least = tr_least_squares_factor(m, r, Q, TR_A(s, gram));
-  for (int col = 0; col <= e; ++col) { /* column 0 combines lam0 with κ0; column j combines −T_j with κe_j */
+  for (int col = 0; col <= e; ++col) { /* column 0: κ from lam0 and κ0; column j: κ from −T_j and κe_j */
     double *lam = col == 0 ? lam0 : T + (col - 1) * a, sign = col == 0 ? 1.0 : -1.0;
     memcpy(kap, col == 0 ? k0 : ke + (col - 1) * m, sizeof kap);
     tr_add_columns(m, a, kl, lam, sign, kap);

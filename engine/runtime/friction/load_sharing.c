@@ -11,7 +11,7 @@
 #define SHARE_SAME 1e-3 /* × the largest share: tolerance of the loads, which only are the start of Newton's method */
 #define SHARE_WEIGHT 1e-6 /* smallest weight of a member, so that a member without load can get load again */
 #define SHARE_PASSES 300 /* iterations of Lawson's algorithm, which converges linearly */
-#define SHARE_PIVOT 1e-10 /* × a member's own response: pivot below which the weighted conditions are dependent */
+#define SHARE_PIVOT 1e-10 /* × a member's own response: weighted conditions with a smaller pivot are dependent */
 #define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: a smaller squared coupling is round-off */
 #define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve tried */
 #define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with a smaller capacity carries no load */

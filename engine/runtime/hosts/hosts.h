@@ -191,8 +191,8 @@ int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
  * the event; 0: not requested. */
 int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *row, double *before);
 
-/* Time at which the next internal step ends, s. The step is made and then waits. Returns `limit` if no step can be made; the
- * next call that advances the run then reports the failure. */
+/* End of the next internal step, s. The step is computed, and waits for the next call that advances the run. Returns `limit`
+ * if no step can be made; that call then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
 /* Whether pair i is in the proportional zone of its law. *turned: time of a reversal inside the zone. NaN: no reversal yet, or

@@ -5,7 +5,7 @@
 #define ENDS_AGAIN 0.5     /* × the speed at which rest last failed: the next attempt is made below this speed */
 #define TURNS_ROUND -0.9   /* cosine: a larger turn means that the pair stopped in between */
 #define LAST_MOST 60       /* most evaluations to find the direction in which a pair comes to rest */
-#define LAST_PART 0.5      /* first fraction of the predicted turn that is applied, and factor on it after an oscillation */
+#define LAST_PART 0.5      /* applied fraction of the predicted turn, at first; an oscillation multiplies it by LAST_PART */
 #define LAST_GROWS 1.1     /* factor on this fraction otherwise */
 #define LAST_FOUND 1e-6    /* tangent of the remaining turn at which the direction has converged */
 #define ROUNDS 4           /* most mode ends of a pair or stop at one time */

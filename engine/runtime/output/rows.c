@@ -115,7 +115,7 @@ static void tr_finish_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Whether the row can do without the by-products of a state evaluation in this block. */
+/* Whether lanes may compute the row: nothing needs by-products of an evaluation here. */
 static inline int tr_is_row_separate(const tr_sim *s) {
   return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
 }

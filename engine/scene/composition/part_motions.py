@@ -238,7 +238,7 @@ def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note
 
 
 def _mirror_profiles(j: dict[str, Any], sign: float) -> None:
-    """Mirror the curves in the plane of e2 and e3 of a joint. The image of e2 is sign · e2 in the new frame; that of e3 is −e3."""
+    """Mirror a joint's curve and profile, both in its e2-e3 plane. In the new frame e2 becomes sign · e2, and e3 becomes −e3."""
     curve, profile = j.get("curve"), j.get("profile")
     if isinstance(curve, dict) and isinstance(curve.get("points"), list):
         pairs = [p if not isinstance(p, list) or len(p) != 2 else [times(sign, p[0]), times(-1.0, p[1])] for p in curve["points"]]

@@ -92,4 +92,4 @@ def number_name(text: str, number: int) -> str:
     try:
         return _BRACES.sub(one, text)
     except KeyError as e:
-        raise UnitError(f"{e.args[0]} in {text} is not the number of a copy", "use only i in a name: {i}, {i-1}") from e
+        raise UnitError(f"{e.args[0]} in {text} is unknown", "use only i, the number of the copy: {i}, {i-1}") from e

@@ -187,7 +187,7 @@ class _Builder:
             return
         top.entries += size
         if self.count > MOST or top.entries > MOST:
-            raise Unreadable(line, f"more than {MOST} values, aliases counted as what they stand for", "", top.path)
+            raise Unreadable(line, f"more than {MOST} values, each alias counted with all that it stands for", "", top.path)
         if isinstance(top.value, list):
             top.value.append(value)
             return

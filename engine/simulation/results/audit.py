@@ -122,7 +122,7 @@ def _law_note(law: Law, f: Figure) -> str:
 def _energy_note(a: Audit) -> str:
     word = "gained" if (a.energy or 0.0) > 0.0 else "lost"
     where = f", joint {a.jump_joint}" if a.jump_joint else ""
-    most = f"{abs(a.energy or 0.0):.3g} J of {a.turned_over:.3g} J turned over {word}"
+    most = f"{word} {abs(a.energy or 0.0):.3g} J of the {a.turned_over:.3g} J turned over"
     return (
         f"audit at t = {a.jump_time or 0.0:.6g} s{where}: {most} by the end, mostly before this time (relative error {a.share:.1g})"
     )

@@ -54,6 +54,6 @@ def redundancy_notes(r: Redundancy) -> list[str]:
     if not r.rubbing:
         return [f"{redundant}: the motion is unique, but the reactions of {joints} are not; minimum-norm reactions are reported"]
     return [
-        f"{redundant}: for rigid bodies neither the reactions of {joints}, nor the friction of {', '.join(r.rubbing)}, nor the "
-        "motion is unique; the solution for stiff contacts that all have the same radial stiffness is reported"
+        f"{redundant}: for rigid bodies, the reactions of {joints}, the friction of {', '.join(r.rubbing)} and the motion are not "
+        "unique; the solution for contacts of equal, high radial stiffness is reported"
     ]

@@ -227,8 +227,7 @@ class Block:
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 
     def gap(self) -> tuple[np.ndarray, np.ndarray]:
-        """(residuals of the loops' constraints (rows), m or sine of an angle; time derivatives of the residuals (rows)) at the
-        current state."""
+        """At the current state: constraint residuals of the loops (rows), m or sine of an angle; their time derivatives (rows)."""
         rows = self.kernel.sizes["rows"]
         flat = np.zeros(2 * rows + 1)
         self.lib.tr_gap(self.at, flat.ctypes.data)

@@ -19,8 +19,8 @@ from trunnion.runtime.abi.run_records import INPUT, KNOTS
 from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
-"""Default interpolation of drives and of loads. A drive needs a continuous acceleration. Zero rates at the ends would falsify data
-with motion at the ends."""
+"""Default interpolation of drives and of loads. A drive needs continuous acceleration (not linear), and its data may move at the
+ends (not clamped)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ class Signal:
 
     value      a constant.
     ramp       start, end, begin, duration, origin.
-    begun      a ramp that begins before t = 0; a drive has its origin at t = 0 nevertheless.
+    begun      as ramp, but begin < 0; origin is still a drive's coordinate at t = 0.
     move_…     start, end, begin, duration of a rest-to-rest move (``motion_profiles``).
     harmonic   amplitude, frequency, phase, offset.
     rate       start, rate: q = start + rate t.

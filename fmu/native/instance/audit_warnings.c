@@ -21,6 +21,6 @@ static fmu_status fmu_audit(fmu_instance *m) {
   const fmu_outcome *o = fmu_outcome_of(TR_INACCURATE, TR_WHY_UNKNOWN);
   const char *joint = fmu_joint(said.jump_joint);
   const int far = said.verdict == TR_VERDICT_INACCURATE;
-  return fmu_log(m, FMU_WARNING, "audit at t = %.9g s%s%s: %.3g J of %.3g J turned over %s%s%s%s", said.jump_time, *joint ? ", joint " : "", joint,
-                 fabs(said.lost), said.turned, said.lost > 0.0 ? "gained" : "lost", far ? ": " : "", far ? o->name : "", far ? "" : " (a note)");
+  return fmu_log(m, FMU_WARNING, "audit at t = %.9g s%s%s: %s %.3g J of the %.3g J turned over%s%s%s", said.jump_time, *joint ? ", joint " : "", joint,
+                 said.lost > 0.0 ? "gained" : "lost", fabs(said.lost), said.turned, far ? ": " : "", far ? o->name : "", far ? "" : " (a note)");
 }

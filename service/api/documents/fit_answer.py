@@ -23,7 +23,7 @@ class ProfileDocument(BaseModel):
 
 
 class IntervalDocument(BaseModel):
-    """The confidence interval of a parameter: low and high from its profile, local from the curvature at the estimate."""
+    """A parameter's confidence interval: ``low`` and ``high`` by its profile, ``local`` by the curvature at the estimate."""
 
     low: float | None
     high: float | None

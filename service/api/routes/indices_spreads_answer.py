@@ -65,7 +65,7 @@ class OfPair(EstimateDocument):
 class IndicesDocument(BaseModel):
     """Sobol indices of a result."""
 
-    of: str = Field(description="Name of the result; failed: whether a case ended with an outcome other than done.")
+    of: str = Field(description="Name of the result. The name failed means whether a case ended with an outcome other than done.")
     unit: str
     points: int
     cases: int

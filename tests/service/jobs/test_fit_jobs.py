@@ -148,7 +148,7 @@ def test_the_document_that_is_kept_means_the_same_for_ever() -> None:
 
 def test_what_has_no_meaning_for_a_fit_is_refused(job: Job, served: Served) -> None:
     for what in (lambda: job.rerun(["done"]), lambda: job.extend({QD: [0.1]})):
-        with pytest.raises(SceneError, match="are fits"):
+        with pytest.raises(SceneError, match="is a fit"):
             what()
     told = served.get(f"/v1/jobs/{job.id}/cases/0/trajectory")
     assert (told.status_code, "submit the fitted values" in told.json()["detail"]) == (409, True)
