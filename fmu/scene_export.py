@@ -16,7 +16,7 @@ from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
 from trunnion.fmu.c_source.model_tables import model_text
 from trunnion.fmu.c_source.sources_in_fmu import with_sources
-from trunnion.fmu.export_checks import STANDARDS, apart, check
+from trunnion.fmu.export_option_checks import STANDARDS, apart, check
 from trunnion.fmu.model_description import documentation_page
 from trunnion.fmu.model_description.fmi2_xml import Whole, model_description
 from trunnion.fmu.model_description.fmi3_xml import Described, model_description3

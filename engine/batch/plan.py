@@ -15,7 +15,7 @@ from trunnion.basics.interrupts import Unwanted
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import current_paths
 from trunnion.batch.cases.grids_and_samples import Cases, grid, listed, sampled
-from trunnion.batch.execution.case_loop import Loop
+from trunnion.batch.execution.c_case_loop import Loop
 from trunnion.batch.execution.chunk_results import ChunkResults
 from trunnion.batch.execution.error_estimate_loop import ErrorEstimateLoop
 from trunnion.batch.preparation.case_parameters import Preparer, Rows, same_tables

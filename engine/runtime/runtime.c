@@ -112,7 +112,7 @@ TR_OFTEN
 
 TR_RARE
 #include "hosts/api.c"
-#include "hosts/static_margin.c"
+#include "hosts/static_friction_ratios.c"
 #include "hosts/linearization.c"
 #include "hosts/model_exchange.c"
 #include "hosts/model_exchange_derivatives.c"

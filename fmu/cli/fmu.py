@@ -56,7 +56,7 @@ def command(
     """Export a scene as an FMU for co-simulation or model exchange, by FMI 2.0 or 3.0."""
     from trunnion.cli.options.argument_reader import ArgumentReader
     from trunnion.fmu.binaries.platform_builds import chosen
-    from trunnion.fmu.export_checks import FLAVOURS, STANDARDS, apart
+    from trunnion.fmu.export_option_checks import FLAVOURS, STANDARDS, apart
     from trunnion.fmu.variables.model_exchange_states import KINDS
     from trunnion.simulation.settings.run_settings import ALONE
 

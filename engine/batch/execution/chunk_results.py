@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trunnion.basics.problems import SceneError
-from trunnion.batch.execution.case_loop import Reduced, invalid
+from trunnion.batch.execution.c_case_loop import Reduced, invalid
 from trunnion.batch.tables.case_table import table
 from trunnion.simulation.results.audit import Audit
 from trunnion.simulation.results.error_statement import REASONS

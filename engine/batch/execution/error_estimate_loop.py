@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from trunnion.batch.execution.c_case_loop import Loop, Reduced
 from trunnion.batch.execution.cancellation_and_time_limit import Tick
-from trunnion.batch.execution.case_loop import Loop, Reduced
 from trunnion.batch.preparation.case_parameters import Rows
 from trunnion.batch.tables.reductions import ERROR, EVENT_NUMBERS, OF_COLUMNS, OF_DECISIONS, Reduction, event_kind
 from trunnion.batch.tables.trajectories import Series

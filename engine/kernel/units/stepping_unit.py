@@ -1,7 +1,7 @@
 """The stepping unit: prepare, stage 1 (maps), laws, stage 2 (accelerations), closure of loops, coordinate rates.
 
 Between stage 1 and stage 2 the runtime solves for the multipliers (theory, "Affine maps"). No function depends on the modes of
-set-valued pairs. Stage 1 writes one block, "maps", of column-major matrices (``runtime/base/affine_maps.h``):
+set-valued pairs. Stage 1 writes one block, "maps", of column-major matrices (``runtime/base/map_block_offsets.h``):
 
   S, Se, g0     constraint equations S λ + Se η + g0 = 0
   N0, Nl, Ne    reaction components of frictional joints: N0 + Nl λ + Ne η

@@ -3,7 +3,7 @@
 #define TR_ACCESSORS_H
 #include <math.h>
 #include <string.h>
-#include "base/affine_maps.h"
+#include "base/map_block_offsets.h"
 #include "base/simulation.h"
 #include "base/tolerances.h"
 #include "base/vectors.h"

@@ -2,7 +2,7 @@
 #ifndef TR_BASE_H
 #define TR_BASE_H
 #include "base/accessors.h"
-#include "base/affine_maps.h"
+#include "base/map_block_offsets.h"
 #include "base/dense_linalg.h"
 #include "base/method_tables.h"
 #include "base/stick_rule.h"

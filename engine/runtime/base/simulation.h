@@ -5,7 +5,7 @@
  * runtime allocates nothing, prints nothing and never exits.
  *
  * Terms in all comments: maps are reactions, rates and accelerations as affine functions of the multipliers
- * (``base/affine_maps.h``). The current state is the state whose maps were evaluated last. The solution consists of the
+ * (``base/map_block_offsets.h``). The current state is the state whose maps were evaluated last. The solution consists of the
  * multipliers z that solve the equations of the current state in the modes in force. A pair is a friction pair; a freedom is one
  * direction in which a pair slides or turns, with one rate. ``base/validity.h`` lists the parts of a block that belong to the
  * current state. */
@@ -173,7 +173,7 @@ typedef struct tr_places {
   int K, kstep;     /* slopes (ẏ) of the stages; rows of the dense output */
   int power, work;  /* powers evaluated last; works from the start of the step to a row inside the step */
   int part_power, impulse_work; /* powers of the last part of an impulse step; impulse works before and after the step */
-  int w, maps;      /* stage 1 of the kernel: values for stage 2; affine maps (``base/affine_maps.h``) */
+  int w, maps;      /* stage 1 of the kernel: values for stage 2; affine maps (``base/map_block_offsets.h``) */
   int dy_unforced;  /* ẏ without impulses, at the state to which impulses were last applied */
   int z, zold;      /* present multipliers; multipliers at the start of the step, restored after a refused trial */
   int zstart, zend; /* multipliers at the start and at the end of the last trial step (tr_interpolate_multipliers) */

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from trunnion.scene.composition import part_names
+from trunnion.scene.composition import reference_renaming
 from trunnion.scene.composition.assembly_copies import Copy, copies
 from trunnion.scene.composition.file_includes import merge_includes, part_of_file
 from trunnion.scene.composition.part_motions import move_part
@@ -24,7 +24,7 @@ Points = dict[str, dict[str, str]]
 def expand_assemblies(level: Level) -> Points:
     """Replace the includes and assemblies of a level by bodies and joints. The result is the points that the assemblies name."""
     merge_includes(level)
-    part_names.restore_on(level.data)
+    reference_renaming.restore_on(level.data)
     given = level.data.pop("assemblies", None)
     offered: Points = {}
     if isinstance(given, dict):
@@ -93,14 +93,14 @@ def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: L
 
     for section in SECTIONS:
         for n, value in _group(data, section).items():
-            value = part_names.rename_references(section, n, value, rename)
+            value = reference_renaming.rename_references(section, n, value, rename)
             if section == "joints":
-                value = part_names.rename_leading_joint(value, lambda leader: own["joints"].get(leader, leader))
-            value = part_names.rename_inputs(value, own["inputs"]) if section in ("joints", "forces") else value
-            value = part_names.rename_parameters(value, own["parameters"] | more)
+                value = reference_renaming.rename_leading_joint(value, lambda leader: own["joints"].get(leader, leader))
+            value = reference_renaming.rename_inputs(value, own["inputs"]) if section in ("joints", "forces") else value
+            value = reference_renaming.rename_parameters(value, own["parameters"] | more)
             _add_value(level, path, (section, own[section][n]), value, part, (section, n), bool(copy.number))
     for n, value in _group(_group(data, "ground"), "points").items():
-        place = part_names.rename_parameters(value, own["parameters"] | more)
+        place = reference_renaming.rename_parameters(value, own["parameters"] | more)
         _add_value(level, path, ("ground", "points", ground[n]), place, part, ("ground", "points", n), bool(copy.number))
     points = _group(data, "points")
     offered[prefix] = {n: rename(p, ()) for n, p in points.items() if isinstance(p, str)}
@@ -112,19 +112,19 @@ def _number_names(data: dict[str, Any], number: int) -> dict[str, Any]:
         return data
 
     def rename(text: str, at: Path = ()) -> str:
-        return part_names.number_name(text, number)
+        return reference_renaming.number_name(text, number)
 
     _rename_in(data, rename)
     joints = _group(data, "joints")
-    joints |= {n: part_names.rename_leading_joint(j, rename) for n, j in joints.items()}
+    joints |= {n: reference_renaming.rename_leading_joint(j, rename) for n, j in joints.items()}
     return data
 
 
-def _rename_in(data: dict[str, Any], rename: part_names.Renamer) -> None:
+def _rename_in(data: dict[str, Any], rename: reference_renaming.Renamer) -> None:
     """Rename, in place, the bodies and points that joints and forces refer to."""
     for section in ("joints", "forces"):
         for n, value in _group(data, section).items():
-            data[section][n] = part_names.rename_references(section, n, value, rename)
+            data[section][n] = reference_renaming.rename_references(section, n, value, rename)
 
 
 def _group(data: Any, key: str) -> dict[str, Any]:
@@ -155,11 +155,11 @@ def _add_parameters(
     number = {"i": str(copy.number)} if copy.number else {}
     for name, value in _group(data, "parameters").items():
         if name in given:
-            value = part_names.rename_parameters(given[name], number)
+            value = reference_renaming.rename_parameters(given[name], number)
             _add_value(level, path, ("parameters", own[name]), value, level, (*path, "with", name), bool(copy.number))
         else:
             more = number if "i" not in own else {}
-            value = part_names.rename_parameters(value, own | more)
+            value = reference_renaming.rename_parameters(value, own | more)
             _add_value(level, path, ("parameters", own[name]), value, part, ("parameters", name), bool(copy.number))
 
 

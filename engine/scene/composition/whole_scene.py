@@ -7,7 +7,7 @@ from typing import Any
 
 from trunnion.scene.composition.assembly_expansion import expand_assemblies
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
-from trunnion.scene.composition.part_names import restore_on
+from trunnion.scene.composition.reference_renaming import restore_on
 from trunnion.scene.composition.source_lines import Level, TooMuch, copy_of
 from trunnion.scene.file_format.yaml_reader import MOST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
