@@ -39,13 +39,13 @@ SMALL: dict[str, Any] = {
 
 
 def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
-    """The first true value of ``what``, which is asked until ``patience`` seconds have passed; fails then. It is asked less and less
-    often: the server's answers take processor time from what is waited for."""
+    """The first true value of ``what``, which is asked until ``patience`` seconds have passed; fails then. It is asked less and
+    less often: the server's answers take processor time from what is waited for."""
     end, pause = time.monotonic() + patience, 0.03
     while not (found := what()):
         assert time.monotonic() < end, "it never happened"
         time.sleep(pause)
-        pause = min(1.2 * pause, 0.4)
+        pause = min(1.2 * pause, 0.25)
     return found
 
 
