@@ -51,7 +51,11 @@ def test_what_cannot_be_assembled_is_told_without_a_traceback(capsys: pytest.Cap
     assert "no_such_scene" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", bundled_names())
+LONG = {"toggle_press": pytest.mark.slow}
+"""Models whose bounds take half as long as those of all others together."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, ())) for name in bundled_names()])
 def test_bounds_of_every_model_are_json(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(["check", name, "--hold", "--bounds", "--json"])
     assert "error" not in json.loads(capsys.readouterr().out)

@@ -129,8 +129,15 @@ def test_a_program_with_a_handler_of_its_own_keeps_it() -> None:
     assert ran(program).stdout == "done 1\n"
 
 
-@pytest.mark.parametrize("words", [[], ["--json"]])
-@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+@pytest.mark.parametrize(
+    ("suffix", "words"),
+    [
+        ("csv", []),
+        ("parquet", ["--json"]),
+        pytest.param("csv", ["--json"], marks=pytest.mark.slow),
+        pytest.param("parquet", [], marks=pytest.mark.slow),
+    ],
+)
 def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: str, words: list[str], tmp_path: Path) -> None:
     file = tmp_path / f"s.{suffix}"
     over = ["--vary", f"{MU}=0.1:0.6:100000", "--until", "1", "--reduce", "final:ball.qd[2]", "--workers", "1"]

@@ -186,13 +186,15 @@ def test_a_number_has_one_name_and_a_name_one_number() -> None:
 
 def test_a_number_that_several_files_use_stands_among_the_tolerances() -> None:
     text = {name_of(f): code(f.read_text(encoding="utf-8")) for f in RUNTIME.rglob("*.[ch]")}
-    outside = {str(f): f.read_text(encoding="utf-8") for f in OTHERS}
+    words = {f: Counter(re.findall(r"\w+", here)) for f, here in text.items()}
+    quoted, word = re.compile(r'"(?=(\w+)")'), re.compile(r"\w+")
+    outside = {str(f): set((quoted if f.suffix == ".py" else word).findall(f.read_text(encoding="utf-8"))) for f in OTHERS}
     wrong = {}
     for file, here in text.items():
         for name in DEFINED.findall(here):
-            users = {f for f, other in text.items() if len(re.findall(rf"\b{name}\b", other)) > (f == file)}
+            users = {f for f, others in words.items() if others[name] > (f == file)}
             if file in SHARED:
-                users |= {f for f, other in outside.items() if re.search(f'"{name}"' if f[-3:] == ".py" else rf"\b{name}\b", other)}
+                users |= {f for f, others in outside.items() if name in others}
                 wrong |= {name: (file, users)} if len(users) < 2 and file == SHARED[0] else {}
             elif users - {file} and not file.endswith(".h"):
                 wrong[name] = (file, users)

@@ -7,6 +7,7 @@ import ast
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -46,12 +47,12 @@ def texts(file: Path) -> Iterator[str]:
     yield from (n.value for n in constants if isinstance(n.value, str))
 
 
-def elsewhere() -> Iterator[tuple[str, str]]:
+@cache
+def elsewhere() -> tuple[tuple[str, str], ...]:
     """(file, text) of all text outside the folders in which laws, contact elements and joints declare themselves."""
-    for file in PRODUCT:
-        name = file.relative_to(ROOT).as_posix()
-        if not any(name.startswith(f"{own}/") for own in OWN):
-            yield from ((name, text) for text in texts(file))
+    names = {file.relative_to(ROOT).as_posix(): file for file in PRODUCT}
+    others = {name: file for name, file in names.items() if not any(name.startswith(f"{own}/") for own in OWN)}
+    return tuple((name, text) for name, file in others.items() for text in texts(file))
 
 
 def test_no_file_outside_its_folder_names_a_law() -> None:

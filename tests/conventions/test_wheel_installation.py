@@ -49,37 +49,45 @@ def ask(python: Path, folder: Path, *words: str) -> str:
     return done.stdout
 
 
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A folder with the wheel, built once, and Python of an environment that holds it; tests only run it."""
+    folder = tmp_path_factory.mktemp("wheel")
+    return folder, installed("wheel", folder)
+
+
 @pytest.mark.parametrize("kind", ["wheel", "editable"])
-def test_it_runs_from_another_folder(kind: str, tmp_path: Path) -> None:
-    python, elsewhere = installed(kind, tmp_path), tmp_path / "elsewhere"
+def test_it_runs_from_another_folder(kind: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    folder, python = request.getfixturevalue("wheel") if kind == "wheel" else (tmp_path, installed(kind, tmp_path))
+    elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     file, models, names, ok = json.loads(ask(python, elsewhere, "-c", SCRIPT))
-    home = tmp_path / "env" if kind == "wheel" else ROOT
+    home = folder / "env" if kind == "wheel" else ROOT
     assert Path(file).is_relative_to(home)
     assert Path(models) == (Path(file).parent / "_models" if kind == "wheel" else ROOT / "models")
     assert names == sorted(p.parent.name for p in (ROOT / "models").glob("*/scene.yaml"))
     assert ok
 
 
-def test_the_wheels_command_draws_and_animates(tmp_path: Path) -> None:
-    python = installed("wheel", tmp_path)
+def test_the_wheels_command_draws_and_animates(wheel: tuple[Path, Path], tmp_path: Path) -> None:
+    _, python = wheel
     files = ["p.csv", "p.png", "p.html"]
     flags = [w for pair in zip(("-o", "--plot", "--animate"), files, strict=True) for w in pair]
     ask(python, tmp_path, "-m", "trunnion", "simulate", "spherical_pendulum", "--until", "0.5", *flags)
     assert all((tmp_path / f).stat().st_size > 1000 for f in files)
 
 
-def test_the_wheel_adds_one_package(tmp_path: Path) -> None:
-    python = installed("wheel", tmp_path)
-    with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as wheel:
-        tops = {name.partition("/")[0] for name in wheel.namelist()}
+def test_the_wheel_adds_one_package(wheel: tuple[Path, Path]) -> None:
+    folder, python = wheel
+    with zipfile.ZipFile(next(folder.glob("*.whl"))) as file:
+        tops = {name.partition("/")[0] for name in file.namelist()}
     assert tops == {"trunnion", next(t for t in tops if t.endswith(".dist-info"))}
     assert python.exists()
 
 
-def test_a_users_own_files_of_the_folders_names_hide_nothing(tmp_path: Path) -> None:
+def test_a_users_own_files_of_the_folders_names_hide_nothing(wheel: tuple[Path, Path], tmp_path: Path) -> None:
     """``engine.py``, ``fmu/`` and ``service.py`` beside a user's script are the user's, and ours are found all the same."""
-    python, beside = installed("wheel", tmp_path), tmp_path / "beside"
+    (_, python), beside = wheel, tmp_path / "beside"
     (beside / "fmu").mkdir(parents=True)
     for name in ("engine.py", "service.py", "fmu/__init__.py"):
         (beside / name).write_text("MINE = 1\n")

@@ -28,6 +28,8 @@ for line in sys.stdin:
     print("\\nRAN " + json.dumps(said), flush=True)
 """
 PRINTED_PORT = "8765"
+THE_PROJECT = re.compile(r"(pip install (?:-q )?['\"]?)\.(?=[\['\"\s]|$)")
+"""What a line says of the checkout's project: ``.`` or ``.[extra]``."""
 FAILS = {"@db/": "the database cannot be used", "half_length=0.15": "jammed"}
 """Printed lines that end with exit code 1, and what they say then: a host that is only an example; a guide that is to jam."""
 JOB = re.compile(r"\b[0-9a-f]{24}\b")
@@ -92,8 +94,9 @@ class Reader:
             return  # an installation that another page had typed here, and nothing else
         if "-m venv" in line:
             self.place.begin(line)
+        printed, line = line, self._cheaper(line)
         if re.search(r"trunnion serve\b(?!.*--database)", line):
-            self._serve(line.rstrip("& "), place)
+            self._serve(line.rstrip("& "), place, printed)
         else:
             if "trunnion serve" in line:
                 self._end_servers()
@@ -103,12 +106,18 @@ class Reader:
             assert done.returncode == (1 if wrong else 0), told
             assert wrong in done.stdout + done.stderr, told
             if "pip install" in line:
-                self.place.typed_now(line)
+                self.place.typed_now(printed)
             self.job = (JOB.findall(done.stdout) or [self.job])[0]
             if "/v1/jobs" in line and '"id"' in done.stdout:
                 self._ended(json.loads(done.stdout)["id"])
 
-    def _serve(self, line: str, place: str) -> None:
+    def _cheaper(self, line: str) -> str:
+        """The line, without building the project again where the environment holds it already, built from the same files: pip then
+        installs the line's extras only. The first environment of a session is made as printed; with TRUNNION_PAGES=all, all are."""
+        there = self.place.copied or self.place.typed
+        return THE_PROJECT.sub(r"\1trunnion", line) if there and os.environ.get("TRUNNION_PAGES") != "all" else line
+
+    def _serve(self, line: str, place: str, printed: str) -> None:
         self._end_servers()
         log = (self.home / "serve.log").open("w+")
         words = ["bash", "-c", line.replace("&& ", "&& exec ", 1) if "&&" in line else f"exec {line}"]
@@ -122,7 +131,7 @@ class Reader:
             assert time.monotonic() < end, f"{place}: {line} does not answer: {log.read()[-4000:]}"
             time.sleep(0.2)
         if "pip install" in line:
-            self.place.typed_now(line)
+            self.place.typed_now(printed)
 
     def _ended(self, job: str) -> None:
         """Wait for a job as its submitter would before fetching its results."""

@@ -1,7 +1,9 @@
 """The environments in which pages are read: a copy of the checkout each, with a ``.venv`` that holds what was typed into it.
 
 What every page installs first, the project without extras, is unpacked once. Later environments begin as copies of that one (files
-are hard links), into which the page's own line is then typed as printed. At the end each holds exactly what its pages install.
+are hard links), into which the page's own line is then typed, where "." or ".[extra]" is "trunnion" or "trunnion[extra]": the
+project is in them already, built from the same files, and building it anew took half of the time. At the end each holds exactly
+what its pages install.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from tests.documentation.code_blocks import PLAIN
 BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?:\.venv/bin/)?pip install -q \.(?: |$)")
 """The line that makes an environment with the project and no extras."""
 EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
-PATIENCE = 180.0
+PATIENCE = 600.0
 """Seconds to wait for another process's environment; only where it has failed does one wait so long, and make its own then."""
 WITH_PYTHON = {"pip", "setuptools", "wheel"}
 """What ``python -m venv`` may put into an environment by itself."""

@@ -28,8 +28,17 @@ def axle(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     return page
 
 
-@pytest.mark.parametrize("turned", [(0.0, 0.0), (1.3, 0.1), (-2.0, -0.2), (3.1, 0.4)])
-@pytest.mark.parametrize("parallel", [False, True])
+TURNED = [(0.0, 0.0), (1.3, 0.1), (-2.0, -0.2), (3.1, 0.4)]
+SECTIONS = [("view", 0.7, 0.5), ("view", 0.8, 2.2), ("x", 0.7, -0.6), ("z", 0.5, 0.3)]
+
+
+def each_once(views: list[tuple[Any, ...]]) -> list[Any]:
+    """Each view in parallel and in perspective; every view is seen in one of them by default, in the other with ``-m slow``."""
+    both = [(view, parallel, i % 2 == parallel) for i, view in enumerate(views) for parallel in (False, True)]
+    return [pytest.param(*view, parallel, marks=() if now else pytest.mark.slow) for view, parallel, now in both]
+
+
+@pytest.mark.parametrize(("turned", "parallel"), each_once([(view,) for view in TURNED]))
 def test_every_pixel_shows_the_body_nearest_to_the_eye(axle: Opened, turned: tuple[float, float], parallel: bool) -> None:
     """Against rays cast here through every triangle, at places where nothing but one body is around."""
     axle.do(f"view = firstView(); turn({turned[0]}, {turned[1]}); look.parallel = {str(parallel).lower()}; look.xray = false")
@@ -60,8 +69,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     return page
 
 
-@pytest.mark.parametrize(("across", "at", "turned"), [("view", 0.7, 0.5), ("view", 0.8, 2.2), ("x", 0.7, -0.6), ("z", 0.5, 0.3)])
-@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:
     """What they hold behind the plane is not seen: by rays from the plane on."""
     nested.do(f"view = firstView(); turn({turned}, 0.2); look.parallel = {str(parallel).lower()}")

@@ -45,7 +45,7 @@ def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
     while not (found := what()):
         assert time.monotonic() < end, "it never happened"
         time.sleep(pause)
-        pause = min(1.2 * pause, 0.4)
+        pause = min(1.2 * pause, 0.25)
     return found
 
 
