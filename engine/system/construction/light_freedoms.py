@@ -1,5 +1,4 @@
-"""Freedoms of tree joints on loops whose outboard bodies are light beside the other bodies of the loops (theory, "Light
-bodies")."""
+"""Freedoms of tree joints on loops whose body is light beside the other bodies of the loops (theory, "Light bodies")."""
 
 from __future__ import annotations
 
@@ -23,18 +22,16 @@ has; above it they keep the digits that events and steps need."""
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. more: ties of other freedoms, which close loops too."""
+    """All light freedoms of tree joints. Heavier bodies outboard do not count: a wheel that turns on the same axis adds nothing to
+    the inertia of its shaft. more: ties of other freedoms, which close loops too."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
     mass, spin = ([size(scene, b) for b in bodies] for size in (_mass, _spin))
     masses, turns = ([every[i] for i in on_loops] for every in (mass, spin))
-    carried = _largest_outboard(bodies, mass), _largest_outboard(bodies, spin)
     out = []
     for i in on_loops:
         j, own = joints[i], bodies[i]
-        if not (carried[0][i] < LIGHT * max(masses) and carried[1][i] < LIGHT * max(turns)):
-            continue
         for k in j.free:
             turning = j.kind.turns(k)
             inertia, sizes = (spin[i] + _offset(scene, table, own, j), turns) if turning else (mass[i], masses)

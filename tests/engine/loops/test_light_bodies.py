@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
+from tests.reference.scenes.crossed_scenes import FAMILIES, crossed
 from tests.reference.scenes.random_scenes import random_loop
 from tests.sampling import sampled
 from trunnion import Scene, SceneError, scene_from_dict, simulate
@@ -78,6 +79,53 @@ def test_the_motion_converges_in_first_order_and_in_the_same_steps(seed: int) ->
         assert change <= 2e2 * ratio + FLOOR, (seed, ratio, changes)
     steps = [r.stats.steps for r in runs]
     assert max(steps) <= 1.5 * min(steps)
+
+
+@pytest.mark.parametrize(("family", "body"), [("drives_that_die", "l2"), ("belts", "p2")])
+def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass(family: str, body: str) -> None:
+    """The wheel adds nothing to the inertia of the body that carries it."""
+    scene = crossed(family, 0)
+    runs = [simulate(heavy_parts(scene, body, x), rtol=1e-8) for x in (1e-5, 1e-9, 0.0)]
+    assert [r.outcome.name for r in runs] == ["done"] * 3
+    turned = [np.array([r[c.name][-1] for c in r.columns if ".q[" in c.name]) for r in runs]
+    assert np.abs(turned[0] - turned[2]).max() <= 1e-4
+    assert np.abs(turned[1] - turned[2]).max() <= 1e-6
+    steps = [r.stats.steps for r in runs]
+    assert max(steps) <= 1.5 * min(steps)
+
+
+def heavy_parts(scene: Scene, body: str, ratio: float) -> Scene:
+    """The scene with a body of this part of the heaviest mass, and its inertia reduced alike."""
+    heaviest = max(b.mass or 0.0 for b in scene.bodies.values())
+    return lightened(scene, body, ratio * heaviest / (scene.bodies[body].mass or 1.0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+def test_crossed_scenes_converge_as_a_body_gets_lighter(family: str) -> None:
+    """Ends by name that a mass of 1e-3 has, too, are listed (``-rP``); so are bodies that nothing determines at mass 0."""
+    named, wrong = [], []
+    for seed in range(12):
+        scene = crossed(family, seed)
+        body = list(scene.bodies)[np.random.default_rng([5, seed]).integers(len(scene.bodies))]
+        places = [f"{b}.position*" for b in scene.bodies]
+        try:
+            build(heavy_parts(scene, body, 0.0))
+        except SceneError:
+            named.append((seed, body, "refused"))
+            continue
+        runs = [simulate(heavy_parts(scene, body, x), rtol=1e-8, outputs=places, max_steps=6000) for x in (1e-3, 1e-7, 1e-9, 1e-12)]
+        names = [r.outcome.name for r in runs]
+        if names != ["done"] * 4:
+            (named if names[0] != "done" else wrong).append((seed, body, names))
+            continue
+        ends = [np.array([r[c.name][-1] for c in r.columns if "position" in c.name]) for r in runs]
+        far = [float(np.abs(e - ends[-1]).max()) for e in ends[:-1]]
+        steps = [r.stats.steps for r in runs]
+        if far[1] > 1e-3 or far[2] > 1e-5 or max(steps) > 1.5 * max(steps[0], 10):
+            wrong.append((seed, body, far, steps))
+    print("named:", *named, "wrong:", *wrong, sep="\n")
+    assert len(wrong) <= 1
 
 
 FLOOR = 1e-8
