@@ -40,10 +40,14 @@ def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int 
     run = simulate(scene, until=float(judge.time[-1]), every=float(judge.time[1]), rtol=1e-8, outputs=list(judge.values))
     full = run.time[-1] >= judge.time[-1] * (1 - 1e-9)
     apart, beyond = {}, {}
+    angles = {c.name for c in run.columns if c.unit == "rad"}
     for name, values in judge.values.items():
         engine = np.interp(judge.time, run.time, np.asarray(run[name])) if full else np.full(len(values), np.inf)
-        apart[name] = float(np.abs(engine - values).max())
-        beyond[name] = float((np.abs(engine - values) - SURE * judge.error[name]).max())
+        away = engine - values
+        if name in angles and full:  # the judge cannot count turns of more than half a turn between two instants
+            away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
+        apart[name] = float(np.abs(away).max())
+        beyond[name] = float((np.abs(away) - SURE * judge.error[name]).max())
     return Comparison(judge, apart, beyond, str(run.outcome))
 
 

@@ -110,7 +110,7 @@ class Compiled:
             self._put(s, key, getattr(fits, key))
         for key in ("loose", "crossed"):
             self._put(s, key, getattr(fits, key), int)
-        kind, slot, given, ends = np.zeros(n, int), np.zeros(n, int), np.full(n, -1), np.ones(n)
+        kind, slot, given, ends = np.zeros(n, int), np.zeros(n, int), np.full(n, -1), fits.ended.copy()
         sizes = {k: np.zeros(n) for k in ("radius", "half_length", "half_width", "half_height", "thrust_radius", "slides")}
         self.preloads, groups = [], {}
         for solve, where, size, law, end, _ in fits.rubbing:

@@ -1,7 +1,8 @@
 """Joints as fits of a pin in a bearing: every constrained direction is a spring, the contacts of those that rub are springs with
 friction.
 
-The stiffness of a joint without friction is that of two contacts at a tenth of its parts' radius of gyration.
+The stiffness of a joint without friction is that of two contacts at a tenth of its parts' radius of gyration, about the point of
+the part with the ends, as of contacts that rub.
 """
 
 from __future__ import annotations
@@ -67,6 +68,8 @@ class Fits:
         self.turned = [r and j.pin == "outboard" for r, j in zip(rubs, joints, strict=True)]
         self.sign = np.array([-1.0 if x else 1.0 for x in self.turned])
         self.sides = frames.sides(self.names, self.turned)
+        first = ["outboard" if t else "inboard" for t in self.turned]
+        self.ended = np.array([float((j.ends or j.pin or "inboard") == f) for j, f in zip(joints, first, strict=True)])
         for name, j, r in zip(self.names, joints, rubs, strict=True):
             if r and j.type not in (*KINDS, "screw"):
                 raise NotJudged(f"{name}: friction of a {j.type} joint")
@@ -166,7 +169,12 @@ class Fits:
         if not self.names:
             return
         pairs, s = self.seen(m)
+        at = np.where(self.crossed, 0.0, s.ends * self.ended)  # the springs' place along the axis, as of contacts
         force, torque = self.k * s.x, self.kr * s.turn
+        force[..., 1] += self.k[:, 1] * at * s.turn[..., 2]
+        force[..., 2] -= self.k[:, 2] * at * s.turn[..., 1]
+        torque[..., 2] += at * force[..., 1]
+        torque[..., 1] -= at * force[..., 2]
         taken = np.zeros(len(m.t))
         for solve, at, size, law, ends, _ in self.rubbing:
             part = contacts.Seen(m.t, *(a[:, at] for a in (s.x, s.turn, s.slide, s.spin)), s.ends[:, at] * ends)

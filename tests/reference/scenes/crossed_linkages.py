@@ -155,16 +155,17 @@ def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
 
 
 def grippers(rng: Generator) -> dict[str, Any]:
-    """A rod pushes two fingers over links, mirrored but for their masses; or fingers that mimic each other. Stops are what is
-    gripped."""
+    """A rod pushes two fingers over links; or fingers that mimic each other. Stops are what is gripped. The lower finger is a little
+    shorter. (Where two mirrored links straighten at one instant, only infinite forces could keep fingers of different mass and
+    friction together: rigid bodies have no answer.)"""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.block("rod", ORIGIN)
     push = {"effort": d.load(12, until)}
     d.join("rail", "prismatic", "ground", "rod", ORIGIN, push, d.guide(2.0), d.going(0.3), axis="x")
     x, y, reach, arm = d.of(0.1, 0.14), d.of(0.03, 0.05), d.of(0.07, 0.1), d.of(0.06, 0.09)
     tie = d.chance(0.4)
-    upper = _circles(point(0, 0), reach, point(x, y), arm)
-    for name, s in (("a", 1), ("b", -1)):
+    for name, s, part in (("a", 1, 1.0), ("b", -1, 0.9)):
+        upper = _circles(point(0, 0), reach, point(x, y), part * arm)
         pivot, elbow = point(x, s * y), point(upper[0], s * upper[1])
         d.bar(f"finger_{name}", pivot, elbow)
         gripped = [d.stops(300, 0.08, 0.08)] if d.chance(0.7) else []
@@ -281,7 +282,8 @@ def drives_that_die(rng: Generator) -> dict[str, Any]:
 
 
 def blocks_on_belts(rng: Generator) -> dict[str, Any]:
-    """Blocks tied by springs on a belt that is driven, pulled or stops; each sticks to it and slips."""
+    """Blocks tied by springs on a belt that is driven, pulled or stops; each sticks to it and slips. Every second block runs in a
+    lane of its own, so that blocks pass each other and no spring shrinks to a point, where its force has no direction."""
     d, until = Draft(rng), float(rng.uniform(0.6, 1.2))
     d.gravity = [0.0, 0.0, -9.81]
     d.block("belt", ORIGIN, mass=d.of(1, 4))
@@ -292,7 +294,7 @@ def blocks_on_belts(rng: Generator) -> dict[str, Any]:
     d.join("run", "prismatic", "ground", "belt", ORIGIN, drive, axis="x")
     count = int(rng.integers(2, 5))
     for i in range(count):
-        at = [0.1 * i, 0.0, 0.02]
+        at = [0.1 * i, 0.03 * (i % 2), 0.02]
         d.block(f"b{i}", at)
         more = d.stops(5e3, 0.05, 0.05) if d.chance(0.3) else {}
         d.join(f"r{i}", "prismatic", "belt", f"b{i}", at, d.guide(2.5), more, axis="x")
