@@ -113,6 +113,7 @@ TR_RARE
 #include "hosts/api.c"
 #include "hosts/static_margin.c"
 #include "hosts/linearization.c"
+#include "hosts/tangents.c"
 #include "hosts/model_exchange.c"
 #include "hosts/model_exchange_derivatives.c"
 #include "hosts/model_exchange_events.c"

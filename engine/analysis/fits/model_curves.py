@@ -13,8 +13,8 @@ import numpy as np
 
 from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constraints
 from trunnion.analysis.fits.measurements import MeasuredRun
-from trunnion.analysis.sensitivities.output_derivatives import sensitivity
-from trunnion.analysis.sensitivities.step_record import LEAST_STEPS
+from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns
+from trunnion.analysis.sensitivities.step_record import longest_step
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -60,6 +60,13 @@ class ModelCurves:
         """For each measured run, the object that makes its plain runs."""
         return [_PlainRuns(s, list(r.curves), r, self.rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
 
+    @cached_property
+    def differentiated(self) -> list[DifferentiatedRuns]:
+        """For each measured run, the object that makes its runs with derivatives."""
+        paths = [*self.shared, *self.own]
+        given = zip(self.scenes, self.runs, strict=True)
+        return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]
+
     def apply_order(self, values: np.ndarray) -> np.ndarray:
         """Parameter values (m) in which the higher parameter of each pair is raised to the lower parameter, if it is smaller."""
         out = np.array(values, float)
@@ -102,9 +109,7 @@ class ModelCurves:
     def _exact(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         curves, slopes = [], []
         for k, r in enumerate(self.runs):
-            s = sensitivity(
-                self._scene_with(k, values), [*self.shared, *self.own], list(r.curves), r.until, r.every, self.rtol, None, heed
-            )
+            s = self.differentiated[k](self._scene_with(k, values), heed)
             at, columns = self._indices(k), [s.names.index(c) for c in r.curves]
             part = np.zeros((len(s.time) * len(columns), len(self.names)))
             part[:, at] = np.vstack([s.derivatives[:, c, :] for c in columns])
@@ -134,7 +139,7 @@ class _PlainRuns:
 
     def __init__(self, scene: Scene, names: list[str], r: MeasuredRun, rtol: float, like_sensitivity: bool):
         self.names, self.count, self.every, self.until = names, len(r.time), r.every, r.until
-        longest = r.until / LEAST_STEPS if like_sensitivity else np.inf
+        longest = longest_step(r.until) if like_sensitivity else np.inf
         method = RK8.name if like_sensitivity else scene.simulation.method
         jams = scene.simulation.jams == "impact"
         more = {"max_step": longest} if like_sensitivity else {"through_jams": jams}

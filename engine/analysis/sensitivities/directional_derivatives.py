@@ -32,6 +32,10 @@ FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_po
 """The number of arguments of each of the unit's functions. Every argument is an array."""
 
 
+MARCH = ("point", "along", "column_point", "column_along")
+"""The functions of ``tr_tangents``."""
+
+
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
@@ -191,8 +195,14 @@ class CompiledFunctions:
         lib = ctypes.CDLL(str(folder / f"sensitivity{c_compiler.library_suffix()}"))
         for name, arguments in FUNCTIONS.items():
             getattr(lib, name).argtypes = [ctypes.c_void_p] * arguments
+        many = ("s_point_of", "s_along_many", "so_point_of", "so_along_many")
+        self._march = [ctypes.cast(getattr(lib, name), ctypes.c_void_p).value for name in many]
         self.sizes: dict[str, int] = json.loads((folder / "sizes.json").read_text())
         self.lib, self.point, self.output_point = lib, lib.s_point, lib.so_point
+
+    def addresses(self) -> dict[str, int | None]:
+        """Addresses of the functions that ``tr_tangents`` calls."""
+        return dict(zip(MARCH, self._march, strict=True))
 
     def prepare(self, p: int, c: int, co: int) -> None:
         """Compute the constants c and co from the parameters p. All arguments are addresses."""

@@ -24,12 +24,15 @@ from trunnion.scene.queries.number_units import bound_of
 from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.start_values_and_scales import Numbers
 from trunnion.system.construction.system_builder import Built
+from trunnion.system.signals.signal_tables import table_block
 
 STEP = 1e-2
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
 BACKWARD = tuple((-k, -w) for k, w in FORWARD)
+Weights = Sequence[tuple[int, float]]
 """(offset, weight) pairs of sixth-order first differences at unit spacing. FORWARD is for a parameter at its lower bound, BACKWARD
 at its upper bound."""
 
@@ -100,7 +103,7 @@ class _ParameterLine:
     size: scale of the finite-difference steps."""
 
     def __init__(self, scene: Scene, name: str, value: float, following: DependentNumbers):
-        self.scene, self.name = scene, name
+        self.scene, self.name, self.value = scene, name, value
         known = {p.path: p.value for p in list_parameters(scene)}
         by = following.slopes(parameter(name)) if parameter(name) else {name: 1.0}
         self.moves = {path: (known[path], slope) for path, slope in by.items()}
@@ -127,22 +130,58 @@ def _parameter_size(value: float) -> float:
 
 
 def _differentiate(model: Model, line: _ParameterLine) -> tuple[np.ndarray, ...]:
+    h = STEP * line.size
     for weights in (CENTRAL, FORWARD):
         with suppress(SceneError):
-            return _differences(model, line, STEP * line.size, weights)
-    return _differences(model, line, STEP * line.size, BACKWARD)
+            return _table_entry(model, line, h, weights) or _differences(model, line, h, weights)
+    return _differences(model, line, h, BACKWARD)
 
 
-def _differences(model: Model, line: _ParameterLine, h: float, weights) -> tuple[np.ndarray, ...]:
-    total: list[np.ndarray] | None = None
-    for k, w in weights:
-        built = build_with_cut_starts(line.at(k * h))
-        if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
-            raise SceneError([_structural_problem(line)])
-        found = _start_numbers(model, built)
-        total = [w / h * f for f in found] if total is None else [t + w / h * f for t, f in zip(total, found, strict=True)]
-    assert total is not None
-    return tuple(total)
+def _differences(model: Model, line: _ParameterLine, h: float, weights: Weights) -> tuple[np.ndarray, ...]:
+    return _weighted(h, weights, [_start_numbers(model, _neighbour(model, line, k * h)) for k, _ in weights])
+
+
+def _table_entry(model: Model, line: _ParameterLine, h: float, weights: Weights) -> tuple[np.ndarray, ...] | None:
+    """As ``_differences``, if the number is an entry of the table of parameters and changes nothing else of the scene. Then one
+    other scene suffices: the entry has the derivative 1, and only the assembly of loops is differenced. None for other numbers."""
+    own = model.built
+    place = own.parameters.place(line.name)
+    if place is None:
+        return None
+    moved, own_numbers = _neighbour(model, line, weights[-1][0] * h), own.numbers
+    p, changed = np.array(own.parameters.values, float), np.array(moved.parameters.values, float)
+    p[place] = changed[place]
+    same = [np.array_equal(a, b) for a, b in zip(_given_numbers(own_numbers), _given_numbers(moved.numbers), strict=True)]
+    if not all(same) or not np.array_equal(p, changed) or p[place] != line.value + weights[-1][0] * h:
+        return None
+    dp = np.zeros(len(p) + len(own_numbers.inputs))
+    dp[place] = 1.0
+    if not model.system.rows:
+        return dp, np.zeros(model.block.ny), np.zeros(len(own_numbers.breaks))
+    found = []
+    for k, _ in weights:
+        p[place] = line.value + k * h
+        found.append(_assembled(model, own_numbers, p))
+    return dp, _weighted(h, weights, [(y,) for y in found])[0], np.zeros(len(own_numbers.breaks))
+
+
+def _neighbour(model: Model, line: _ParameterLine, step: float) -> Built:
+    """The scene with the number changed by ``step``. SceneError if its structure differs."""
+    built = build_with_cut_starts(line.at(step))
+    if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
+        raise SceneError([_structural_problem(line)])
+    return built
+
+
+def _given_numbers(n: Numbers) -> tuple[np.ndarray, ...]:
+    """The numbers of a scene besides its parameters that determine the start and the signals of a run."""
+    given = (n.q, n.v, n.q_given_by_rate, n.v_given, n.inputs, n.breaks, table_block(n.tables))
+    return tuple(np.array(a, float) for a in given)
+
+
+def _weighted(h: float, weights: Weights, found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    """The finite difference of each of the found arrays."""
+    return tuple(sum(w / h * a for (_, w), a in zip(weights, each, strict=True)) for each in zip(*found, strict=True))
 
 
 def _structural_problem(line: _ParameterLine) -> Problem:
@@ -162,11 +201,18 @@ def _structural_problem(line: _ParameterLine) -> Problem:
 
 def _start_numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
     """Initial data of a scene of the same structure: (run-time parameters and inputs, assembled state, times of kinks)."""
-    block, p = model.block, np.array(built.parameters.values, float)
-    block.take(built.numbers, p)
+    p = np.array(built.parameters.values, float)
+    y = _assembled(model, built.numbers, p)
+    return np.concatenate([p, built.numbers.inputs]), y, np.array(built.numbers.breaks, float)
+
+
+def _assembled(model: Model, numbers: Numbers, p: np.ndarray) -> np.ndarray:
+    """The assembled start state with the run-time parameters p."""
+    block = model.block
+    block.take(numbers, p)
     block.configure(Settings())
     if block.assemble() != 1:
         raise SceneError(
             [Problem("parameters", "the loops do not close at neighbouring parameter values", "start further from the dead centre")]
         )
-    return np.concatenate([p, built.numbers.inputs]), block.y[: block.ny].copy(), np.array(built.numbers.breaks, float)
+    return block.y[: block.ny].copy()
