@@ -6,7 +6,7 @@ a relative step of a hundredth give their derivatives to about 1e-12. The trajec
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -87,24 +87,27 @@ def dependent_paths(following: DependentNumbers, name: str) -> list[str]:
 
 
 def differentiate_start(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> InitialDerivatives:
-    """Derivatives of the initial data. Afterwards the block is assembled again with the scene's own values."""
-    values = parameter_values(scene, parameters)
+    """Derivatives of the initial data by parameters without problems (``parameter_problems``). Afterwards the block is assembled
+    again with the scene's own values."""
+    known = {p.path: p.value for p in list_parameters(scene)}
     following = DependentNumbers(scene)
+    lines = [_ParameterLine(scene, name, known, following) for name in parameters]
+    entries = table_entries(model, lines)
     columns = []
-    for name, value in zip(parameters, values, strict=True):
+    for line in lines:
         tick()
-        columns.append(_differentiate(model, _ParameterLine(scene, name, value, following)))
+        columns.append(_by_entry(model, line, entries[line.name]) if line.name in entries else _differentiate(model, line))
     _start_numbers(model, model.built)
     return InitialDerivatives(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
 
 
 class _ParameterLine:
-    """Scenes in which one number varies. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
+    """Scenes in which one number varies. known: values of the scene's numbers. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
     size: scale of the finite-difference steps."""
 
-    def __init__(self, scene: Scene, name: str, value: float, following: DependentNumbers):
+    def __init__(self, scene: Scene, name: str, known: Mapping[str, float], following: DependentNumbers):
+        value = known[name]
         self.scene, self.name, self.value = scene, name, value
-        known = {p.path: p.value for p in list_parameters(scene)}
         by = following.slopes(parameter(name)) if parameter(name) else {name: 1.0}
         self.moves = {path: (known[path], slope) for path, slope in by.items()}
         reach = [_step_limit(path, v, s, _parameter_size(value)) for path, (v, s) in self.moves.items() if s]
@@ -133,7 +136,7 @@ def _differentiate(model: Model, line: _ParameterLine) -> tuple[np.ndarray, ...]
     h = STEP * line.size
     for weights in (CENTRAL, FORWARD):
         with suppress(SceneError):
-            return _table_entry(model, line, h, weights) or _differences(model, line, h, weights)
+            return _differences(model, line, h, weights)
     return _differences(model, line, h, BACKWARD)
 
 
@@ -141,28 +144,45 @@ def _differences(model: Model, line: _ParameterLine, h: float, weights: Weights)
     return _weighted(h, weights, [_start_numbers(model, _neighbour(model, line, k * h)) for k, _ in weights])
 
 
-def _table_entry(model: Model, line: _ParameterLine, h: float, weights: Weights) -> tuple[np.ndarray, ...] | None:
-    """As ``_differences``, if the number is an entry of the table of parameters and changes nothing else of the scene. Then one
-    other scene suffices: the entry has the derivative 1, and only the assembly of loops is differenced. None for other numbers."""
+def table_entries(model: Model, lines: Sequence[_ParameterLine]) -> dict[str, int]:
+    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. One
+    other scene, in which all these numbers differ, shows it; if it does not, one scene for each number."""
+    places = {line.name: model.built.parameters.place(line.name) for line in lines}
+    tried = [line for line in lines if places[line.name] is not None]
+    found = {line.name: place for line in tried if (place := places[line.name]) is not None}
+    if not tried or _are_entries(model, tried, found):
+        return found
+    return {line.name: found[line.name] for line in tried if len(tried) > 1 and _are_entries(model, [line], found)}
+
+
+def _are_entries(model: Model, lines: Sequence[_ParameterLine], places: Mapping[str, int]) -> bool:
+    """Whether a scene with other numbers differs only in these entries of the table, which equal the numbers."""
     own = model.built
-    place = own.parameters.place(line.name)
-    if place is None:
-        return None
-    moved, own_numbers = _neighbour(model, line, weights[-1][0] * h), own.numbers
-    p, changed = np.array(own.parameters.values, float), np.array(moved.parameters.values, float)
-    p[place] = changed[place]
-    same = [np.array_equal(a, b) for a, b in zip(_given_numbers(own_numbers), _given_numbers(moved.numbers), strict=True)]
-    if not all(same) or not np.array_equal(p, changed) or p[place] != line.value + weights[-1][0] * h:
-        return None
-    dp = np.zeros(len(p) + len(own_numbers.inputs))
+    for sense in (1.0, -1.0):
+        values = {line.name: line.value + sense * STEP * line.size for line in lines}
+        with suppress(SceneError):
+            moved = build_with_cut_starts(apply(lines[0].scene, values))
+            if moved.parameters.paths != own.parameters.paths or moved.system != own.system:
+                return False
+            expected = np.array(own.parameters.values, float)
+            expected[[places[name] for name in values]] = list(values.values())
+            same = zip(_given_numbers(own.numbers), _given_numbers(moved.numbers), strict=True)
+            return np.array_equal(expected, moved.parameters.values) and all(np.array_equal(a, b) for a, b in same)
+    return False
+
+
+def _by_entry(model: Model, line: _ParameterLine, place: int) -> tuple[np.ndarray, ...]:
+    """As ``_differentiate``, for an entry of the table: it has the derivative 1, and only the assembly of loops is differenced."""
+    numbers, p = model.built.numbers, np.array(model.built.parameters.values, float)
+    dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros(len(numbers.breaks))
     dp[place] = 1.0
     if not model.system.rows:
-        return dp, np.zeros(model.block.ny), np.zeros(len(own_numbers.breaks))
-    found = []
-    for k, _ in weights:
+        return dp, y, breaks
+    found, h = [], STEP * line.size
+    for k, _ in CENTRAL:
         p[place] = line.value + k * h
-        found.append(_assembled(model, own_numbers, p))
-    return dp, _weighted(h, weights, [(y,) for y in found])[0], np.zeros(len(own_numbers.breaks))
+        found.append((_assembled(model, numbers, p),))
+    return dp, *_weighted(h, CENTRAL, found), breaks
 
 
 def _neighbour(model: Model, line: _ParameterLine, step: float) -> Built:

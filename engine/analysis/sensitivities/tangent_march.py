@@ -32,10 +32,10 @@ class TangentMarch:
     def __init__(self, integrator: SensitivityIntegrator, run: StepRecord):
         self.integrator, self.run, self.count = integrator, run, 0
         u: SensitivityUnit = integrator.unit
-        self.unit, self.block, m = u, integrator.block, integrator.m
+        self.unit, self.block, self.m = u, integrator.block, integrator.m
         samples, columns = int(run.sample.sum()) + 1, len(u.chosen)
-        self.values, self.derivatives = np.zeros((samples, columns)), np.zeros((samples, m, columns))
-        self._S, self._z = np.zeros((m, u.ny + u.nquad)), np.zeros(u.nz)
+        self.values, self.derivatives = np.zeros((samples, columns)), np.zeros((samples, self.m, columns))
+        self._S, self._z = np.zeros((self.m, u.ny + u.nquad)), np.zeros(u.nz)
         self._stops = np.ascontiguousarray(run.changes_mode | integrator.kinks_of(run), np.intc)
         self._keep = {
             "dp": np.ascontiguousarray(integrator.start.p.T), "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w,
@@ -75,6 +75,18 @@ class TangentMarch:
         upto = first + done
         self.count += int(run.sample[first:upto].sum())
         return upto + left, bool(left)
+
+    def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """As ``SensitivityIntegrator._evaluate`` with its S; None if C finds no clear solution of the multipliers."""
+        own, u, n = self.integrator, self.unit, self.unit.ny + self.unit.nquad
+        f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
+        y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)
+        self._S[:], self._z[:] = own.S.T, own.z
+        places = [a.ctypes.data for a in (y, x, f, df)]
+        if not self.block.lib.tr_evaluate_tangents(self.block.at, ctypes.addressof(self._table), t, *places):
+            return None
+        own.z = self._z.copy()
+        return f, df.T, df[:, n : n + u.nz].T
 
     def append(self, values: np.ndarray, derivatives: np.ndarray) -> None:
         """Append the columns (columns) and derivatives (columns × m) of a sample that Python evaluated."""

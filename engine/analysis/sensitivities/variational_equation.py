@@ -68,6 +68,12 @@ class SensitivityIntegrator:
         self.speeds = np.zeros(unit.n["rates"])
         self.slow = SLIP_SPEED * block.numbers.rate
         self.turning = _directional_pairs(unit.system)
+        self.march: TangentMarch | None = None
+
+    def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As ``_evaluate`` with S, in C if the multipliers have a clear solution."""
+        found = self.march.evaluate(t, y, x) if self.march else None
+        return found or self._evaluate(t, y, self.S, x)
 
     def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(f, df, dz) at a state: the unit's values, and the derivatives of these values and of the multipliers by the
@@ -137,12 +143,13 @@ class SensitivityIntegrator:
         x, x1 = step.x.copy(), step.x1.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
-        after = self._evaluate(step.t1, y, self.S, x1)[0][:n]
+        after = self.evaluate(step.t1, y, x1)[0][:n]
         z_after = self.z
-        f, df, _ = self._evaluate(step.t1, y, self.S, x)
+        f, df, _ = self.evaluate(step.t1, y, x)
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
+        f, df, _ = self._evaluate(step.t1, y, self.S, x)  # the causes are differentiated at the unit's last point
         cause = self._find_cause(step, f, df, x, z_after)
         if cause is None and self._only_stops_change(step):
             return
@@ -181,7 +188,7 @@ class SensitivityIntegrator:
         for side in (-1e-9, 1e-9):
             x = step.x1.copy()
             x[INSIDE] = step.t1 + side * max(1.0, abs(step.t1))
-            sides.append(self._evaluate(step.t1, step.y1, self.S, x)[0][:n])
+            sides.append(self.evaluate(step.t1, step.y1, x)[0][:n])
         self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
 
     def _find_cause(
@@ -283,6 +290,7 @@ def integrate_sensitivities(
     integrator."""
     integrator = SensitivityIntegrator(unit, block, start)
     march, next_step = TangentMarch(integrator, run), 0
+    integrator.march = march
     march.append(*_columns(integrator, 0.0, run.y[0], run.after[0]))
     while next_step < len(run.x):
         tick()
@@ -303,6 +311,6 @@ def _columns(integrator: SensitivityIntegrator, t: float, y: np.ndarray, x: np.n
     """Values (columns) and derivatives (columns × m) of the chosen columns at a state."""
     u, x = integrator.unit, x.copy()
     x[INSIDE] = t + 1e-12
-    f, df, dz = integrator._evaluate(t, y, integrator.S, x)
+    f, df, dz = integrator.evaluate(t, y, x)
     y, seeds = np.ascontiguousarray(y[: u.ny + u.nquad]), (integrator.S, dz, df, integrator.start.p)
     return u.outputs(x, y, integrator.z, f, np.zeros(u.n["extra"] + 1), seeds)

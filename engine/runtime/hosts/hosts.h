@@ -122,6 +122,10 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
 /* Doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);
 
+/* f, its tangents df (m × nf) and the multipliers g->z at time t, at the state y with the tangents g->S and external values x. In
+ * df, the tangents of the multipliers replace those of the residuals. Returns 0 if the multipliers have no clear solution. */
+int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
+
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: before the first step,
  * then at the end of each of the `count` steps; x: within each step. At the end of a sampled step, appends a row of columns to
  * `values` and their derivatives (m × columns) to `derivatives`. Returns 2 k if step k has a stage without a clear solution of the

@@ -210,18 +210,23 @@ static int tr_march_step(tr_march *c, double t, double h, const double *y) {
   return 1;
 }
 
+/* As tr_tangents_at, at the state y with the tangents g->S. */
+static int tr_tangents_of_state(tr_march *c, double t, const double *y) {
+  const tr_tangents *g = c->g;
+  memcpy(c->now, y, sizeof(double) * g->n);
+  memcpy(c->now + g->n, g->S, sizeof(double) * g->n * g->m);
+  tr_keep_slip_direction(c, c->now, c->now + g->n);
+  memcpy(c->kept, g->z, sizeof(double) * g->nz), memcpy(c->before, g->z, sizeof(double) * g->nz);
+  if (tr_tangents_at(c, t, c->now, c->now + g->n)) return 1;
+  memcpy(g->z, c->kept, sizeof(double) * g->nz);
+  return 0;
+}
+
 /* Columns and their derivatives (m × columns) at the state y and time t. Returns 0 if the state has no clear solution. */
 static int tr_tangent_columns(tr_march *c, double t, const double *y, double *value, double *derivatives) {
   const tr_tangents *g = c->g;
   const int wide = tr_column_width(g), nz = g->nz;
-  memcpy(c->now, y, sizeof(double) * g->n);
-  memcpy(c->now + g->n, g->S, sizeof(double) * g->n * g->m);
-  tr_keep_slip_direction(c, c->now, c->now + g->n);
-  memcpy(c->kept, g->z, sizeof(double) * nz), memcpy(c->before, g->z, sizeof(double) * nz);
-  if (!tr_tangents_at(c, t, c->now, c->now + g->n)) {
-    memcpy(g->z, c->kept, sizeof(double) * nz);
-    return 0;
-  }
+  if (!tr_tangents_of_state(c, t, y)) return 0;
   memset(c->all, 0, sizeof(double) * g->nall);
   memset(c->column_seeds, 0, sizeof(double) * wide * g->m);
   for (int j = 0; j < nz; ++j) c->all[g->place[j]] = g->z[j];
@@ -253,6 +258,16 @@ static void tr_begin_march(tr_march *c) {
 static void tr_set_external(const tr_march *c, const double *x, double inside) {
   memcpy(c->x, x, sizeof(double) * c->g->nx);
   ((tr_moment *)c->x)->inside = inside;
+}
+
+int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df) {
+  tr_march c = {.s = s, .g = g};
+  tr_begin_march(&c);
+  memcpy(c.x, x, sizeof(double) * g->nx);
+  if (!tr_tangents_of_state(&c, t, y)) return 0;
+  memcpy(f, c.f, sizeof(double) * g->nf);
+  memcpy(df, tr_derivatives_by(&c, g->nz), sizeof(double) * g->nf * g->m);
+  return 1;
 }
 
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
