@@ -36,6 +36,10 @@ MARCH = ("point", "along", "column_point", "column_along")
 """The functions of ``tr_tangents``."""
 
 
+MOST_KEPT = 8
+_kept: dict[tuple[Any, ...], CompiledFunctions | Sensitivities] = {}
+
+
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
@@ -47,10 +51,7 @@ class SensitivityUnit:
     def __init__(self, model: Model, chosen: list[Column]):
         self.system, self.chosen = model.system, chosen
         kernel = model.kernel
-        parts = isinstance(kernel, PartsKernel)
-        self.functions: CompiledFunctions | Sensitivities = (
-            _interpreted_functions(kernel, chosen) if parts else CompiledFunctions(model, chosen)
-        )
+        self.functions = _functions(model, chosen)
         self.n = self.functions.sizes
         self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
         self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
@@ -121,7 +122,9 @@ class SensitivityUnit:
             return b / rows[0] / A[0, 0]
         b = (b.T / rows).T
         if lu is not None:
-            return (lapack.dgetrs(lu, pivots, b)[0].T / columns).T
+            one = b.reshape(len(b), -1).T  # for several right-hand sides at once, LAPACK starts threads, which take much longer
+            found = np.array([lapack.dgetrs(lu, pivots, r)[0] for r in one])
+            return (found / columns).T.reshape(b.shape)
         try:
             found = np.linalg.lstsq(A, b, rcond=RANK)[0]
         except np.linalg.LinAlgError as e:
@@ -218,6 +221,18 @@ class CompiledFunctions:
         """Write the derivatives of the chosen columns along each row of ``seeds`` into the same row of ``out``."""
         for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
             self.lib.so_along(*now, s, o)
+
+
+def _functions(model: Model, chosen: list[Column]) -> CompiledFunctions | Sensitivities:
+    """The unit's functions; the last MOST_KEPT units are kept, because they have no state and their structures come again."""
+    kernel = model.kernel
+    parts = isinstance(kernel, PartsKernel)
+    key = (kernel.key, parts, *(c.name for c in chosen))
+    found = _kept.pop(key, None) or (_interpreted_functions(kernel, chosen) if parts else CompiledFunctions(model, chosen))
+    while len(_kept) >= MOST_KEPT:
+        _kept.pop(next(iter(_kept)), None)
+    _kept[key] = found
+    return found
 
 
 def _interpreted_functions(kernel: Kernel, chosen: list[Column]) -> Sensitivities:

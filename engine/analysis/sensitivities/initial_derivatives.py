@@ -29,6 +29,8 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import table_block
 
 STEP = 1e-2
+LINEAR = 16.0 * np.finfo(float).eps
+"""Largest deviation from linearity, relative to a number, that counts as round-off."""
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
 BACKWARD = tuple((-k, -w) for k, w in FORWARD)
@@ -86,13 +88,11 @@ def dependent_paths(following: DependentNumbers, name: str) -> list[str]:
     return following.of([parameter(name)]) if parameter(name) else [name]
 
 
-def differentiate_start(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> InitialDerivatives:
-    """Derivatives of the initial data by parameters without problems (``parameter_problems``). Afterwards the block is assembled
-    again with the scene's own values."""
-    known = {p.path: p.value for p in list_parameters(scene)}
-    following = DependentNumbers(scene)
-    lines = [_ParameterLine(scene, name, known, following) for name in parameters]
-    entries = table_entries(model, lines)
+def differentiate_start(
+    model: Model, lines: Sequence[ParameterLine], entries: Mapping[str, int], tick: Tick
+) -> InitialDerivatives:
+    """Derivatives of the initial data by the numbers of ``lines``. entries: those of ``table_entries``. Afterwards the block is
+    assembled again with the scene's own values."""
     columns = []
     for line in lines:
         tick()
@@ -101,7 +101,13 @@ def differentiate_start(model: Model, scene: Scene, parameters: Sequence[str], t
     return InitialDerivatives(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
 
 
-class _ParameterLine:
+def parameter_lines(scene: Scene, parameters: Sequence[str]) -> list[ParameterLine]:
+    """A line for each of these parameters, which have no problems (``parameter_problems``)."""
+    known, following = {p.path: p.value for p in list_parameters(scene)}, DependentNumbers(scene)
+    return [ParameterLine(scene, name, known, following) for name in parameters]
+
+
+class ParameterLine:
     """Scenes in which one number varies. known: values of the scene's numbers. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
     size: scale of the finite-difference steps."""
 
@@ -132,19 +138,29 @@ def _parameter_size(value: float) -> float:
     return abs(value) if value else 0.1
 
 
-def _differentiate(model: Model, line: _ParameterLine) -> tuple[np.ndarray, ...]:
+def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
     h = STEP * line.size
     for weights in (CENTRAL, FORWARD):
         with suppress(SceneError):
-            return _differences(model, line, h, weights)
+            return _linear(model, line, h) or _differences(model, line, h, weights)
     return _differences(model, line, h, BACKWARD)
 
 
-def _differences(model: Model, line: _ParameterLine, h: float, weights: Weights) -> tuple[np.ndarray, ...]:
+def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
+    """As ``_differentiate``, for initial data that are linear in the number up to round-off. Two other scenes on unequal sides show
+    it: curvature and twist cancel there only by chance. None if some of the data are not linear."""
+    low, own, high = (_start_numbers(model, b) for b in (_neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)))
+    for a, b, c in zip(low, own, high, strict=True):
+        if np.any(np.abs(2.0 * (c - b) - 3.0 * (b - a)) > LINEAR * np.maximum(np.abs(a), np.abs(c))):
+            return None
+    return tuple((c - a) / (5.0 * h) for a, c in zip(low, high, strict=True))
+
+
+def _differences(model: Model, line: ParameterLine, h: float, weights: Weights) -> tuple[np.ndarray, ...]:
     return _weighted(h, weights, [_start_numbers(model, _neighbour(model, line, k * h)) for k, _ in weights])
 
 
-def table_entries(model: Model, lines: Sequence[_ParameterLine]) -> dict[str, int]:
+def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int]:
     """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. One
     other scene, in which all these numbers differ, shows it; if it does not, one scene for each number."""
     places = {line.name: model.built.parameters.place(line.name) for line in lines}
@@ -155,7 +171,7 @@ def table_entries(model: Model, lines: Sequence[_ParameterLine]) -> dict[str, in
     return {line.name: found[line.name] for line in tried if len(tried) > 1 and _are_entries(model, [line], found)}
 
 
-def _are_entries(model: Model, lines: Sequence[_ParameterLine], places: Mapping[str, int]) -> bool:
+def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
     """Whether a scene with other numbers differs only in these entries of the table, which equal the numbers."""
     own = model.built
     for sense in (1.0, -1.0):
@@ -171,7 +187,7 @@ def _are_entries(model: Model, lines: Sequence[_ParameterLine], places: Mapping[
     return False
 
 
-def _by_entry(model: Model, line: _ParameterLine, place: int) -> tuple[np.ndarray, ...]:
+def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray, ...]:
     """As ``_differentiate``, for an entry of the table: it has the derivative 1, and only the assembly of loops is differenced."""
     numbers, p = model.built.numbers, np.array(model.built.parameters.values, float)
     dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros(len(numbers.breaks))
@@ -185,7 +201,7 @@ def _by_entry(model: Model, line: _ParameterLine, place: int) -> tuple[np.ndarra
     return dp, *_weighted(h, CENTRAL, found), breaks
 
 
-def _neighbour(model: Model, line: _ParameterLine, step: float) -> Built:
+def _neighbour(model: Model, line: ParameterLine, step: float) -> Built:
     """The scene with the number changed by ``step``. SceneError if its structure differs."""
     built = build_with_cut_starts(line.at(step))
     if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
@@ -204,7 +220,7 @@ def _weighted(h: float, weights: Weights, found: Sequence[tuple[np.ndarray, ...]
     return tuple(sum(w / h * a for (_, w), a in zip(weights, each, strict=True)) for each in zip(*found, strict=True))
 
 
-def _structural_problem(line: _ParameterLine) -> Problem:
+def _structural_problem(line: ParameterLine) -> Problem:
     """The problem of a number whose change alters the structure, such as a number that is zero in the scene."""
     zero = [path for path, (v, slope) in line.moves.items() if not v and slope]
     if not parameter(line.name):

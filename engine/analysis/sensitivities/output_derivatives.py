@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
-from trunnion.analysis.sensitivities.initial_derivatives import differentiate_start
+from trunnion.analysis.sensitivities.initial_derivatives import differentiate_start, parameter_lines, table_entries
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps
 from trunnion.analysis.sensitivities.variational_equation import EventShift, integrate_sensitivities
@@ -130,12 +130,16 @@ class DifferentiatedRuns:
         self.by = tuple(known[p] for p in parameters)
         self.model = Model(scene, outputs)
         self._unit: SensitivityUnit | None = None
+        self._entries: dict[str, int] | None = None
 
     def __call__(self, scene: Scene, tick: Tick) -> Sensitivity:
         """The derivatives along the run of a scene. Errors as for ``sensitivity``."""
         self._take(scene)
         model, chosen = self.model, self.chosen
-        start = differentiate_start(model, scene, self.parameters, tick)
+        lines = parameter_lines(scene, self.parameters)
+        if self._entries is None:
+            self._entries = table_entries(model, lines)
+        start = differentiate_start(model, lines, self._entries, tick)
         run = record_steps(model, self.samples, self.tolerance, tick)
         if model.kernel.structure[3]:
             raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
@@ -160,7 +164,7 @@ class DifferentiatedRuns:
         if built.system == model.system and built.parameters.paths == model.built.parameters.paths:
             model.built = built
         else:
-            self.model, self._unit = Model(scene, self.outputs), None
+            self.model, self._unit, self._entries = Model(scene, self.outputs), None, None
 
 
 def _continue() -> None:

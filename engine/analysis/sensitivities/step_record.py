@@ -74,16 +74,10 @@ class StepRecord:
         )  # fmt: skip
 
 
-def longest_step(until: float) -> float:
-    """Longest step of a run that ends at ``until``, s. Round-off must not divide the interval between two of LEAST_STEPS samples
-    into two steps."""
-    return until / LEAST_STEPS * (1.0 + 1e-9)
-
-
 def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> StepRecord:
     """Run with rk8 from the assembled start through all sample times (s). SimulationError if the run fails or its audit finds it
     inaccurate."""
-    settings = bl.Settings(rtol=rtol, method=RK8.name, max_step=longest_step(samples[-1]))
+    settings = bl.Settings(rtol=rtol, method=RK8.name, max_step=samples[-1] / LEAST_STEPS)
     model.block.configure(settings)
     row = np.zeros(model.block.width)
     status = model.begin(settings, 0.0, samples[-1], 2 * samples[-1], row)
