@@ -32,6 +32,14 @@ FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_po
 """The number of arguments of each of the unit's functions. Every argument is an array."""
 
 
+MARCH = ("point", "along", "column_point", "column_along")
+"""The functions of ``tr_tangents``."""
+
+
+MOST_KEPT = 8
+_kept: dict[tuple[Any, ...], CompiledFunctions | Sensitivities] = {}
+
+
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
@@ -43,10 +51,7 @@ class SensitivityUnit:
     def __init__(self, model: Model, chosen: list[Column]):
         self.system, self.chosen = model.system, chosen
         kernel = model.kernel
-        parts = isinstance(kernel, PartsKernel)
-        self.functions: CompiledFunctions | Sensitivities = (
-            _interpreted_functions(kernel, chosen) if parts else CompiledFunctions(model, chosen)
-        )
+        self.functions = _functions(model, chosen)
         self.n = self.functions.sizes
         self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
         self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
@@ -115,7 +120,8 @@ class SensitivityUnit:
         if self.nz == 1:
             return b / self.Rz[self.ny + self.nquad, 0]
         rows, columns, solved = self._factorise()
-        return (solved((b.T / rows).T).T / columns).T
+        found = solved(b.reshape(len(b), -1) / rows[:, None])
+        return (found / columns[:, None]).reshape(b.shape)
 
     def _factorise(self) -> tuple[Any, ...]:
         """(row scales, column scales, function that solves A x = b), where A is ∂R/∂z scaled. Every right side of one matrix uses
@@ -132,7 +138,7 @@ class SensitivityUnit:
             lu, pivots, failed = lapack.dgetrf(A)
             size = np.abs(lu.diagonal())
             regular = not failed and np.minimum.reduce(size) > REGULAR * np.maximum.reduce(size)
-            solved = (lambda b: lapack.dgetrs(lu, pivots, b)[0]) if regular else _least_squares(A)
+            solved = _by_factors(lu, pivots) if regular else _least_squares(A)
             self._factored = rows, columns, solved
         return self._factored
 
@@ -177,6 +183,12 @@ class SensitivityUnit:
         return value[:-1], out[:, :-1].T
 
 
+def _by_factors(lu: np.ndarray, pivots: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """A function that solves A x = b by the triangular factors of A. For several right-hand sides at once, LAPACK starts threads,
+    which take much longer."""
+    return lambda b: np.array([lapack.dgetrs(lu, pivots, right)[0] for right in b.T]).T
+
+
 def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """A function that gives the least-norm solution of A x = b, by singular values above RANK."""
     try:
@@ -196,8 +208,14 @@ class CompiledFunctions:
         lib = ctypes.CDLL(str(folder / f"sensitivity{c_compiler.library_suffix()}"))
         for name, arguments in FUNCTIONS.items():
             getattr(lib, name).argtypes = [ctypes.c_void_p] * arguments
+        many = ("s_point_of", "s_along_many", "so_point_of", "so_along_many")
+        self._march = [ctypes.cast(getattr(lib, name), ctypes.c_void_p).value for name in many]
         self.sizes: dict[str, int] = json.loads((folder / "sizes.json").read_text())
         self.lib, self.point, self.output_point = lib, lib.s_point, lib.so_point
+
+    def addresses(self) -> dict[str, int | None]:
+        """Addresses of the functions that ``tr_tangents`` calls."""
+        return dict(zip(MARCH, self._march, strict=True))
 
     def prepare(self, p: int, c: int, co: int) -> None:
         """Compute the constants c and co from the parameters p. All arguments are addresses."""
@@ -213,6 +231,18 @@ class CompiledFunctions:
         """Write the derivatives of the chosen columns along each row of ``seeds`` into the same row of ``out``."""
         for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
             self.lib.so_along(*now, s, o)
+
+
+def _functions(model: Model, chosen: list[Column]) -> CompiledFunctions | Sensitivities:
+    """The unit's functions; the last MOST_KEPT units are kept, because they have no state and their structures come again."""
+    kernel = model.kernel
+    parts = isinstance(kernel, PartsKernel)
+    key = (kernel.key, parts, *(c.name for c in chosen))
+    found = _kept.pop(key, None) or (_interpreted_functions(kernel, chosen) if parts else CompiledFunctions(model, chosen))
+    while len(_kept) >= MOST_KEPT:
+        _kept.pop(next(iter(_kept)), None)
+    _kept[key] = found
+    return found
 
 
 def _interpreted_functions(kernel: Kernel, chosen: list[Column]) -> Sensitivities:

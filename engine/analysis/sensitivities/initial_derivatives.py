@@ -6,7 +6,7 @@ a relative step of a hundredth give their derivatives to about 1e-12. The trajec
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -24,12 +24,17 @@ from trunnion.scene.queries.number_units import bound_of
 from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.start_values_and_scales import Numbers
 from trunnion.system.construction.system_builder import Built
+from trunnion.system.signals.signal_tables import table_block
 
 STEP = 1e-2
+LINEAR = 16.0 * np.finfo(float).eps
+"""Largest deviation from linearity, relative to a number, that counts as round-off."""
 CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
 BACKWARD = tuple((-k, -w) for k, w in FORWARD)
+Weights = Sequence[tuple[int, float]]
 """(offset, weight) pairs of sixth-order first differences at unit spacing. FORWARD is for a parameter at its lower bound, BACKWARD
 at its upper bound."""
 
@@ -83,25 +88,32 @@ def dependent_paths(following: DependentNumbers, name: str) -> list[str]:
     return following.of([parameter(name)]) if parameter(name) else [name]
 
 
-def differentiate_start(model: Model, scene: Scene, parameters: Sequence[str], tick: Tick) -> InitialDerivatives:
-    """Derivatives of the initial data. Afterwards the block is assembled again with the scene's own values."""
-    values = parameter_values(scene, parameters)
-    following = DependentNumbers(scene)
+def differentiate_start(
+    model: Model, lines: Sequence[ParameterLine], entries: Mapping[str, int], tick: Tick
+) -> InitialDerivatives:
+    """Derivatives of the initial data by the numbers of ``lines``. entries: those of ``table_entries``. Afterwards the block is
+    assembled again with the scene's own values."""
     columns = []
-    for name, value in zip(parameters, values, strict=True):
+    for line in lines:
         tick()
-        columns.append(_differentiate(model, _ParameterLine(scene, name, value, following)))
+        columns.append(_by_entry(model, line, entries[line.name]) if line.name in entries else _differentiate(model, line))
     _start_numbers(model, model.built)
     return InitialDerivatives(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
 
 
-class _ParameterLine:
-    """Scenes in which one number varies. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
+def parameter_lines(scene: Scene, parameters: Sequence[str]) -> list[ParameterLine]:
+    """A line for each of these parameters, which have no problems (``parameter_problems``)."""
+    known, following = {p.path: p.value for p in list_parameters(scene)}, DependentNumbers(scene)
+    return [ParameterLine(scene, name, known, following) for name in parameters]
+
+
+class ParameterLine:
+    """Scenes in which one number varies. known: values of the scene's numbers. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
     size: scale of the finite-difference steps."""
 
-    def __init__(self, scene: Scene, name: str, value: float, following: DependentNumbers):
-        self.scene, self.name = scene, name
-        known = {p.path: p.value for p in list_parameters(scene)}
+    def __init__(self, scene: Scene, name: str, known: Mapping[str, float], following: DependentNumbers):
+        value = known[name]
+        self.scene, self.name, self.value = scene, name, value
         by = following.slopes(parameter(name)) if parameter(name) else {name: 1.0}
         self.moves = {path: (known[path], slope) for path, slope in by.items()}
         reach = [_step_limit(path, v, s, _parameter_size(value)) for path, (v, s) in self.moves.items() if s]
@@ -126,26 +138,89 @@ def _parameter_size(value: float) -> float:
     return abs(value) if value else 0.1
 
 
-def _differentiate(model: Model, line: _ParameterLine) -> tuple[np.ndarray, ...]:
+def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
+    h = STEP * line.size
     for weights in (CENTRAL, FORWARD):
         with suppress(SceneError):
-            return _differences(model, line, STEP * line.size, weights)
-    return _differences(model, line, STEP * line.size, BACKWARD)
+            return _linear(model, line, h) or _differences(model, line, h, weights)
+    return _differences(model, line, h, BACKWARD)
 
 
-def _differences(model: Model, line: _ParameterLine, h: float, weights) -> tuple[np.ndarray, ...]:
-    total: list[np.ndarray] | None = None
-    for k, w in weights:
-        built = build_with_cut_starts(line.at(k * h))
-        if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
-            raise SceneError([_structural_problem(line)])
-        found = _start_numbers(model, built)
-        total = [w / h * f for f in found] if total is None else [t + w / h * f for t, f in zip(total, found, strict=True)]
-    assert total is not None
-    return tuple(total)
+def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
+    """As ``_differentiate``, for initial data that are linear in the number up to round-off. Two other scenes on unequal sides show
+    it: curvature and twist cancel there only by chance. None if some of the data are not linear."""
+    low, own, high = (_start_numbers(model, b) for b in (_neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)))
+    for a, b, c in zip(low, own, high, strict=True):
+        if np.any(np.abs(2.0 * (c - b) - 3.0 * (b - a)) > LINEAR * np.maximum(np.abs(a), np.abs(c))):
+            return None
+    return tuple((c - a) / (5.0 * h) for a, c in zip(low, high, strict=True))
 
 
-def _structural_problem(line: _ParameterLine) -> Problem:
+def _differences(model: Model, line: ParameterLine, h: float, weights: Weights) -> tuple[np.ndarray, ...]:
+    return _weighted(h, weights, [_start_numbers(model, _neighbour(model, line, k * h)) for k, _ in weights])
+
+
+def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int]:
+    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. One
+    other scene, in which all these numbers differ, shows it; if it does not, one scene for each number."""
+    places = {line.name: model.built.parameters.place(line.name) for line in lines}
+    tried = [line for line in lines if places[line.name] is not None]
+    found = {line.name: place for line in tried if (place := places[line.name]) is not None}
+    if not tried or _are_entries(model, tried, found):
+        return found
+    return {line.name: found[line.name] for line in tried if len(tried) > 1 and _are_entries(model, [line], found)}
+
+
+def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
+    """Whether a scene with other numbers differs only in these entries of the table, which equal the numbers."""
+    own = model.built
+    for sense in (1.0, -1.0):
+        values = {line.name: line.value + sense * STEP * line.size for line in lines}
+        with suppress(SceneError):
+            moved = build_with_cut_starts(apply(lines[0].scene, values))
+            if moved.parameters.paths != own.parameters.paths or moved.system != own.system:
+                return False
+            expected = np.array(own.parameters.values, float)
+            expected[[places[name] for name in values]] = list(values.values())
+            same = zip(_given_numbers(own.numbers), _given_numbers(moved.numbers), strict=True)
+            return np.array_equal(expected, moved.parameters.values) and all(np.array_equal(a, b) for a, b in same)
+    return False
+
+
+def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray, ...]:
+    """As ``_differentiate``, for an entry of the table: it has the derivative 1, and only the assembly of loops is differenced."""
+    numbers, p = model.built.numbers, np.array(model.built.parameters.values, float)
+    dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros(len(numbers.breaks))
+    dp[place] = 1.0
+    if not model.system.rows:
+        return dp, y, breaks
+    found, h = [], STEP * line.size
+    for k, _ in CENTRAL:
+        p[place] = line.value + k * h
+        found.append((_assembled(model, numbers, p),))
+    return dp, *_weighted(h, CENTRAL, found), breaks
+
+
+def _neighbour(model: Model, line: ParameterLine, step: float) -> Built:
+    """The scene with the number changed by ``step``. SceneError if its structure differs."""
+    built = build_with_cut_starts(line.at(step))
+    if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
+        raise SceneError([_structural_problem(line)])
+    return built
+
+
+def _given_numbers(n: Numbers) -> tuple[np.ndarray, ...]:
+    """The numbers of a scene besides its parameters that determine the start and the signals of a run."""
+    given = (n.q, n.v, n.q_given_by_rate, n.v_given, n.inputs, n.breaks, table_block(n.tables))
+    return tuple(np.array(a, float) for a in given)
+
+
+def _weighted(h: float, weights: Weights, found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    """The finite difference of each of the found arrays."""
+    return tuple(sum(w / h * a for (_, w), a in zip(weights, each, strict=True)) for each in zip(*found, strict=True))
+
+
+def _structural_problem(line: ParameterLine) -> Problem:
     """The problem of a number whose change alters the structure, such as a number that is zero in the scene."""
     zero = [path for path, (v, slope) in line.moves.items() if not v and slope]
     if not parameter(line.name):
@@ -162,11 +237,18 @@ def _structural_problem(line: _ParameterLine) -> Problem:
 
 def _start_numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
     """Initial data of a scene of the same structure: (run-time parameters and inputs, assembled state, times of kinks)."""
-    block, p = model.block, np.array(built.parameters.values, float)
-    block.take(built.numbers, p)
+    p = np.array(built.parameters.values, float)
+    y = _assembled(model, built.numbers, p)
+    return np.concatenate([p, built.numbers.inputs]), y, np.array(built.numbers.breaks, float)
+
+
+def _assembled(model: Model, numbers: Numbers, p: np.ndarray) -> np.ndarray:
+    """The assembled start state with the run-time parameters p."""
+    block = model.block
+    block.take(numbers, p)
     block.configure(Settings())
     if block.assemble() != 1:
         raise SceneError(
             [Problem("parameters", "the loops do not close at neighbouring parameter values", "start further from the dead centre")]
         )
-    return np.concatenate([p, built.numbers.inputs]), block.y[: block.ny].copy(), np.array(built.numbers.breaks, float)
+    return block.y[: block.ny].copy()

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
-from trunnion.analysis.sensitivities.initial_derivatives import differentiate_start
+from trunnion.analysis.sensitivities.initial_derivatives import differentiate_start, parameter_lines, table_entries
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps
 from trunnion.analysis.sensitivities.variational_equation import EventShift, integrate_sensitivities
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.kernel.interface.output_columns import Column
+from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, list_parameters, scene_given
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
+from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.results.redundant_reactions import redundancy
 from trunnion.simulation.run import Model
 from trunnion.simulation.settings.run_settings import described, settings_given
@@ -107,25 +109,62 @@ def sensitivity(
         SceneError: for wrong input.
         SimulationError: if the run does not reach its end or has no derivative.
     """
-    loaded, tick = scene_given(scene, overrides), tick or _continue
-    parameters, outputs = names_given(parameters), names_given(outputs)
+    loaded = scene_given(scene, overrides)
     asked = settings_given("trunnion.sensitivity", {"until": until, "every": every, "rtol": rtol})
-    chosen, end, every, tolerance = check_request(loaded, parameters, outputs, **asked)
-    model = Model(loaded, outputs)
-    start = differentiate_start(model, loaded, parameters, tick)
-    count = max(1, math.ceil(end / every - 1e-9))
-    samples = [every * k for k in range(count)] + [end]
-    run = record_steps(model, samples, tolerance, tick)
-    if model.kernel.structure[3]:
-        raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
-    unit = SensitivityUnit(model, chosen)
-    values, derivatives, integrator = integrate_sensitivities(unit, model.block, start, run, tick)
-    _check_unique(model, chosen, values, run.rows[:, 1:])
-    names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
-    events, notes = tuple(integrator.events), tuple(integrator.notes)
-    known = {p.path: p.unit for p in list_parameters(loaded)}
-    by = tuple(known[p] for p in parameters)
-    return Sensitivity(np.array(samples), names, units, tuple(parameters), by, run.rows[:, 1:], derivatives, events, notes)
+    return DifferentiatedRuns(loaded, names_given(parameters), names_given(outputs), **asked)(loaded, tick or _continue)
+
+
+class DifferentiatedRuns:
+    """Runs with derivatives of scenes that differ only in numbers. They share the model and its unit of derivatives. scene: the
+    first of these scenes; other arguments as for ``sensitivity``."""
+
+    def __init__(
+        self, scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None,
+        rtol: float | None,
+    ):  # fmt: skip
+        self.parameters, self.outputs = list(parameters), list(outputs)
+        self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until=until, every=every, rtol=rtol)
+        count = max(1, math.ceil(end / every - 1e-9))
+        self.samples = [every * k for k in range(count)] + [end]
+        known = {p.path: p.unit for p in list_parameters(scene)}
+        self.by = tuple(known[p] for p in parameters)
+        self.model = Model(scene, outputs)
+        self._unit: SensitivityUnit | None = None
+        self._entries: dict[str, int] | None = None
+
+    def __call__(self, scene: Scene, tick: Tick) -> Sensitivity:
+        """The derivatives along the run of a scene. Errors as for ``sensitivity``."""
+        self._take(scene)
+        model, chosen = self.model, self.chosen
+        lines = parameter_lines(scene, self.parameters)
+        if self._entries is None:
+            self._entries = table_entries(model, lines)
+        start = differentiate_start(model, lines, self._entries, tick)
+        run = record_steps(model, self.samples, self.tolerance, tick)
+        if model.kernel.structure[3]:
+            raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
+        if self._unit is None:
+            self._unit = SensitivityUnit(model, chosen)
+        else:
+            self._unit.prepare(np.array(model.built.parameters.values, float))
+        values, derivatives, integrator = integrate_sensitivities(self._unit, model.block, start, run, tick)
+        _check_unique(model, chosen, values, run.rows[:, 1:])
+        names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
+        return Sensitivity(
+            np.array(self.samples), names, units, tuple(self.parameters), self.by, run.rows[:, 1:], derivatives,
+            tuple(integrator.events), tuple(integrator.notes),
+        )  # fmt: skip
+
+    def _take(self, scene: Scene) -> None:
+        """Make ``scene`` the scene of the model."""
+        model = self.model
+        if scene is model.built.scene:
+            return
+        built = build_with_cut_starts(scene)
+        if built.system == model.system and built.parameters.paths == model.built.parameters.paths:
+            model.built = built
+        else:
+            self.model, self._unit, self._entries = Model(scene, self.outputs), None, None
 
 
 def _continue() -> None:

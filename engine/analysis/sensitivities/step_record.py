@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -15,11 +16,14 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 Tick = Callable[[], None]
-"""Called at least once a step. Any exception raised in the function ends the analysis."""
+"""Called at least once in STEPS_PER_CALL steps. Any exception raised in the function ends the analysis."""
 MOST_STEPS = 100_000
+STEPS_PER_CALL = 64
+"""Largest number of steps between two calls of a tick."""
 LEAST_STEPS = 100
 """Least number of steps of a run. Error control does not cover integrals such as friction work, and for driven mechanisms it would
 allow a single step."""
+GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class RecordedStep:
     Attributes:
         x: external values during the step, with frozen modes.
         x1: external values after its end.
-        flags: slice of x and x1 that holds the stop flags and modes.
+        changes_mode: whether a flag or mode changes at the end of the step. Changes of signals do not count.
         sample: whether the step ends at a sample time.
     """
 
@@ -39,24 +43,35 @@ class RecordedStep:
     y1: np.ndarray
     x: np.ndarray
     x1: np.ndarray
-    flags: slice
+    changes_mode: bool
     sample: bool
-
-    @property
-    def changes_mode(self) -> bool:
-        """Whether a flag or mode changes at the end of the step. Changes of signals do not count."""
-        return not np.array_equal(self.x[self.flags], self.x1[self.flags])
 
 
 @dataclass(frozen=True)
 class StepRecord:
-    """A recorded run: its steps, one output row for each sample time (the start included), start state y0 and start external
-    values x0."""
+    """A recorded run of n steps.
 
-    steps: tuple[RecordedStep, ...]
+    Attributes:
+        time, y, after: time, s, state and external values before the first step, then at the end of each step (n + 1 rows).
+        x: external values during each step, with frozen modes (n rows).
+        changes_mode, sample: as in ``RecordedStep``, of each step (n).
+        rows: one output row for each sample time, the start included.
+    """
+
+    time: np.ndarray
+    y: np.ndarray
+    after: np.ndarray
+    x: np.ndarray
+    changes_mode: np.ndarray
+    sample: np.ndarray
     rows: np.ndarray
-    y0: np.ndarray
-    x0: np.ndarray
+
+    def step(self, k: int) -> RecordedStep:
+        """Step k."""
+        return RecordedStep(
+            float(self.time[k]), float(self.time[k + 1]), self.y[k], self.y[k + 1], self.x[k], self.after[k + 1],
+            bool(self.changes_mode[k]), bool(self.sample[k]),
+        )  # fmt: skip
 
 
 def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> StepRecord:
@@ -69,27 +84,15 @@ def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick
     if status != bl.OK:
         raise SimulationError(f"the run cannot start: {from_status(status, 0.0, '')}")
     block = model.block
-    rows, steps = [row.copy()], []
-    y, x = block.y.copy(), block.x.copy()
-    first = (y.copy(), x.copy())
-    buffer = np.zeros((4, block.width))
-    flags = model.system.external.flags
+    recorder, rows = _Recorder(model), [row.copy()]
     for target in samples[1:]:
-        while True:
+        status = bl.MORE
+        while status != bl.DONE:
             tick()
-            t = block.time
-            status, _ = block.advance(target, 1, buffer)
-            block.take_events()
-            if status not in (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK):
+            status = recorder.advance(target)
+            if status not in GO_ON:
                 raise SimulationError(f"the run ends early: {from_status(status, block.time, '')}")
-            if block.time > t:
-                after, now = block.x.copy(), block.y.copy()
-                used = after if _have_same_signs(x[flags], after[flags]) else x
-                steps.append(RecordedStep(t, block.time, y, now, used.copy(), after, flags, status == bl.DONE))
-                y, x = now, after
-            if status == bl.DONE:
-                break
-            if len(steps) > MOST_STEPS:
+            if recorder.count > MOST_STEPS:
                 raise SimulationError(
                     "the run is too stiff for derivatives through an explicit method: raise v_eps or shorten the run"
                 )
@@ -98,7 +101,45 @@ def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick
             raise SimulationError(f"the run ends early: {from_status(code, block.time, '')}")
         rows.append(row.copy())
     _check_audit(model, samples[-1])
-    return StepRecord(tuple(steps), np.array(rows), *first)
+    return recorder.record(np.array(rows))
+
+
+class _Recorder:
+    """Advances a run and collects its steps. count: number of steps so far."""
+
+    def __init__(self, model: Model):
+        self.block, self.flags, self.count = model.block, model.system.external.flags, 0
+        block = model.block
+        self.parts = [(np.array([block.time]), block.y.copy()[None], block.x.copy()[None])]
+        self.sampled: list[int] = []
+        self._rows = np.zeros((4, block.width))
+        self._room = np.zeros(STEPS_PER_CALL), np.zeros((STEPS_PER_CALL, block.y.size)), np.zeros((STEPS_PER_CALL, block.x.size))
+        self._made = ctypes.c_int(0)
+        self._places = [a.ctypes.data for a in self._room]
+
+    def advance(self, target: float) -> int:
+        """Make at most STEPS_PER_CALL steps towards ``target``, s; returns the status."""
+        rows = self._rows
+        status = self.block.lib.tr_record_steps(
+            self.block.at, target, STEPS_PER_CALL, rows.ctypes.data, len(rows), *self._places, ctypes.addressof(self._made)
+        )
+        n = self._made.value
+        self.parts.append(tuple(a[:n].copy() for a in self._room))
+        self.count += n
+        if status == bl.DONE:
+            self.sampled.append(self.count - 1)
+        return status
+
+    def record(self, rows: np.ndarray) -> StepRecord:
+        """The record of the finished run."""
+        time, y, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
+        x, sample = after[1:].copy(), np.zeros(self.count, np.intc)
+        sample[self.sampled] = 1
+        before, now = after[:-1, self.flags], after[1:, self.flags]
+        turned = (np.sign(before) != np.sign(now)).any(axis=1)
+        # Frozen directions of several components may differ in magnitude, because every step renews them.
+        x[turned] = after[:-1][turned]
+        return StepRecord(time, y, after, x, turned, sample, rows)
 
 
 def _check_audit(model: Model, until: float) -> None:
@@ -107,9 +148,3 @@ def _check_audit(model: Model, until: float) -> None:
     ended = judged(Outcome(DONE, until), audit)
     if not ended.ok:
         raise SimulationError(f"the run cannot be differentiated, because its result is not reliable: {ended}")
-
-
-def _have_same_signs(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether flags and modes agree in sign. Frozen directions of several components may differ in magnitude, because every step
-    renews them."""
-    return bool(np.array_equal(np.sign(a), np.sign(b)))

@@ -15,6 +15,7 @@ import numpy as np
 from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
 from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
+from trunnion.analysis.sensitivities.tangent_march import TangentMarch
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
 from trunnion.runtime.integrators.rk8 import RK8
@@ -65,8 +66,14 @@ class SensitivityIntegrator:
         self.events: list[EventShift] = []
         self.notes: list[str] = []
         self.speeds = np.zeros(unit.n["rates"])
-        self.rate = block.numbers.rate
+        self.slow = SLIP_SPEED * block.numbers.rate
         self.turning = _directional_pairs(unit.system)
+        self.march: TangentMarch | None = None
+
+    def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As ``_evaluate`` with S, in C if the multipliers have a clear solution."""
+        found = self.march.evaluate(t, y, x) if self.march else None
+        return found or self._evaluate(t, y, self.S, x)
 
     def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(f, df, dz) at a state: the unit's values, and the derivatives of these values and of the multipliers by the
@@ -90,15 +97,15 @@ class SensitivityIntegrator:
             d = mode.direction[: len(places)]
             size = np.linalg.norm(d)
             slides = mode.flag != PairState.STUCK and size > 0
-            if slides and np.linalg.norm(y[places]) < SLIP_SPEED * self.rate:
+            if slides and np.linalg.norm(y[places]) < self.slow:
                 d = d / size
-                y[places] = SLIP_SPEED * self.rate * d
+                y[places] = self.slow * d
                 S = S.copy()
                 S[places] = np.outer(d, d @ S[places])
         return y, S
 
     def advance(self, step: RecordedStep) -> None:
-        """Integrate S over one step, and across the event at its end."""
+        """Integrate S over one step."""
         n, h, x = self.unit.ny + self.unit.nquad, step.t1 - step.t0, step.x.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
@@ -110,26 +117,39 @@ class SensitivityIntegrator:
             K[i], KS[i] = f[:n], df[:n]
         self.S = self.S + h * (B @ flat).reshape(n, self.m)
         self._track_speeds(f)
+
+    def complete(self, step: RecordedStep) -> None:
+        """Change S by the event and the kinks at a step's end."""
         if step.changes_mode:
-            self._cross_event(step, x)
-        for k, at in enumerate(self.breaks):
-            if abs(at - step.t1) <= 1e-12 * max(1.0, abs(at)) and np.any(self.start.breaks[k]):
-                self._cross_kink(step, k)
+            self._cross_event(step)
+        for k in np.flatnonzero(self._kinks_at(step.t1)):
+            self._cross_kink(step, int(k))
+
+    def kinks_of(self, run: StepRecord) -> np.ndarray:
+        """Whether each step of a run ends at a kink of a signal whose time depends on a parameter."""
+        return self._kinks_at(run.time[1:, None]).any(axis=1)
+
+    def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
+        """Whether each kink is at time t and depends on a parameter (times × kinks)."""
+        at = np.array(self.breaks, float)
+        return (np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))) & np.any(self.start.breaks, axis=1)
 
     def _track_speeds(self, f: np.ndarray) -> None:
         a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]
-        self.speeds = np.maximum(self.speeds, np.abs(f[a : a + self.unit.n["rates"]]))
+        self.speeds[:] = np.maximum(self.speeds, np.abs(f[a : a + self.unit.n["rates"]]))
 
-    def _cross_event(self, step: RecordedStep, x: np.ndarray) -> None:
+    def _cross_event(self, step: RecordedStep) -> None:
         n, y = self.unit.ny + self.unit.nquad, step.y1
-        x1 = step.x1.copy()
+        x, x1 = step.x.copy(), step.x1.copy()
+        x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
-        after = self._evaluate(step.t1, y, self.S, x1)[0][:n]
+        after = self.evaluate(step.t1, y, x1)[0][:n]
         z_after = self.z
-        f, df, _ = self._evaluate(step.t1, y, self.S, x)
+        f, df, _ = self.evaluate(step.t1, y, x)
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
+        f, df, _ = self._evaluate(step.t1, y, self.S, x)  # the causes are differentiated at the unit's last point
         cause = self._find_cause(step, f, df, x, z_after)
         if cause is None and self._only_stops_change(step):
             return
@@ -168,7 +188,7 @@ class SensitivityIntegrator:
         for side in (-1e-9, 1e-9):
             x = step.x1.copy()
             x[INSIDE] = step.t1 + side * max(1.0, abs(step.t1))
-            sides.append(self._evaluate(step.t1, step.y1, self.S, x)[0][:n])
+            sides.append(self.evaluate(step.t1, step.y1, x)[0][:n])
         self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
 
     def _find_cause(
@@ -269,19 +289,28 @@ def integrate_sensitivities(
     """Integrate along a whole run. Returns the unit's values (samples × columns), the derivatives (samples × columns × m) and the
     integrator."""
     integrator = SensitivityIntegrator(unit, block, start)
-    out = [_columns(integrator, 0.0, run.y0, run.x0)]
-    for step in run.steps:
+    march, next_step = TangentMarch(integrator, run), 0
+    integrator.march = march
+    march.append(*_columns(integrator, 0.0, run.y[0], run.after[0]))
+    while next_step < len(run.x):
         tick()
-        integrator.advance(step)
-        if step.sample:
-            out.append(_columns(integrator, step.t1, step.y1, step.x1))
-    return np.array([v for v, _ in out]), np.array([d for _, d in out]), integrator
+        made, left = march.advance(next_step)
+        if made == next_step:
+            integrator.advance(run.step(made))
+            made, left = made + 1, True
+        next_step = made
+        if left:
+            step = run.step(made - 1)
+            integrator.complete(step)
+            if step.sample:
+                march.append(*_columns(integrator, step.t1, step.y1, step.x1))
+    return march.values, march.derivatives.transpose(0, 2, 1), integrator
 
 
 def _columns(integrator: SensitivityIntegrator, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values (columns) and derivatives (columns × m) of the chosen columns at a state."""
     u, x = integrator.unit, x.copy()
     x[INSIDE] = t + 1e-12
-    f, df, dz = integrator._evaluate(t, y, integrator.S, x)
+    f, df, dz = integrator.evaluate(t, y, x)
     y, seeds = np.ascontiguousarray(y[: u.ny + u.nquad]), (integrator.S, dz, df, integrator.start.p)
     return u.outputs(x, y, integrator.z, f, np.zeros(u.n["extra"] + 1), seeds)

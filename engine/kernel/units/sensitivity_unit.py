@@ -29,6 +29,17 @@ from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.friction_joint_indices import elements
 
 
+_GIVEN = f"({STATE},{CONST}z,{CONST}a,{CONST}extra,double*restrict w"
+_SEEDS = "int count,const double*seeds,size_t next,double*out,size_t next_out"
+MANY = f"""#include <stddef.h>
+void s_point_of{_GIVEN},double*restrict f){{s_point(x,y,c,z,w,f);}}
+void s_along_many{_GIVEN},{_SEEDS}){{for(int k=0;k<count;++k)s_along(x,y,c,z,w,seeds+k*next,out+k*next_out);}}
+void so_point_of{_GIVEN},double*restrict f){{so_point(x,y,c,z,a,extra,w,f);}}
+void so_along_many{_GIVEN},{_SEEDS}){{for(int k=0;k<count;++k)so_along(x,y,c,z,a,extra,w,seeds+k*next,out+k*next_out);}}
+"""
+"""The same functions with the arguments of ``tr_tangents``, along many seeds."""
+
+
 @dataclass
 class ParameterUnit:
     """C text, and counts of kept values (constants, point) and of results."""
@@ -43,7 +54,7 @@ def parameter_unit(system: System, parameters: int, chosen: list[Column], quadra
     plain = build_model(sym)
     motion, counts = _motion(reduce_model(plain), quadratures, redundant)
     outputs, more = _outputs(plain, chosen, quadratures)
-    return ParameterUnit(MATH + motion + outputs, counts | more)
+    return ParameterUnit(MATH + motion + outputs + MANY, counts | more)
 
 
 def _motion(m: Model, quadratures: bool, redundant: bool) -> tuple[str, dict[str, int]]:

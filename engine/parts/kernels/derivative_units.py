@@ -69,6 +69,11 @@ class Sensitivities:
         self._prepare.argtypes, self._point.argtypes = [P] * 3, [P] * 8
         self._along.argtypes = [*[P] * 7, ctypes.c_int, P, ctypes.c_size_t, P, ctypes.c_size_t]
 
+    def addresses(self) -> dict[str, int | None]:
+        """Addresses of the functions that ``tr_tangents`` calls."""
+        point, along = (ctypes.cast(f, P).value for f in (self._point, self._along))
+        return {"point": point, "along": along, "column_point": point, "column_along": along}
+
     def prepare(self, p: int, c: int, co: int) -> None:
         """Compute constants from parameters."""
         for scene, out in zip(self.scenes, (c, co), strict=True):

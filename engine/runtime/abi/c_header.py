@@ -6,7 +6,7 @@ import hashlib
 import re
 from functools import lru_cache
 
-from trunnion.runtime.abi import batch_records, kernel_records, lane_records, run_records
+from trunnion.runtime.abi import batch_records, kernel_records, lane_records, run_records, tangent_records
 from trunnion.runtime.abi.enumerations import ENUMERATIONS, LINE, Ask, Law
 from trunnion.runtime.abi.record_definition import Record
 from trunnion.runtime.integrators import METHODS
@@ -26,7 +26,7 @@ def records() -> list[Record]:
     """All records, each after the records that it contains."""
     return [
         r
-        for module in (kernel_records, run_records, lane_records, batch_records)
+        for module in (kernel_records, run_records, lane_records, batch_records, tangent_records)
         for r in vars(module).values()
         if isinstance(r, Record)
     ]

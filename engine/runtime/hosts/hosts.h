@@ -115,6 +115,25 @@ int tr_hold_all(tr_sim *s, tr_held *out);
  * is inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
+/* Advance to `target` by at most `most` steps, and record time, state (with works) and external values after each. made: number
+ * of recorded steps. rows: room for `capacity` rows. Drops events. Returns as tr_advance. */
+int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, double *t, double *y, double *x, int *made);
+
+/* Doubles of the work space of tr_march_tangents. */
+size_t tr_tangents_work(const tr_tangents *g);
+
+/* f, its tangents df (m × nf) and the multipliers g->z at time t, at the state y with the tangents g->S and external values x. In
+ * df, the tangents of the multipliers replace those of the residuals. Returns 0 if the multipliers have no clear solution. */
+int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
+
+/* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: before the first step,
+ * then at the end of each of the `count` steps; x: within each step. At the end of a sampled step, appends a row of columns to
+ * `values` and their derivatives (m × columns) to `derivatives`. Returns 2 k if step k has a stage without a clear solution of the
+ * multipliers, and is not integrated; 2 k + 1 if step k is integrated and the host must complete its end, because of stops[k] or
+ * such a sample; 2 count if all is done. */
+int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
+                      const int *stops, const int *sampled, double *values, double *derivatives);
+
 /* Number of states that an importer integrates: y and the works that columns need. */
 int tr_states(const tr_sim *s);
 
