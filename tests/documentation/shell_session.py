@@ -94,7 +94,7 @@ class Reader:
             return  # an installation that another page had typed here, and nothing else
         if "-m venv" in line:
             self.place.begin(line)
-        printed, line = line, self._cheaper(line)
+        printed, line = line, self.cheaper(line)
         if re.search(r"trunnion serve\b(?!.*--database)", line):
             self._serve(line.rstrip("& "), place, printed)
         else:
@@ -111,7 +111,7 @@ class Reader:
             if "/v1/jobs" in line and '"id"' in done.stdout:
                 self._ended(json.loads(done.stdout)["id"])
 
-    def _cheaper(self, line: str) -> str:
+    def cheaper(self, line: str) -> str:
         """The line, without building the project again where the environment holds it already, built from the same files: pip then
         installs the line's extras only. The first environment of a session is made as printed; with TRUNNION_PAGES=all, all are."""
         there = self.place.copied or self.place.typed

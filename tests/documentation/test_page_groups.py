@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.documentation.code_blocks import pages, steps
-from tests.documentation.page_groups import GROUPS, ROOT, alone, begins
+from tests.documentation.page_groups import GROUPS, INSTALLED, ROOT, alone, begins
+from tests.documentation.shell_session import Reader
+from tests.documentation.virtual_environments import Home
 
 
 def test_every_page_with_something_to_run_is_run() -> None:
@@ -31,3 +33,23 @@ def test_two_processes_that_read_pages_of_one_kind_are_told_of_each_other(tmp_pa
     (tmp_path / "others.process").write_text("another")
     with pytest.raises(AssertionError, match="--dist loadfile"):
         alone(tmp_path, about_models=False)
+
+
+@pytest.mark.parametrize(
+    ("printed", "typed"),
+    [
+        (INSTALLED, "python3 -m venv .venv && . .venv/bin/activate && pip install -q trunnion"),
+        ("pip install -q '.[tables]' && trunnion models", "pip install -q 'trunnion[tables]' && trunnion models"),
+        ('.venv/bin/pip install -q -e ".[test]"', '.venv/bin/pip install -q -e ".[test]"'),
+        ("pip install ./other", "pip install ./other"),
+    ],
+)
+def test_only_an_environment_that_holds_the_project_is_spared_its_build(
+    printed: str, typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first one is made as its page says; with TRUNNION_PAGES=all, every one."""
+    monkeypatch.delenv("TRUNNION_PAGES", raising=False)
+    empty, begun = Reader(Home(tmp_path, tmp_path)), Reader(Home(tmp_path, tmp_path, copied=True))
+    assert (empty.cheaper(printed), begun.cheaper(printed)) == (printed, typed)
+    monkeypatch.setenv("TRUNNION_PAGES", "all")
+    assert begun.cheaper(printed) == printed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -42,9 +43,18 @@ def put(data: Any, path: Path, value: Any, key: bool) -> None:
         data[path[-1]] = value
 
 
-@given(st.lists(st.tuples(st.sampled_from(PLACES), ODD, st.booleans()), min_size=1, max_size=4))
-@settings(max_examples=400, deadline=None)
-def test_a_scene_with_odd_values_loads_or_has_problems(changes):
+def tried(examples: int, drawn: st.SearchStrategy[Any], law: Callable[[Any], None]) -> None:
+    """Hold a law against so many examples."""
+    settings(max_examples=examples, deadline=None)(given(drawn)(law))()
+
+
+@pytest.mark.parametrize("examples", [80, pytest.param(400, marks=pytest.mark.slow)])
+def test_a_scene_with_odd_values_loads_or_has_problems(examples: int) -> None:
+    changes = st.lists(st.tuples(st.sampled_from(PLACES), ODD, st.booleans()), min_size=1, max_size=4)
+    tried(examples, changes, a_scene_with_odd_values_loads_or_has_problems)
+
+
+def a_scene_with_odd_values_loads_or_has_problems(changes: Any) -> None:
     data = copy.deepcopy(VALID)
     for path, value, key in changes:
         put(data, path, copy.deepcopy(value), key and isinstance(path[-1], str))
@@ -61,8 +71,11 @@ def test_data_that_no_file_could_hold_has_problems(data):
     assert problems_of(data)
 
 
-@given(st.recursive(ODD, nested))
-@settings(max_examples=100, deadline=None)
-def test_any_data_is_a_scene_or_has_problems(data):
+@pytest.mark.parametrize("examples", [25, pytest.param(100, marks=pytest.mark.slow)])
+def test_any_data_is_a_scene_or_has_problems(examples: int) -> None:
+    tried(examples, st.recursive(ODD, nested), any_data_is_a_scene_or_has_problems)
+
+
+def any_data_is_a_scene_or_has_problems(data: Any) -> None:
     found = problems_of(data if isinstance(data, dict) else {"bodies": data, "joints": data})
     assert all(p.what and p.where for p in found)
