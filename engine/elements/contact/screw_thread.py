@@ -105,8 +105,8 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 def _rests(j: Rubs) -> list[Pair]:
     """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
     normal force and friction. So the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound. A share is relative to the capacity with u at its
-    limit, as in the kernel's laws."""
+    increases the load more than the friction; the capacity is then an upper bound. A share is relative to the capacity with u at
+    its limit, as in the kernel's laws."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

@@ -25,7 +25,8 @@ def two_nuts(seed: int) -> dict[str, Any]:
         at, m = [0.0, 0.0, 0.05 * i], float(rng.uniform(0.5, 4))
         bodies[f"nut{i}"] = {"mass": m, "inertia": [5e-4 * m] * 3, "position": at}
         guide = {"mu": rng.uniform(0.1, 0.25), "half_width": 0.02, "half_height": 0.02, "half_length": rng.uniform(0.06, 0.15)}
-        joints[f"rail{i}"] = {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": f"nut{i}", "at": at, "friction": guide}
+        joints[f"rail{i}"] = {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": f"nut{i}", "at": at,
+                              "friction": guide}  # fmt: skip
         thread = {"mu": rng.uniform(0.16, 0.25), "radius": rng.uniform(0.007, 0.012), "flank_angle": rng.uniform(0, 0.5),
                   "preload": rng.uniform(5, 40)}  # fmt: skip
         joints[f"thread{i}"] = {"type": "screw", "axis": "z", "inboard": "spindle", "outboard": f"nut{i}", "at": at,
@@ -64,7 +65,8 @@ def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
     bodies = {
         "crank": {"mass": 1, "inertia": [0.01] * 3, "position": [0, 0, 0]},
         "rod": {"mass": 0.1, "inertia": [1e-4] * 3, "position": middle, "orientation": {"axis": "z", "angle": lean}},
-        "nut": {"mass": 0.3, "inertia": [1e-4] * 3, "position": nut}, "spindle": {"mass": 1, "inertia": [1e-4] * 3, "position": nut},
+        "nut": {"mass": 0.3, "inertia": [1e-4] * 3, "position": nut},
+        "spindle": {"mass": 1, "inertia": [1e-4] * 3, "position": nut},
     }  # fmt: skip
     # A thin bearing: what presses it sideways hardly counts.
     bearing = {"mu": 0.2, "radius": 1e-5, "half_length": 0.05, "thrust_radius": back * arm / 0.2}
