@@ -26,7 +26,8 @@ APART = 1e-3
 """Relative difference of end states and works up to which runs are alike: a thousand times the tolerance, for errors that stops,
 hooks and onsets of sliding amplify."""
 TIGHTER, TIGHTEST = 1e-3, 1e-11
-"""Factor on the tolerances at which runs that differ are repeated, and the least tolerance of these runs; then they must agree as closely as asked before."""
+"""Factor on the tolerances at which runs that differ are repeated, and the least tolerance of these runs, which must agree as
+closely as asked before."""
 MANY = 20.0
 """So many times the steps of the run with the fewest are worth a look."""
 
@@ -54,8 +55,8 @@ class Runs:
 
 
 def runs(scene: Scene, settings: tuple[tuple[str, float, str], ...] = SETTINGS) -> Runs:
-    """Run a scene at all settings, and compare each run with the last. Runs on one kernel share the model. Runs with the same outcome
-    that differ are repeated at tighter tolerances."""
+    """Run a scene at all settings, and compare each run with the last. Runs on one kernel share the model. Runs with the same
+    outcome that differ are repeated at tighter tolerances."""
     models = {k: Model(scene, COLUMNS, k) for k in dict.fromkeys(k for _, _, k in settings)}
     found = _runs(scene, models, settings)
     if found.alike or len(set(found.outcomes)) > 1:

@@ -155,9 +155,9 @@ def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
 
 
 def grippers(rng: Generator) -> dict[str, Any]:
-    """A rod pushes two fingers over links; or fingers that mimic each other. Stops are what is gripped. The lower finger is a little
-    shorter. (Where two mirrored links straighten at one instant, only infinite forces could keep fingers of different mass and
-    friction together: rigid bodies have no answer.)"""
+    """A rod pushes two fingers over links; or fingers that mimic each other. Stops are what is gripped. The lower finger is a
+    little shorter. (Where two mirrored links straighten at one instant, only infinite forces could keep fingers of different mass
+    and friction together: rigid bodies have no answer.)"""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.block("rod", ORIGIN)
     push = {"effort": d.load(12, until)}

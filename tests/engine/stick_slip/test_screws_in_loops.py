@@ -1,0 +1,90 @@
+"""Screws in loops: several threads on one spindle let go at one instant, and a crank jams where its screw cannot be driven back."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from trunnion import scene_from_dict, simulate
+from trunnion.simulation.results.result import Result
+
+
+def two_nuts(seed: int) -> dict[str, Any]:
+    """A spindle that a growing torque turns, and two nuts on guides; weight and preloads press bearing, guides and threads."""
+    rng = np.random.default_rng([11, seed])
+    disc = {"mass": 1.2, "inertia": [3e-4, 3e-4, 5e-4], "position": [0, 0, 0], "center": [1e-3, -2e-4, 0]}
+    bodies: dict[str, Any] = {"spindle": disc}
+    bearing = {"mu": rng.uniform(0.2, 0.4), "radius": 0.01, "half_length": 0.015, "thrust_radius": 0.012}
+    push = {"ramp": {"start": 0.0, "end": float(rng.choice([-4.0, 4.0])), "duration": 1.0}}
+    joints: dict[str, Any] = {"turn": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "spindle",
+                                       "friction": bearing, "effort": push}}  # fmt: skip
+    for i in range(2):
+        at, m = [0.0, 0.0, 0.05 * i], float(rng.uniform(0.5, 4))
+        bodies[f"nut{i}"] = {"mass": m, "inertia": [5e-4 * m] * 3, "position": at}
+        guide = {"mu": rng.uniform(0.1, 0.25), "half_width": 0.02, "half_height": 0.02, "half_length": rng.uniform(0.06, 0.15)}
+        joints[f"rail{i}"] = {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": f"nut{i}", "at": at,
+                              "friction": guide}  # fmt: skip
+        thread = {"mu": rng.uniform(0.16, 0.25), "radius": rng.uniform(0.007, 0.012), "flank_angle": rng.uniform(0, 0.5),
+                  "preload": rng.uniform(5, 40)}  # fmt: skip
+        joints[f"thread{i}"] = {"type": "screw", "axis": "z", "inboard": "spindle", "outboard": f"nut{i}", "at": at,
+                                "pitch": rng.uniform(0.004, 0.008), "friction": thread}  # fmt: skip
+    return {"schema": 1, "gravity": [0, 0, -9.81], "bodies": bodies, "joints": joints, "simulation": {"until": 0.4, "every": 0.4}}
+
+
+def release(r: Result) -> float:
+    """The instant at which the spindle first slips."""
+    return next(e.time for e in r.events if e.kind == "slip" and e.joint == "turn")
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(seed: int) -> None:
+    scene = scene_from_dict(two_nuts(seed))
+    runs = [simulate(scene, method=m, rtol=rtol) for m, rtol in (("auto", 1e-6), ("rk5", 1e-6), ("auto", 1e-9))]
+    times = [release(r) for r in runs]
+    assert times == pytest.approx([times[0]] * len(times), abs=1e-9)
+    # One freedom moves all pairs: it starts where sliding friction of all of them balances the torque, from no acceleration.
+    after = simulate(scene, until=times[0] + 1e-5, every=times[0] + 1e-5, rtol=1e-9, outputs=["turn.qdd[1]"])
+    assert abs(after["turn.qdd[1]"][-1]) < 1e-3 * 4.0 * times[0] / 5e-4  # against that of the torque without friction
+
+
+def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
+    """A flywheel that turns a crank, whose rod moves a nut; the nut's thread turns a spindle on a thrust bearing. The nut moves
+    towards the end of its stroke, driven by the spindle. back: friction arm of the thrust face over the arm at which a force on
+    the nut drives the spindle; the screw cannot be driven back above 1."""
+    rng = np.random.default_rng([12, seed])
+    crank, rod, angle = 0.05, float(rng.uniform(0.15, 0.25)), float(rng.uniform(0.5, 0.9))
+    r, mu, flank = float(rng.uniform(0.006, 0.01)), float(rng.uniform(0.05, 0.15)), float(rng.uniform(0, 0.4))
+    pitch = float(rng.uniform(0.02, 0.03))
+    arm = r * math.tan(math.atan(pitch / (2 * math.pi * r)) - math.atan(mu / math.cos(flank)))
+    pin = np.array([crank * math.cos(angle), crank * math.sin(angle)])
+    nut = [float(pin[0] + math.sqrt(rod**2 - pin[1] ** 2)), 0.0, 0.0]
+    middle, lean = [float((pin[0] + nut[0]) / 2), float(pin[1] / 2), 0.0], math.atan2(-pin[1], nut[0] - pin[0])
+    bodies = {
+        "crank": {"mass": 1, "inertia": [0.01] * 3, "position": [0, 0, 0]},
+        "rod": {"mass": 0.1, "inertia": [1e-4] * 3, "position": middle, "orientation": {"axis": "z", "angle": lean}},
+        "nut": {"mass": 0.3, "inertia": [1e-4] * 3, "position": nut},
+        "spindle": {"mass": 1, "inertia": [1e-4] * 3, "position": nut},
+    }  # fmt: skip
+    # A thin bearing: what presses it sideways hardly counts.
+    bearing = {"mu": 0.2, "radius": 1e-5, "half_length": 0.05, "thrust_radius": back * arm / 0.2}
+    places = (("turn", "revolute", "ground", "crank", [0, 0, 0], "z"), ("a", "revolute", "crank", "rod", [*pin.tolist(), 0], "z"),
+              ("b", "revolute", "rod", "nut", nut, "z"), ("guide", "prismatic", "ground", "nut", nut, "x"),
+              ("spin", "revolute", "ground", "spindle", nut, "x"), ("thread", "screw", "spindle", "nut", nut, "x"))  # fmt: skip
+    joints: dict[str, Any] = {n: {"type": k, "inboard": i, "outboard": o, "at": at, "axis": x} for n, k, i, o, at, x in places}
+    joints["turn"]["start"] = {"qd": -5.0}
+    joints["spin"]["friction"] = bearing
+    joints["thread"] |= {"pitch": pitch, "friction": {"mu": mu, "radius": r, "flank_angle": flank}}
+    return {"schema": 1, "gravity": [0, 0, 0], "bodies": bodies, "joints": joints, "simulation": {"until": 0.3, "every": 0.01}}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("back", [0.8, 1.25])
+def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_driven_back(seed: int, back: float) -> None:
+    r = simulate(scene_from_dict(crank_and_screw(seed, back)))
+    assert r.outcome.name == ("done" if back < 1 else "jammed")
+    if back > 1:  # at the end of the stroke the spindle is at rest: after the last row it would slow down by what is left
+        rates = r["guide.qd[1]"]
+        assert abs(rates[-1]) < 1.1 * abs(rates[-1] - rates[-2])
