@@ -9,7 +9,8 @@ from __future__ import annotations
 CALLS = {
     "tr_state_width(s)": "TR_MAX_WIDTH", "tr_z_length(s)": "TR_MAX_NZ", "tr_solution_size(s)": "(2 + TR_MAX_NZ + TR_MAX_ACTIVE)",
     "tr_open_count(s)": "TR_MAX_ACTIVE", "tr_loop_rows(s)": "TR_MAX_ACTIVE", "tr_dependent_rows(s)": "TR_MAX_ACTIVE",
-    "fmu_states()": "TR_MAX_WIDTH",
+    "fmu_states()": "TR_MAX_WIDTH", "tr_watched_count(s)": "(TR_MAX_NSLIDERS + TR_MAX_NSTOPS)",
+    "tr_sample_width(s)": "(2 * TR_MAX_NSLIDERS + TR_MAX_NSTOPS)",
 }  # fmt: skip
 """Upper bounds of the results of functions."""
 
