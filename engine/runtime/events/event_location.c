@@ -133,7 +133,7 @@ static int tr_is_fold_possible(const tr_sim *s, int which) {
 
 static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *theta) {
   const int nz = tr_z_length(s), samples = tr_sample_count(s), last = *which;
-  double x[SAMPLES + 1], g[SAMPLES + 1], own[(SAMPLES + 1) * tr_sample_width(s)], followed[nz + 1];
+  double x[TR_SAMPLES + 1], g[TR_SAMPLES + 1], own[(TR_SAMPLES + 1) * tr_sample_width(s)], followed[nz + 1];
   double *near = tr_is_fold_possible(s, *which) ? followed : 0;
   tr_samples at = {suspect, tr_watched_count(s), 0, 0, x, g, own};
   for (int i = 0; suspect && i < at.watched; ++i) {

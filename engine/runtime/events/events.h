@@ -8,6 +8,8 @@ enum { TR_NOW, TR_AT_START, TR_AT_END };
 
 enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
 
+enum { TR_SAMPLES = 8 }; /* dense points at which a suspect step is evaluated */
+
 /* Friction of a ball just before its event. tilt NaN: unknown. */
 typedef struct tr_branch {
   double tilt;

@@ -1,7 +1,6 @@
 /* Violations on the dense output of the last step, and their maxima between its points. */
 #include "events/events.h"
 
-#define SAMPLES 8       /* dense points at which a suspect step is evaluated */
 #define SAMPLES_BOUNDED 4 /* the same number for a bounded step, and its iterations on θ */
 #define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
 #define TOP_NEAR 1e-9   /* × the step: a maximum this close to an evaluated point is that point */
@@ -32,7 +31,7 @@ static double tr_violation_at_from(tr_sim *s, double theta, const double *from, 
 
 static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_violation_at_from(s, theta, 0, worst); }
 
-static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : SAMPLES; }
+static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : TR_SAMPLES; }
 
 /* A point of the dense output: its place, the violation of one pair or stop there, and the largest violation of all. */
 typedef struct tr_point {
