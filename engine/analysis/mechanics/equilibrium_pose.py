@@ -129,33 +129,40 @@ def find_rest(scene: sm.Scene) -> Still:
     SimulationError if no pose of rest is found.
     """
     still = Still(scene)
-    numbers = still.model.built.numbers
-    if _size(still) <= EXACT and still.settle():
+    slow, fast = still.model.built.numbers.rate, _fastest_rate(still)
+    if _size(still, slow) <= EXACT and still.settle():
         return still
     watched = ("*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
-    damping = _damping(still)
+    damping = _damping(still, fast)
     for k in range(DOUBLINGS):
-        duration = SHORTEST_RUN * 2**k / numbers.rate
+        duration = SHORTEST_RUN * 2**k / slow
         r = simulate(_damped(hold_signals(scene), damping), until=duration, every=duration, rtol=1e-8, outputs=watched)
         if not r.outcome.ok:
             raise SimulationError(f"the mechanism does not come to rest: {r.outcome}")
         q, down = (_last_values(r, of, scene.joints) for of in ("q", "latch.state"))
         scene = engage_latches(start_at(scene, q), down)
         still = Still(scene)
-        if _size(still) < SETTLED and still.settle():
+        if _size(still, fast) < SETTLED and still.settle():
             return still
     raise SimulationError("no pose of rest: the mechanism moves on without end, even with dampers (is a support missing?)")
 
 
-def _size(still: Still) -> float:
-    """Largest acceleration at rest, relative to its scale."""
-    return float(np.abs(still.accelerations()).max(initial=0.0)) / max(still.model.built.numbers.rate**2, 1e-300)
+def _size(still: Still, rate: float) -> float:
+    """Largest acceleration at rest, relative to its scale ``rate``² (rate in 1/s)."""
+    return float(np.abs(still.accelerations()).max(initial=0.0)) / max(rate**2, 1e-300)
 
 
-def _damping(still: Still) -> dict[str, np.ndarray]:
-    """For each tree joint, dampings of its freedoms that stop the motion within the time scale of the mechanism, {joint: values in
-    N s/m or N m s/rad}."""
-    along = np.diag(still.mass()) * still.model.built.numbers.rate
+def _fastest_rate(still: Still) -> float:
+    """The rate of the mechanism, or that of its fastest swing about the start if this is faster, 1/s."""
+    stiffness = still.reduced()[0]
+    swings = np.abs(np.linalg.eigvals(stiffness)) if stiffness.size else np.zeros(1)
+    return max(still.model.built.numbers.rate, math.sqrt(float(swings.max())))
+
+
+def _damping(still: Still, rate: float) -> dict[str, np.ndarray]:
+    """For each tree joint, dampings of its freedoms that stop the fastest swing within one turn of it, {joint: values in N s/m or
+    N m s/rad}. With less damping, loads that turn with their body could keep the motion up."""
+    along = np.diag(still.mass()) * rate
     out = {}
     for j in still.system.tree:
         out[j.name] = np.zeros(j.kind.nv)
