@@ -11,7 +11,6 @@ import numpy as np
 from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.runtime.abi.tangent_records import TANGENTS
-from trunnion.simulation.runtime_interface.simulation_block import Block
 
 if TYPE_CHECKING:
     from trunnion.analysis.sensitivities.variational_equation import SensitivityIntegrator
