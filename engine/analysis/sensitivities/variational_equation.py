@@ -132,7 +132,8 @@ class SensitivityIntegrator:
     def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
         """Whether each kink is at time t and depends on a parameter (times × kinks)."""
         at = np.array(self.breaks, float)
-        return (np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))) & np.any(self.start.breaks, axis=1)
+        near = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
+        return np.asarray(near & np.any(self.start.breaks, axis=1))
 
     def _track_speeds(self, f: np.ndarray) -> None:
         a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]
