@@ -132,8 +132,9 @@ class SensitivityIntegrator:
     def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
         """Whether each kink is at time t and depends on a parameter (times × kinks)."""
         at = np.array(self.breaks, float)
-        near = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
-        return np.asarray(near & np.any(self.start.breaks, axis=1))
+        near: np.ndarray = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
+        moved: np.ndarray = np.any(self.start.breaks, axis=1)
+        return np.logical_and(near, moved)
 
     def _track_speeds(self, f: np.ndarray) -> None:
         a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]
