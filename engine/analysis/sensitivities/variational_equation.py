@@ -127,7 +127,7 @@ class SensitivityIntegrator:
 
     def kinks_of(self, run: StepRecord) -> np.ndarray:
         """Whether each step of a run ends at a kink of a signal whose time depends on a parameter."""
-        return self._kinks_at(run.time[1:, None]).any(axis=1)
+        return np.logical_or.reduce(self._kinks_at(run.time[1:, None]), axis=1)
 
     def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
         """Whether each kink is at time t and depends on a parameter (times × kinks)."""
