@@ -26,8 +26,6 @@ SETTLED = 1e-2
 """The weights are final if the estimated noise changes by less than this relative value. The intervals then change by less than
 half of it."""
 NOISE_ROUNDS = 8
-FEW = 4
-"""A run with exact derivatives by at most this many parameters costs about two plain runs."""
 
 
 class Objective:
@@ -102,16 +100,14 @@ class Objective:
     def _trial_residuals(self, u: np.ndarray) -> np.ndarray:
         """Residuals of a trial step; infinite if its scene is invalid or its run fails, so that the search shortens its step.
 
-        Most steps decrease the sum of squares, and the search then needs derivatives. If they cost more than two plain runs, they
-        are computed only for such a step.
+        Derivatives are computed only for a step that decreases the sum of squares.
         """
         try:
-            if not (self.curves.exact and self.m <= FEW):
-                r = self.residuals(u)
-                if r @ r >= self.least:
-                    return r
+            r = self.residuals(u)
+            if r @ r >= self.least:
+                return r
             r = self.slopes(u)[0]
-            self.least = min(self.least, float(r @ r))
+            self.least = float(r @ r)
             return r
         except (SceneError, SimulationError) as e:
             values = ", ".join(f"{n} = {v:g}" for n, v in zip(self.known.names, u * self.unit, strict=True))

@@ -13,7 +13,7 @@ import numpy as np
 
 from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constraints
 from trunnion.analysis.fits.measurements import MeasuredRun
-from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns
+from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns, Sensitivity
 from trunnion.analysis.sensitivities.step_record import LEAST_STEPS
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError, SimulationError
@@ -33,6 +33,11 @@ DIFFERENCE_STEP = 1e-3
 STEPS_PER_CALL = 1000
 """Number of steps between two checks for Ctrl-C."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.NEED_JACOBIAN)
+
+
+def sensitivity(scene: Scene, runs: DifferentiatedRuns) -> Sensitivity:
+    """Curves and derivatives along the run of a scene."""
+    return runs(scene, heed)
 
 
 class ModelCurves:
@@ -111,7 +116,7 @@ class ModelCurves:
     def _exact(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         curves, slopes = [], []
         for k, r in enumerate(self.runs):
-            s = self.differentiated[k](self._scene_with(k, values), heed)
+            s = sensitivity(self._scene_with(k, values), self.differentiated[k])
             at, columns = self._indices(k), [s.names.index(c) for c in r.curves]
             part = np.zeros((len(s.time) * len(columns), len(self.names)))
             part[:, at] = np.vstack([s.derivatives[:, c, :] for c in columns])

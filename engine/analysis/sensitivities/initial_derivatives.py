@@ -108,8 +108,8 @@ def parameter_lines(scene: Scene, parameters: Sequence[str]) -> list[ParameterLi
 
 
 class ParameterLine:
-    """Scenes in which one number varies. known: values of the scene's numbers. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
-    size: scale of the finite-difference steps."""
+    """Scenes in which one number varies. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
+    known: values of the scene's numbers. size: scale of the finite-difference steps."""
 
     def __init__(self, scene: Scene, name: str, known: Mapping[str, float], following: DependentNumbers):
         value = known[name]
@@ -149,7 +149,8 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
     """As ``_differentiate``, for initial data that are linear in the number up to round-off. Two other scenes on unequal sides show
     it: curvature and twist cancel there only by chance. None if some of the data are not linear."""
-    low, own, high = (_start_numbers(model, b) for b in (_neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)))
+    scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
+    low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):
         if np.any(np.abs(2.0 * (c - b) - 3.0 * (b - a)) > LINEAR * np.maximum(np.abs(a), np.abs(c))):
             return None

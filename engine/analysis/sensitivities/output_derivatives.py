@@ -100,7 +100,7 @@ def sensitivity(
         parameters: paths of single numbers; start values are allowed.
         outputs: names or patterns of columns.
         overrides: changes of the scene for the whole analysis, {path: value}.
-        tick: called at least once a step; any exception raised in ``tick`` ends the analysis.
+        tick: called at least once in 64 steps; any exception raised in ``tick`` ends the analysis.
 
     Returns:
         Outputs and derivatives at the sample times.

@@ -124,7 +124,8 @@ class _Recorder:
             self.block.at, target, STEPS_PER_CALL, rows.ctypes.data, len(rows), *self._places, ctypes.addressof(self._made)
         )
         n = self._made.value
-        self.parts.append(tuple(a[:n].copy() for a in self._room))
+        t, y, x = self._room
+        self.parts.append((t[:n].copy(), y[:n].copy(), x[:n].copy()))
         self.count += n
         if status == bl.DONE:
             self.sampled.append(self.count - 1)

@@ -4,20 +4,36 @@ multipliers, are left to Python."""
 from __future__ import annotations
 
 import ctypes
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.simulation.runtime_interface.simulation_block import Block
-
-if TYPE_CHECKING:
-    from trunnion.analysis.sensitivities.variational_equation import SensitivityIntegrator
+from trunnion.system.structure.external_value_layout import External
 
 COMPONENTS = 3
 """Largest number of components of a pair."""
+
+
+class Integrator(Protocol):
+    """What the march needs of ``SensitivityIntegrator``."""
+
+    unit: SensitivityUnit
+    block: Block
+    start: InitialDerivatives
+    at: External
+    m: int
+    S: np.ndarray
+    z: np.ndarray
+    speeds: np.ndarray
+    slow: float
+    turning: list[tuple[int, list[int]]]
+
+    def kinks_of(self, run: StepRecord) -> np.ndarray: ...
 
 
 class TangentMarch:
@@ -29,7 +45,7 @@ class TangentMarch:
         count: number of these samples so far.
     """
 
-    def __init__(self, integrator: SensitivityIntegrator, run: StepRecord):
+    def __init__(self, integrator: Integrator, run: StepRecord):
         self.integrator, self.run, self.count = integrator, run, 0
         u: SensitivityUnit = integrator.unit
         self.unit, self.block, self.m = u, integrator.block, integrator.m
@@ -43,7 +59,7 @@ class TangentMarch:
         }  # fmt: skip
         self._table = self._record()
 
-    def _record(self) -> ctypes.Structure:
+    def _record(self) -> Any:
         """The record ``tr_tangents``."""
         u, system = self.unit, self.unit.system
         n, turning = u.ny + u.nquad, self._keep["turn"]
@@ -105,7 +121,7 @@ def _places(u: SensitivityUnit) -> np.ndarray:
     return np.array([*u.active[: u.na], *range(rows, rows + u.ne)], np.intc)
 
 
-def _turning(integrator: SensitivityIntegrator) -> np.ndarray:
+def _turning(integrator: Integrator) -> np.ndarray:
     """Five integers for each pair whose friction has a frozen direction (``tr_tangents.turn``)."""
     at = integrator.at
     found = [[at.mode(flag), len(places), *places, *[0] * (COMPONENTS - len(places))] for flag, places in integrator.turning]

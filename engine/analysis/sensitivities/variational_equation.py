@@ -127,12 +127,14 @@ class SensitivityIntegrator:
 
     def kinks_of(self, run: StepRecord) -> np.ndarray:
         """Whether each step of a run ends at a kink of a signal whose time depends on a parameter."""
-        return self._kinks_at(run.time[1:, None]).any(axis=1)
+        return np.logical_or.reduce(self._kinks_at(run.time[1:, None]), axis=1)
 
     def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
         """Whether each kink is at time t and depends on a parameter (times × kinks)."""
         at = np.array(self.breaks, float)
-        return (np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))) & np.any(self.start.breaks, axis=1)
+        near: np.ndarray = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
+        moved: np.ndarray = np.any(self.start.breaks, axis=1)
+        return np.logical_and(near, moved)
 
     def _track_speeds(self, f: np.ndarray) -> None:
         a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]

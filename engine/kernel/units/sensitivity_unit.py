@@ -28,7 +28,6 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.friction_joint_indices import elements
 
-
 _GIVEN = f"({STATE},{CONST}z,{CONST}a,{CONST}extra,double*restrict w"
 _SEEDS = "int count,const double*seeds,size_t next,double*out,size_t next_out"
 MANY = f"""#include <stddef.h>

@@ -127,7 +127,7 @@ static void tr_add_by_multipliers(const tr_march *c, const double *dz, double si
 static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S) {
   const tr_tangents *g = c->g;
   const int nz = g->nz, wide = tr_seed_width(g);
-  tr_evaluate_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);
+  tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);
   for (int k = 0; k < g->m; ++k) memcpy(c->seeds + (size_t)(nz + k) * wide, S + (size_t)k * g->n, sizeof(double) * g->ny);
   for (int again = 0;; ++again) {
     if (again) g->point(c->x, y, g->c, g->z, 0, 0, g->w, c->f);
@@ -183,6 +183,15 @@ static int tr_tangent_slopes(tr_march *c, double t, double *slopes) {
   return 1;
 }
 
+/* Extrapolate the multipliers from those of the earlier stages to stage i. */
+static void tr_extrapolate_multipliers(const tr_march *c, int i) {
+  const double *weight = c->method->lead + i * c->method->stages;
+  const int nz = c->g->nz;
+  memset(c->g->z, 0, sizeof(double) * nz);
+  for (int k = 0; k < i; ++k)
+    for (int j = 0; j < nz && weight[k] != 0.0; ++j) c->g->z[j] += weight[k] * c->old[(size_t)k * nz + j];
+}
+
 /* Integrate the tangents from t to t + h. Returns 0, and changes nothing, if a stage has no clear solution. */
 static int tr_march_step(tr_march *c, double t, double h, const double *y) {
   const tr_tangents *g = c->g;
@@ -197,7 +206,7 @@ static int tr_march_step(tr_march *c, double t, double h, const double *y) {
       m->argument(i, vectors, h, (tr_vec *)c->start, (tr_vec *)c->K, (tr_vec *)c->now);
       memcpy(c->old + (size_t)(i - 1) * nz, g->z, sizeof(double) * nz);
       memcpy(c->before, g->z, sizeof(double) * nz);
-      tr_extrapolate_start(nz, g->z, m, i, c->old);
+      tr_extrapolate_multipliers(c, i);
     }
     if (!tr_tangent_slopes(c, t + m->c[i] * h, c->K + (size_t)i * c->width)) {
       memcpy(g->z, c->kept, sizeof(double) * nz);
