@@ -33,10 +33,10 @@ typedef struct tr_zone {
   tr_contact before[TR_EVENT_CONTACTS]; /* contacts at the entry */
 } tr_zone;
 
-/* Last value of a column with post-processing (tr_post). */
+/* Last value of a column with post-processing (tr_post). For an angle, also its time and its rate at the last end of a step. */
 typedef struct tr_memory {
-  int known;
-  double value;
+  int known, rated;
+  double value, t, rate;
 } tr_memory;
 
 #define ASK_AFTER 1e7 /* multiplications between two queries of the host: a few milliseconds, even on slow machines */

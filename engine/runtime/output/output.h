@@ -23,7 +23,10 @@ static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out);
 /* Fill in the values that only the runtime can compute, followed by the state of each pair. */
 static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra);
 
-/* Post-process the columns of a row (tr_post). Rows must be passed in order of time. */
+/* Unwrap the angles of cut joints at the end (t, y) of a step. Rows may then be several turns apart. */
+static void tr_follow_angles(tr_sim *s, double t, const double *y);
+
+/* Post-process the columns of a row (tr_post); row[-1] is its time. Rows must be passed in order of time. */
 static void tr_finish_columns(tr_sim *s, double *row);
 
 /* Evaluate the columns at (t, y); row[0] = t. Projects y, and solves for the multipliers if a column needs them. The first row

@@ -2,6 +2,7 @@
 #include "output/output.h"
 
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero (the contact equations regularise roots at zero) */
+#define ANGLE_PROBE 1e-6  /* rad: motion from whose effect the rate of an angle is computed */
 
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
@@ -99,6 +100,43 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   }
 }
 
+/* The angle v (within ± π) plus the multiple of 2π that brings it closest to the last value plus rate × time. */
+static double tr_unwrap(const tr_memory *last, double t, double rate, double v) {
+  return v + TURN * round((last->value + rate * (t - last->t) - v) / TURN);
+}
+
+/* The columns at y that depend on positions alone; all other columns are meaningless. */
+static void tr_evaluate_positions(tr_sim *s, double t, const double *y, double *columns) {
+  double z[s->k->rows + s->k->neta + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
+  memset(z, 0, sizeof z), memset(extra, 0, sizeof extra);
+  tr_set_time(s, t);
+  s->o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + s->k->nq, extra, columns);
+}
+
+static void tr_follow_angles(tr_sim *s, double t, const double *y) {
+  const tr_kernel *k = s->k;
+  tr_memory *memory = (tr_memory *)TR_A(s, post_memory);
+  int any = 0;
+  for (int i = 0; s->o && i < s->o->npost; ++i) any |= s->o->post[i].kind == TR_POST_WRAP && memory[i].known;
+  if (!any) return;
+  double moved[tr_state_width(s)], dq[k->nq + 4], now[s->o->nout + 1], next[s->o->nout + 1], fastest = s->set.rate;
+  k->qdot(y, y + k->nq, TR_A(s, c), dq);
+  for (int i = 0; i < k->nq; ++i) fastest = fmax(fastest, fabs(dq[i]));
+  const double h = ANGLE_PROBE / fastest;
+  tr_copy(tr_state_width(s), y, moved);
+  for (int i = 0; i < k->nq; ++i) moved[i] += h * dq[i];
+  tr_evaluate_positions(s, t + h, moved, next);
+  tr_evaluate_positions(s, t, y, now);
+  for (int i = 0; i < s->o->npost; ++i) {
+    tr_memory *last = memory + i;
+    if (s->o->post[i].kind != TR_POST_WRAP) continue;
+    const double v = now[s->o->post[i].column], change = next[s->o->post[i].column] - v;
+    const double rate = (change - TURN * round(change / TURN)) / h;
+    last->value = tr_unwrap(last, t, last->rated ? 0.5 * (last->rate + rate) : rate, v);
+    last->t = t, last->rate = rate, last->rated = 1;
+  }
+}
+
 static void tr_finish_columns(tr_sim *s, double *row) {
   const tr_outputs *o = s->o;
   tr_memory *memory = (tr_memory *)TR_A(s, post_memory);
@@ -109,9 +147,9 @@ static void tr_finish_columns(tr_sim *s, double *row) {
     if (post->kind == TR_POST_HOLD) {
       if (last->known && !(fabs(row[post->partner]) > OPEN_FORCE)) *v = last->value;
     } else if (last->known) {
-      *v += TURN * round((last->value - *v) / TURN);
+      *v = tr_unwrap(last, row[-1], last->rate, *v);
     }
-    last->known = 1, last->value = *v;
+    last->known = 1, last->value = *v, last->t = row[-1];
   }
 }
 

@@ -160,6 +160,7 @@ static void tr_move_run_to(tr_sim *s, double t, const double *y) {
     s->step.have_k1 = 0;
   }
   tr_clear_extremes(s);
+  tr_follow_angles(s, t, TR_A(s, y));
 }
 
 static void tr_complete_whole_step(tr_sim *s) {
