@@ -20,12 +20,12 @@ def slider_crank(seed: int, driven: bool) -> sm.Scene:
     rate = float(rng.choice([-1, 1]) * rng.uniform(15.0, 40.0))
     drive = sm.Drive(constant=sm.Constant(rate=rate)) if driven else None
     start = None if driven else sm.Start(q=0.0, qd=rate)
-    pin = {"axis": "z", "reference": "x"}
+    pin, rub = {"axis": "z", "reference": "x"}, None if driven else sm.Friction(force=0.5)
     joints = {
         "main": sm.Joint("revolute", "ground", "crank", **pin, drive=drive, start=start),
         "crankpin": sm.Joint("revolute", sm.Side("crank", (crank, 0.0, 0.0)), "rod", **pin),
         "gudgeon": sm.Joint("revolute", sm.Side("rod", (rod, 0.0, 0.0)), "slider", **pin),
-        "guide": sm.Joint("prismatic", "ground", "slider", axis="x", reference="y", friction=None if driven else sm.Friction(force=0.5)),
+        "guide": sm.Joint("prismatic", "ground", "slider", axis="x", reference="y", friction=rub),
     }
     bodies = {n: sm.Body(mass=1.0, inertia=(0.01, 0.01, 0.01)) for n in ("crank", "rod", "slider")}
     return sm.Scene(bodies, joints, "crank", gravity=(0.0, 0.0, 0.0))
