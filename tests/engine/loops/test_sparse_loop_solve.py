@@ -40,8 +40,8 @@ def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> s
 
 
 def beside(seed: int, friction: float = 0.0, **options) -> Case:
-    """Random loops; every third one is attached to the first body of the one before. friction: share of joints that rub. Of the seeds
-    up to 11, 3 has a light freedom: its loops are solved by dense equations."""
+    """Random loops; every third one is attached to the first body of the one before. friction: share of joints that rub. Seed 3 has
+    a light freedom, and its loops are solved by dense equations."""
     cases = [random_loop(f"beside{seed}_{k}", drives=0.0, friction=friction, **options) for k in range(COUNT)]
     bodies, joints, q, qd, tree = {}, {}, {}, {}, []
     for k, c in enumerate(cases):
@@ -74,7 +74,7 @@ def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
     return made
 
 
-@pytest.mark.parametrize("seed", [0, 2, 5])
+@pytest.mark.parametrize("seed", [0, 2, 8])
 def test_accelerations_and_reactions_of_many_loops_are_those_of_dense_equations(seed: int) -> None:
     case = beside(seed)
     model = Model(case.scene, ("*",), "parts")
@@ -86,7 +86,7 @@ def test_accelerations_and_reactions_of_many_loops_are_those_of_dense_equations(
     assert found <= DENSE, where
 
 
-@pytest.mark.parametrize("scene", [cranks(9), beside(0).scene, beside(5).scene], ids=["cranks", "beside0", "beside5"])
+@pytest.mark.parametrize("scene", [cranks(9), beside(0).scene, beside(2).scene], ids=["cranks", "beside0", "beside2"])
 def test_multipliers_by_structure_are_those_of_the_dense_factor(both, scene: sm.Scene) -> None:
     found = []
     for dense in (False, True):
