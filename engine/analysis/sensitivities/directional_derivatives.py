@@ -30,13 +30,10 @@ REGULAR = 1e-4
 the time of least squares."""
 FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_point": 8, "so_along": 9}
 """The number of arguments of each of the unit's functions. Every argument is an array."""
-
-
 MARCH = ("point", "along", "column_point", "column_along")
 """The functions of ``tr_tangents``."""
-
-
 MOST_KEPT = 8
+"""Number of units whose functions are kept for further requests."""
 _kept: dict[tuple[Any, ...], CompiledFunctions | Sensitivities] = {}
 
 

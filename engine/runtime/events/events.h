@@ -69,8 +69,9 @@ enum { TR_SUSPECT = 1, TR_BY_SIDES = 2 };
  * its end. */
 static int tr_mark_suspect_pairs(tr_sim *s, char *suspect);
 
-/* Search the step for its first event on the dense output. suspect: mark of each pair and stop; if any is set, the search is at and between all points; 0: only at the end, with the worst pair or stop in *which. Returns
- * TR_NO_EVENT, TR_FOUND with *which and *theta, or TR_TOO_LARGE. */
+/* Search the step for its first event on the dense output. suspect: the mark of each pair and stop; the search is at and between
+ * all points. suspect 0: the search is only at the end, with the worst pair or stop in *which. Returns TR_NO_EVENT, TR_FOUND with
+ * *which and *theta, or TR_TOO_LARGE. */
 static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *theta);
 
 /* Search the last step for its first event. Requires an evaluated end (ynew, K[end]). Results are those of tr_search_step. */
