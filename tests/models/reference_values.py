@@ -53,6 +53,7 @@ class Expected:
     note: str = ""
 
 
+@cache
 def expected(model: str) -> list[Expected]:
     """The reference numbers of a bundled model or design, none when it has no reference file."""
     file = model_folder(model) / FILE
