@@ -12,6 +12,8 @@ from importlib.util import find_spec
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.sampling import keep_default_cases
+
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 """Linear algebra in one thread, also in programs that tests start; numpy reads this when it is imported. Threads that wait for each
@@ -38,6 +40,12 @@ def pytest_configure() -> None:
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """One more than there are processors: tests of the service wait for servers, workers and browsers a third of their time."""
     return (os.cpu_count() or 1) + 1
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Cases beyond the default ones become slow before pytest chooses tests by their marks."""
+    keep_default_cases(items)
 
 
 @pytest.fixture

@@ -1,7 +1,10 @@
-"""Which cases of a law over many values run by default. The others run with the slow tests (``pytest -m slow``): same code."""
+"""Which cases of a law over many values run by default. The others run with the slow tests (``pytest -m slow``): same code.
+
+The mark ``default_cases(n)`` over a parametrised test keeps n of its cases. ``sampled`` and ``crossed`` choose among parameters."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable
 from itertools import combinations, product
 from typing import Any
@@ -46,3 +49,32 @@ def _pairwise(cases: list[tuple[int, ...]]) -> set[tuple[int, ...]]:
 
 def _pairs(case: tuple[int, ...]) -> set[tuple[tuple[int, int], ...]]:
     return set(combinations(enumerate(case), min(2, len(case))))
+
+
+def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
+    """Make all but n cases of each test with the mark ``default_cases(n)`` slow, after the cases that are slow by themselves."""
+    laws: dict[str, list[pytest.Item]] = defaultdict(list)
+    for test in tests:
+        if test.get_closest_marker("default_cases") and not test.get_closest_marker("slow"):
+            laws[test.nodeid.partition("[")[0]].append(test)
+    for cases in laws.values():
+        (keep,) = cases[0].get_closest_marker("default_cases").args
+        for case in _most_varied(cases, keep)[1]:
+            case.add_marker(pytest.mark.slow)
+
+
+def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """(kept, others): again and again the first case with the most values of parameters that no kept case has."""
+    met: set[tuple[str, int]] = set()
+    kept, others = [], list(cases)
+    while others and len(kept) < keep:
+        best = max(others, key=lambda c: len(_values(c) - met))
+        others.remove(best)
+        kept.append(best)
+        met |= _values(best)
+    return kept, others
+
+
+def _values(case: pytest.Item) -> set[tuple[str, int]]:
+    """The values of a case's parameters: names and indices."""
+    return set(case.callspec.indices.items())

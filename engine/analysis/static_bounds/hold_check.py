@@ -142,5 +142,5 @@ def _notes(a: AdmissibleStates, there: bool | None, unheld: int, all_found: bool
     if not all_found:
         out.append("not all motions were examined: guaranteed loads are valid only for the examined motions")
     if any(not c.exact for p in a.space.pairs for c in p.capacities):
-        out.append("for shafts, only upper bounds of the friction capacity are known: their intervals may be too wide")
+        out.append("for shafts, only bounds of the friction capacity are known: their intervals may be too wide")
     return out

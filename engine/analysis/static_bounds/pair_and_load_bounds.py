@@ -13,11 +13,11 @@ from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.equilibrium_space import Space, holding_program, space
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Cell, Relaxation
-from trunnion.analysis.static_bounds.norm_program import Program, Row
+from trunnion.analysis.static_bounds.norm_program import Program, Row, term_index
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
-from trunnion.elements.contact.static_friction_capacity import Norm
+from trunnion.elements.contact.static_friction_capacity import Norm, Pair
 
 NEVER = 1e-7
 """A freedom without friction moves if its force imbalance, relative to the loads, exceeds this value (round-off is 1e-12)."""
@@ -113,48 +113,93 @@ def end(a: AdmissibleStates, found: Found, sign: float, scale: float) -> End:
     return End(float(sign * found.value * scale), float(sign * found.bound * scale), state, found.cells)
 
 
-def interval(a: AdmissibleStates, row: Row, scale: float, normal: Row | None = None, floor: float = -np.inf) -> Interval:
-    """The least and largest value of a row over all admissible states, multiplied by ``scale``. floor: lower bound of the least
-    value."""
-    ends = []
-    for sign in (1.0, -1.0):
-        objective = Row(sign * row.linear, {j: sign * c for j, c in row.norms.items()})
-        found = minimise(a.program.with_objective(objective, normal=normal), a.effort, floor if sign > 0 else -np.inf, a.root)
-        ends.append(end(a, found, sign, scale))
-    return Interval(*ends)
+def interval(a: AdmissibleStates, row: Row, scale: float) -> Interval:
+    """The least and largest value of a row over all admissible states, multiplied by ``scale``."""
+    return Interval(_extreme(a, row, 1.0, scale), _extreme(a, row, -1.0, scale))
+
+
+def _extreme(
+    a: AdmissibleStates, row: Row, sign: float, scale: float, normal: Row | None = None, floor: float = -np.inf
+) -> End:
+    """The least (sign 1) or largest (sign −1) value of a row, relative to ``normal`` if given, over all admissible states. floor:
+    lower bound of the least value."""
+    objective = Row(sign * row.linear, {j: sign * c for j, c in row.norms.items()})
+    found = minimise(a.program.with_objective(objective, normal=normal), a.effort, floor if sign > 0 else -np.inf, a.root)
+    return end(a, found, sign, scale)
 
 
 def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
-    """The intervals of a pair."""
+    """The intervals of a pair. Where only bounds of the capacity are known, the least share and the largest normal force follow
+    from the upper bound, and the largest share and the least normal force from the lower bound."""
     pair, size = a.space.pairs[i], a.sizes[i]
-    cases = _states_at_limit(a, i) if pair.limits else _states_by_sense(a, i)
-    normal = [
-        interval(b, Row(c.linear / pair.static, {j: w / pair.static for j, w in c.norms.items()}), a.space.scale, floor=0.0)
-        for c, b in cases
-    ]
-    share = [interval(b, Row(a.none, {size: 1.0}), 1.0, c, 0.0) for c, b in cases]
+    own = Row(a.none, {size: 1.0})
+    found = []
+    for most, least, b in _states_at_limit(a, i) if pair.limits else _states_by_sense(a, i):
+        normal = Interval(_least_force(b, least, pair.static), _extreme(b, _over(most, pair.static), -1.0, a.space.scale))
+        pressed = least is not None and normal.least.certified >= 0.0
+        largest = _extreme(b, own, -1.0, 1.0, least) if pressed else End(None, 1.0, None, 0)
+        found.append((normal, Interval(_extreme(b, own, 1.0, 1.0, most, 0.0), largest)))
+    normals, share = [n for n, _ in found], [s for _, s in found]
     if all(i.least.certified > i.largest.certified for i in share):  # no state presses the pair
         share = [Interval(End(0.0, 0.0, i.least.state, i.least.cells), End(0.0, 0.0, i.least.state, i.least.cells)) for i in share]
-    friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else Row(a.none, {size: 1.0}), a.space.scale)
-    kind = a.space.statics.joint(pair.joint).element.joint.kind_name
-    return PairBounds(pair.joint, pair.part, kind, _hull(normal), friction, _hull(share), all(c.exact for c in pair.capacities))
+    friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else own, a.space.scale)
+    kind, exact = a.space.statics.joint(pair.joint).element.joint.kind_name, all(c.exact for c in pair.capacities)
+    both = [_hull(normals), _hull(share)]
+    if not exact:
+        rubs = a.space.statics.joint(pair.joint).rubs
+        eta = [rubs.eta.index(k) for k in pair.eta]
+        both = [_with_kernel_values(pair, eta, *each) for each in zip(both, (False, True), strict=True)]
+    return PairBounds(pair.joint, pair.part, kind, both[0], friction, both[1], exact)
 
 
-def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, AdmissibleStates]]:
-    """(capacity, admissible states with this capacity) for all senses of a pair's friction that have different capacities."""
-    made, V = a.holds[i], a.program.terms[a.sizes[i]][0]
-    if list(made) == [0]:
-        return [(Row(a.none, made[0]), a)]
-    return [(Row(a.none, by), _restricted(a, Row(-k * V))) for k, by in made.items()]
+def _over(row: Row, divisor: float) -> Row:
+    return Row(row.linear / divisor, {j: w / divisor for j, w in row.norms.items()})
 
 
-def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, AdmissibleStates]]:
+def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
+    """The least normal force. Its certified value is negative where a lower bound of the capacity is; 0 without a lower bound."""
+    return End(None, 0.0, None, 0) if least is None else _extreme(a, _over(least, static), 1.0, a.space.scale)
+
+
+def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool) -> Interval:
+    """The interval of the share or the normal force. The values at its ends are those that the kernel's laws give the states there,
+    not those by bounds of the capacity. A share is at most 1, because friction that a pair holds is within its capacity. eta: places of the
+    pair's multipliers among those of its joint."""
+
+    def told(e: End) -> End:
+        if e.state is None:
+            return e
+        joint = e.state.joints[pair.joint]
+        of = joint.shares[pair.part - 1]
+        size = float(np.linalg.norm(pair.friction @ np.array(joint.friction)[eta]))
+        return replace(e, value=of if share else size / (of * pair.static) if of > 0.0 else None)
+
+    largest = told(found.largest)
+    return Interval(told(found.least), replace(largest, certified=min(largest.certified, 1.0)) if share else largest)
+
+
+def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None, AdmissibleStates]]:
+    """(upper bound of the capacity, lower bound or None, admissible states with this capacity) for all senses of a pair's friction
+    that have different capacities. Both bounds are the capacity where it is exact."""
+    made, pair, V = a.holds[i], a.space.pairs[i], a.program.terms[a.sizes[i]][0]
+    out = []
+    for c in pair.capacities:
+        most = Row(a.none, made[c.sense])
+        states = _restricted(a, Row(-c.sense * V)) if c.sense else a
+        terms = [term_index(list(a.program.terms), a.space.norm_vector(pair, n)) for n in c.norms]
+        least = most if c.exact else Row(a.none, dict(zip(terms, c.least, strict=True))) if c.least else None
+        out.append((most, least, states))
+    return out
+
+
+def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, Row, AdmissibleStates]]:
     """As ``_states_by_sense``, with the capacities of a pair at its limit of friction."""
     pair, V, one = a.space.pairs[i], a.program.terms[a.sizes[i]][0], np.append(np.zeros(a.space.open), 1.0 / a.space.scale)
     out = []
     for at in pair.limits:
         load = a.space.norm_vector(pair, Norm(at.rows, 1.0, fixed=at.fixed))[0]
-        out.append((Row(at.weight * load + at.constant * one), _restricted(a, Row(-at.sense * V), Row(-load))))
+        held = Row(at.weight * load + at.constant * one)
+        out.append((held, held, _restricted(a, Row(-at.sense * V), Row(-load))))
     return out
 
 

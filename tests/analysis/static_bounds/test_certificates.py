@@ -24,7 +24,7 @@ def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
 @pytest.mark.parametrize("seed", sampled(range(8), 1))
 def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: int) -> None:
     """A state counts with forces wrong by 1e-9 of the load of 20 N; the radius is up to 100 times the lever of the push."""
-    load = hold(scene_from_dict(pushed_ball(np.random.default_rng(seed))), bounds=True).load("inputs.u")
+    load = hold(scene_from_dict(pushed_ball(np.random.default_rng(seed))), bounds=True, cells=3).load("inputs.u")
     assert max(abs(load.less.guaranteed.certified), abs(load.more.guaranteed.certified)) <= 100 * 1e-9 * 20
 
 

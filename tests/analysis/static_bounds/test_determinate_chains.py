@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.sampling import sampled
 from trunnion import hold, scene_from_dict, simulate
 from trunnion.scene.data_classes.scene import Scene
 
@@ -94,6 +95,19 @@ def test_bounds_of_a_chain_are_those_of_runs(kind: str) -> None:
 @pytest.mark.parametrize("seed", range(100, 127))
 def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
     check(seed, kind)
+
+
+@pytest.mark.parametrize("seed", sampled([3, 17, 24, 25, 27, 30, 34, 36], 3))
+def test_the_share_of_a_shaft_lies_between_those_by_both_bounds_of_its_capacity(seed: int) -> None:
+    """The largest share followed from the upper bound: 0.552 for 0.580. The state at each end has the kernel's share, too."""
+    scene = chain(seed, "cylindrical")
+    one, bounds = hold(scene).pairs[0], hold(scene, bounds=True, cells=20).pairs[0]
+    normal = one.capacity / 0.5
+    assert not bounds.exact
+    assert bounds.share.least.certified < one.share < bounds.share.largest.certified <= 1.0
+    assert bounds.normal_force.least.certified < normal < bounds.normal_force.largest.certified
+    for end, value in ((bounds.share.least, one.share), (bounds.share.largest, one.share), (bounds.normal_force.least, normal)):
+        assert end.value == pytest.approx(value, rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])

