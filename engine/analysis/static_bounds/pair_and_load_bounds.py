@@ -158,13 +158,16 @@ def _over(row: Row, divisor: float) -> Row:
 
 def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
     """The least normal force. Its certified value is negative where a lower bound of the capacity is; 0 without a lower bound."""
-    return End(None, 0.0, None, 0) if least is None else _extreme(a, _over(least, static), 1.0, a.space.scale)
+    if least is None:
+        return End(None, 0.0, None, 0)
+    floor = 0.0 if min(least.norms.values(), default=0.0) >= 0.0 else -np.inf
+    return _extreme(a, _over(least, static), 1.0, a.space.scale, floor=floor)
 
 
 def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool) -> Interval:
     """The interval of the share or the normal force. The values at its ends are those that the kernel's laws give the states there,
-    not those by bounds of the capacity. A share is at most 1, because friction that a pair holds is within its capacity. eta: places of the
-    pair's multipliers among those of its joint."""
+    not those by bounds of the capacity. A normal force is at least 0. A share is at most 1, because friction that a pair holds is
+    within its capacity. eta: places of the pair's multipliers among those of its joint."""
 
     def told(e: End) -> End:
         if e.state is None:
@@ -174,8 +177,9 @@ def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool
         size = float(np.linalg.norm(pair.friction @ np.array(joint.friction)[eta]))
         return replace(e, value=of if share else size / (of * pair.static) if of > 0.0 else None)
 
-    largest = told(found.largest)
-    return Interval(told(found.least), replace(largest, certified=min(largest.certified, 1.0)) if share else largest)
+    low, high = told(found.least), told(found.largest)
+    most = 1.0 if share else np.inf
+    return Interval(replace(low, certified=max(low.certified, 0.0)), replace(high, certified=min(high.certified, most)))
 
 
 def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None, AdmissibleStates]]:
