@@ -27,6 +27,7 @@ OVER = {MU: "0.1:0.6:8"}
 TIGHT = 1e-12
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("rtol", [1e-5, 1e-7])
 @pytest.mark.parametrize("kernel", ["parts", "lanes"])
 def test_the_error_of_a_result_covers_its_distance_from_a_far_tighter_run(kernel: str, rtol: float) -> None:

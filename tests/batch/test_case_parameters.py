@@ -27,6 +27,7 @@ def scene_of(which: str) -> Scene:
     return load_scene(given) if isinstance(given, str) else random_tree(given, 4, friction=0.8, devices=0.9, drives=0.4).scene
 
 
+@pytest.mark.default_cases(7)
 @pytest.mark.parametrize("which", SCENES)
 def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> None:
     scene = scene_of(which)

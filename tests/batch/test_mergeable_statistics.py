@@ -97,6 +97,7 @@ def test_products_are_exact_with_what_rounding_took(a: float, b: float) -> None:
     assert abs(got - Fraction(a) * Fraction(b)) <= Fraction(1, 10**290)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("pieces", "gaps", "sampling"), sampled(PIECES, lambda p: p in SOME_PIECES))
 def test_the_tally_of_all_is_that_of_the_pieces_to_the_bit(pieces: int, gaps: float, sampling: str) -> None:
     table = rows(60, 1, gaps)

@@ -35,6 +35,7 @@ def numbers(i: Indices) -> np.ndarray:
     return np.array([(e.value, e.low, e.high) for e in (*i.first, *i.total, *i.second.values())], float)
 
 
+@pytest.mark.slow
 def test_intervals_of_indices_hold_the_true_ones_as_often_as_they_say() -> None:
     """Of Ishigami's function: each of nine intervals in nine of ten seeds at least, all together within two parts in a hundred of
     95 % (their number makes chance half a part); with more points they are narrower."""
@@ -89,6 +90,7 @@ def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **
     return np.array([*first, *total, *pairs]) / whole
 
 
+@pytest.mark.slow
 def test_the_indices_of_a_guides_travel_lie_inside_their_intervals() -> None:
     """Of example 8.3: how far it slides, by the friction, length and radius of its guide. True ones by quadrature. As many of the
     intervals as they say, less three times what chance makes of that among those of eight seeds (nine of a seed count as three:

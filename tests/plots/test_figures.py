@@ -124,6 +124,7 @@ def test_part_of_a_run_can_be_shown(pendulum: Result) -> None:
     assert axes.get_xlim() == (1.0, 2.0)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_the_same_run_draws_the_same_bytes(pendulum: Result, tmp_path: Path, suffix: str) -> None:
     a, b = (save_figure(figure(pendulum), tmp_path / f"{n}{suffix}").read_bytes() for n in "ab")
@@ -164,6 +165,7 @@ def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
     assert not any("not drawn" in s.heading for s in sections(r, rubbing))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["stewart_platform", "wishbone_corner", "scissor_lift", "toggle_press", "andrews"])
 def test_no_name_in_a_picture_covers_another_or_leaves_it(name: str) -> None:
     """By the boxes that the renderer itself gives the texts."""

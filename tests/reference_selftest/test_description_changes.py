@@ -16,6 +16,7 @@ def case_of(seed: int):
     return random_tree(seed, t=0.3) if seed % 3 else random_loop(seed, t=0.3)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(9))
 def test_how_a_mechanism_is_said_does_not_change_what_it_does(seed):
     case = case_of(seed)

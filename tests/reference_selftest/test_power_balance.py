@@ -47,6 +47,7 @@ def check(case: Case) -> None:
             assert np.all(friction * case.qd[name] >= -1e-12)
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("kind", ALL_TYPES)
 def test_power_balance_of_every_joint_type(kind):
     for seed in range(4):
@@ -58,6 +59,7 @@ def test_power_balance_of_mixed_trees(seed):
     check(random_tree(3000 + seed, t=0.25))
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_power_balance_of_loops(seed):
     check(random_loop(seed, loops=1 + seed % 2, t=0.2))

@@ -26,6 +26,7 @@ class Everywhere(Objective):
         pass
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", CASES)
 def test_plain_runs_give_the_curves_of_runs_with_slopes_to_the_bit(name: str) -> None:
     curves = Bench(CASES[name]).curves

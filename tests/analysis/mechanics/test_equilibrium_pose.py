@@ -108,6 +108,7 @@ def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
     assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the minimiser's own accuracy
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_blocks_on_rails_rest_against_stiff_stops_by_hooke(seed: int) -> None:
     """Each rail carries the next; its load, spring and stop act along it alone. Loads count with their values of t = 0."""

@@ -24,6 +24,7 @@ def hung(n: int) -> np.ndarray:
     return np.sqrt(GRAVITY / LENGTH * lagroots([0.0] * n + [1.0])) / (2 * np.pi)
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("n", [1, 2, 10])
 @pytest.mark.parametrize("start", [0.0, 0.3])
 def test_a_hanging_chain_has_the_frequencies_of_laguerres_polynomial(n: int, start: float) -> None:

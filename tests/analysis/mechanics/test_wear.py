@@ -160,6 +160,7 @@ def test_the_command_counts_runs_to_a_depth(tmp_path: Path, capsys: pytest.Captu
     assert main(["wear", "crank_slider", "-k", "1e-6 m/s", "--depth", "ten"]) == 2
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
     """A pendulum that strikes a stop: load by friction's own work. Rows missed the contact: a third of the load at 1e8 N m/rad."""
@@ -176,6 +177,7 @@ def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
         assert sum(c.load for c in wear(r, K).contacts) == pytest.approx(-r["pivot.friction.work"][-1] / mu, rel=3e-4)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("family", "seed"), [("screw_levers", 1), ("racks", 0), ("grippers", 1), ("hooks_in_loops", 0)])
 def test_loads_of_random_mechanisms_are_the_work_of_friction_over_its_ratio(family: str, seed: int) -> None:
     """With 200 rows a run. Of a lever near its jam these rows alone gave two thirds of the load; racks were refused."""

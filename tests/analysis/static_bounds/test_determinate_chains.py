@@ -85,6 +85,7 @@ def check(seed: int, kind: str) -> bool:
     return True
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["screw", "screw_preload", "prismatic"])
 def test_bounds_of_a_chain_are_those_of_runs(kind: str) -> None:
     assert sum(check(seed, kind) for seed in range(2))
@@ -110,6 +111,7 @@ def test_the_share_of_a_shaft_lies_between_those_by_both_bounds_of_its_capacity(
         assert end.value == pytest.approx(value, rel=1e-9)
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])
 def test_what_nothing_pushes_holds(kind: str) -> None:
     """Its pairs carry nothing and could resist nothing: "possible", with shares from inf to -inf, was said of it."""

@@ -42,6 +42,7 @@ def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_mi
     assert torque(most, 8) == pytest.approx((held, held), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
     """Bounds by joint lie between those of the softer and of the stiffer for both; faces press no more than the softer's."""
     soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.equilibrium_equations import statics
@@ -44,6 +45,7 @@ def test_what_self_stress_leaves_open_has_no_reach_until_it_is_bounded() -> None
     assert len(norm_bounds(bounded, sizes, holds, stress)) == len(stress) - len(sizes)
 
 
+@pytest.mark.slow
 def test_three_open_directions_close_in_two_hundred_cells() -> None:
     st = statics(scene_given(scenes.four_bar(cross=True)))
     pairs = tuple(st.pairs())

@@ -33,6 +33,7 @@ class Interrupted(Effort):
         return self.looks < 0
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("looks", [0, 2, 12, 40, 80])
 def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: int) -> None:
     st = statics(scene_given(scenes.four_bar()))
@@ -90,6 +91,7 @@ def whole() -> trunnion.HoldBounds:
     return trunnion.hold(scenes.four_bar(), bounds=True)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("after", [1, 5, 20])
 def test_ctrl_c_keeps_the_ends_that_were_found(after: int, whole: trunnion.HoldBounds, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = 0

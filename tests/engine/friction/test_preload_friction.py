@@ -104,6 +104,7 @@ def test_a_bar_with_given_friction_swings_by_its_closed_form(kernel: str) -> Non
     assert "joint.contact[1].normal_force" not in r.names
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck", "regularized", "viscous", "lugre"])
 def test_every_law_drags_in_proportion_to_what_is_given(law: str) -> None:
     extra = {"stribeck": {"mu_static": 1.5, "v_stribeck": 0.1}, "viscous": {"viscosity": 0.3}, "lugre": {"bristle_stiffness": 50.0}}
@@ -116,6 +117,7 @@ def test_every_law_drags_in_proportion_to_what_is_given(law: str) -> None:
     assert abs(r["energy.residual"]).max() < 1e-4 * WEIGHT * LENGTH
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_what_efforts_of_the_same_size_do_in_any_tree(seed: int) -> None:
     """While nothing turns round, given friction is an effort of its size against the motion."""

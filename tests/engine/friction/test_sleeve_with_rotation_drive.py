@@ -88,6 +88,7 @@ def alone(rate: Callable[[float], float], mu: float, share: float, speed: float,
     return solve_ivp(motion, (0.0, times[-1]), [0.0, speed], "LSODA", times, rtol=1e-11, atol=1e-14, max_step=0.01).y
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("seed", sampled(range(8), 2))
 @pytest.mark.parametrize(("method", "rtol"), SETTINGS)
 def test_a_sleeve_that_is_turned_creeps_along_its_shaft_and_never_rests(method: str, rtol: float, seed: int) -> None:
@@ -102,6 +103,7 @@ def test_a_sleeve_that_is_turned_creeps_along_its_shaft_and_never_rests(method: 
     assert np.abs(r["shaft.qd[1]"] - v).max() <= 20.0 * rtol * LONG / UNTIL
 
 
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("what", DRIVES)
 @pytest.mark.parametrize(("method", "rtol"), SETTINGS[2:])
@@ -157,11 +159,13 @@ def moves_alone(seed: int, more: dict[str, str]) -> None:
         assert np.abs(r["shaft.q[1]"] - alone(rate, mu, share, speed, r.time)[0]).max() <= 20.0 * rtol * LONG
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", sampled(range(60), 4))
 def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
     moves_alone(seed, {})
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", sampled(range(10), 3))
 def test_a_loop_beside_it_changes_nothing(seed: int) -> None:
     moves_alone(seed, CRANK)

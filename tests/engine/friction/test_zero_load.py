@@ -32,6 +32,7 @@ def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:
     return sm.Scene({"hub": body}, {"joint": joint}, "hub", gravity=(0.0, 0.0, 0.0), forces=pushed)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck"])
 @pytest.mark.parametrize("kind", TYPES)
 def test_what_rests_without_a_load_goes_on_resting_also_as_a_load_comes(kind: str, law: str) -> None:

@@ -190,6 +190,7 @@ def error(method: str, steps: int, every: float) -> float:
     return max(float(np.abs(r[c] - truth[i]).max()) for i, c in enumerate(COLUMNS))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", ["solution", "dense output"])
 @pytest.mark.parametrize("method", STEPS)
 def test_the_error_falls_with_the_order_claimed(method: str, which: str) -> None:

@@ -172,6 +172,7 @@ def errors(scene: sm.Scene, joint: str, until: float, way: Way) -> np.ndarray:
     return np.array(off)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_its_error_is_proportional_to_the_tolerance(name: str) -> None:
     off = errors(*SCENES[name]())
@@ -197,6 +198,7 @@ def test_weights_that_do_not_bear_out_the_order_are_refused(wrong: dict, says: s
         replace(MOREAU, **wrong)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("duty", [0.01, 0.2, 0.45])
 def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
     for rtol in (1e-3, 1e-4, 1e-6):
@@ -212,6 +214,7 @@ def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_
     assert r.outcome.ok, r.outcome
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
 def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> None:
     """Friction may be required against the rate at the start of a step."""
@@ -227,6 +230,7 @@ def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float
     assert r.outcome.ok, r.outcome
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
 def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
     """Its speed is nothing there, for an instant, while other pairs of the loop are held (at 2e-9 a step did end there)."""

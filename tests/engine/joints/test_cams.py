@@ -112,6 +112,7 @@ simulation: {{until: 1.1 s, every: 50 ms}}
     return cam, scene_from_text(text)
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("what", "guide", "seed", "kernel"), RUNS)
 def test_a_follower_keeps_to_the_curve_and_presses_as_its_motion_asks(what: str, guide: str, seed: int, kernel: str) -> None:
     cam, scene = made(what, guide, seed)
@@ -126,6 +127,7 @@ def test_a_follower_keeps_to_the_curve_and_presses_as_its_motion_asks(what: str,
         assert r["turn.drive.effort[1]"][i] == pytest.approx((np.conj(c) * force).imag, rel=1e-8, abs=1e-10)
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("what", "guide", "seed"), CASES)
 def test_what_slides_on_a_cam_is_dragged_along_by_its_friction(what: str, guide: str, seed: int) -> None:
     mu = 0.15
@@ -144,6 +146,7 @@ def test_what_slides_on_a_cam_is_dragged_along_by_its_friction(what: str, guide:
     assert np.abs(r["energy.residual"]).max() < 1e-8
 
 
+@pytest.mark.default_cases(11)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("given", ["", ", start: {q: 0}"])
 @pytest.mark.parametrize("rubs", ["", ", friction: {force: 0.3}"])
@@ -195,6 +198,7 @@ simulation: {{until: 1 s, every: 0.1 s}}
 E, R, MU = 0.02, 0.05, 0.2
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_cam_under_its_load_up_to_its_arms(side: int, kernel: str) -> None:

@@ -31,6 +31,7 @@ def run(scene: sm.Scene, until: float, **how) -> Result:
     return r
 
 
+@pytest.mark.default_cases(9)
 @pytest.mark.parametrize("kind", [k for k in ALL_TYPES if REGISTRY[k].nv])
 def test_two_bodies_on_a_joint_keep_their_energy(kind: str) -> None:
     """Inertias, frames and rates are random. There is no friction and no device, and the joint is described from either side."""
@@ -46,6 +47,7 @@ PARTS = {d: some_joint(lambda j, d=d: getattr(j, d) is not None) for d in (*DEVI
 ENERGIES = covering(PARTS | {"a load": lambda case: bool(case.scene.forces)}, random_tree, least=3)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", ENERGIES)
 def test_random_trees_account_for_their_energy(seed: int) -> None:
     """With friction, springs, dampers, stops, drives and loads: the energy there is and the work done add up."""
@@ -57,6 +59,7 @@ def test_random_trees_account_for_their_energy(seed: int) -> None:
         assert np.all(np.diff(r[f"{name}.friction.work"]) <= 1e-12 * turned_over(r))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_random_loops_account_for_their_energy(seed: int) -> None:
     r = run(random_loop(seed, friction=0.8).scene, 0.5)

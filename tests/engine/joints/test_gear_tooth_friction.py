@@ -41,6 +41,7 @@ def meshing(row: Row, one: Pair) -> tuple[np.ndarray, np.ndarray]:
     return a, out / np.linalg.norm(out)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("pairs", "seed", "kernel"), RUNS)
 def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(pairs: tuple[str, ...], seed: int, kernel: str) -> None:
     f = flying(seed, pairs, RUBBING)
@@ -225,6 +226,7 @@ def idle_train(rng: np.random.Generator) -> tuple[dict[str, Any], str, float]:
     return {"schema": 1, "gravity": [0, -9.81, 0], "bodies": bodies, "joints": joints}, f"s{holds}", effort
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("seed", range(8))
 def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, method: str) -> None:

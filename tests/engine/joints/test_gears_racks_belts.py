@@ -18,6 +18,7 @@ from trunnion.system.construction.system_builder import build
 SEEDS = range(6)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "kernel"), [*((seed, "parts") for seed in SEEDS), (0, "compiled"), (1, "compiled")])
 def test_every_part_is_in_balance_with_what_is_reported_of_its_joints(seed: int, kernel: str) -> None:
     f = flying(seed)
@@ -31,6 +32,7 @@ def test_every_part_is_in_balance_with_what_is_reported_of_its_joints(seed: int,
             assert np.abs(np.concatenate([force, torque])).max() < 1e-9 * size, body
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_surfaces_do_not_slide_where_they_touch(seed: int) -> None:
     f = flying(seed)

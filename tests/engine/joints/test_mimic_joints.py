@@ -49,6 +49,7 @@ def scene(ties: int, rubs: int, seed: int) -> sm.Scene:
     return sm.Scene(bodies=bodies, joints=joints, gravity=(0.5, -2, -9), simulation=sm.Simulation(until=0.1, every=0.05))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("ties", "rubs", "seed", "kernel"), RUNS)
 def test_what_follows_moves_as_by_two_efforts_that_do_no_work_together(ties: int, rubs: int, seed: int, kernel: str) -> None:
     tied = scene(ties, rubs, seed)

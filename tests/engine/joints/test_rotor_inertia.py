@@ -49,6 +49,7 @@ def compared(case: Case, kernel: str) -> None:
     assert gap <= TOLERANCE, where
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("seed", TREES)
 def test_rotors_of_trees_are_those_of_the_dense_solve(seed: int, kernel: str) -> None:
@@ -57,6 +58,7 @@ def test_rotors_of_trees_are_those_of_the_dense_solve(seed: int, kernel: str) ->
     compared(spun(case, set(case.scene.joints)), kernel)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("seed", LOOPS)
 def test_rotors_in_loops_are_those_of_the_dense_solve(seed: int, kernel: str) -> None:
@@ -83,6 +85,7 @@ def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
     return scene_from_dict({"schema": 1, "bodies": bodies, "joints": joints})
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("rub", [False, True])
 def test_long_chains_say_the_same(rub: bool, kernel: str) -> None:

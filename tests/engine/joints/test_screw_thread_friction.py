@@ -44,6 +44,7 @@ def turned(r: Result) -> float:
     return float(r["screw.q[1]"][-1])
 
 
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("pitch", [0.002, -0.004, 0.03])

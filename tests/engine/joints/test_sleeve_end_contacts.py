@@ -29,6 +29,7 @@ def with_ends(case: Case) -> Case:
     return replace(case, scene=replace(case.scene, joints=joints))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(6))
 def test_ends_on_the_other_part_are_those_of_one_dense_solve(seed: int) -> None:
     how = {"t": TIME, "friction": 1.0, "types": SLIDING}
@@ -64,6 +65,7 @@ def slid(kind: str, pin: str, ends: str | None, kernel: str, **lengths: float) -
     return simulate(scene, until=1.0, kernel=kernel)
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)
@@ -87,6 +89,7 @@ def test_ends_on_the_pin_are_what_is_meant_where_nothing_is_said(kind: str, pin:
     assert all(np.array_equal(a[n], b[n]) for n in a.names)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)
@@ -130,6 +133,7 @@ def overlapping(case: Case, seed: int) -> Case:
     return replace(case, scene=replace(case.scene, joints=joints))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_overlaps_are_those_of_one_dense_solve(seed: int) -> None:
     how = {"t": TIME, "friction": 1.0, "types": SLIDING}

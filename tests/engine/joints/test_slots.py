@@ -114,6 +114,7 @@ def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, 
     raise AssertionError("no side")
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("closed", "seed", "kernel", "mu"), RUNS)
 def test_a_point_keeps_to_its_curve_and_presses_as_its_motion_asks(closed: bool, seed: int, kernel: str, mu: float) -> None:
     s, scene = made(closed, seed, mu)

@@ -77,6 +77,7 @@ def compiled(monkeypatch: pytest.MonkeyPatch, folder: Path, looped: bool) -> Non
     monkeypatch.setenv("TRUNNION_CACHE", str(home))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("kinds", "rubbing"), CASES, ids=["+".join(k) + " rubbing" * r for k, r in CASES])
 def test_looped_and_unrolled_kernels_agree(
     kinds: tuple[str, ...], rubbing: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -85,11 +85,13 @@ def test_derivatives_of_every_model_are_those_of_its_right_hand_side(name: str) 
     check(block_after(load_scene(name), TIMES.get(name, 0.37)))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", CASES)
 def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: str) -> None:
     check(block_at(case_of(which)))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("law", ["stribeck", "lugre"])
 @pytest.mark.parametrize("kind", RUBBING_TYPES)
 def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_state(law: str, kind: str) -> None:
@@ -121,6 +123,7 @@ def test_the_stiff_method_keeps_its_order_with_friction_that_depends_on_open_rea
     assert tight <= 10 * loose
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "shaft on a loop", "table", "open reactions"])
 def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     dense = block_at(case_of(which))

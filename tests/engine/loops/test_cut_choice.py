@@ -66,6 +66,7 @@ def assert_alike(found: dict[str, Result], close: float) -> None:
 GUIDES = [{"force": 2.0}, {"mu": 0.2, "half_length": 0.05, "half_width": 0.02, "half_height": 0.02}]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "guide", "pins"), crossed(range(6), GUIDES, [False, True]))
 def test_a_crank_that_passes_its_dead_centres_moves_alike_wherever_its_loop_is_cut(
     seed: int, guide: dict[str, float], pins: bool
@@ -74,6 +75,7 @@ def test_a_crank_that_passes_its_dead_centres_moves_alike_wherever_its_loop_is_c
     assert_alike(runs(slider_crank(np.random.default_rng(seed), guide, pins), rtol=1e-9), 1e-6)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
@@ -87,6 +89,7 @@ def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed:
     assert_alike(found, 1e-6)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("given", CUTS)
 @pytest.mark.parametrize("seed", range(3))
 def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> None:

@@ -48,6 +48,7 @@ def shafts(inertia: float) -> Scene:
 CASES = [(inertia, method) for inertia in INERTIAS for method in ("auto", "rk5", "rk8", "rosenbrock")]
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("inertia", "method"), sampled(CASES, lambda c: CASES.index(c) % 5 in (0, 3)))
 def test_two_pairs_let_go_together_beside_a_wheel_of_any_inertia(inertia: float, method: str) -> None:
     for kernel in ("parts", "compiled"):
@@ -65,6 +66,7 @@ def lightened(scene: Scene, body: str, ratio: float) -> Scene:
     return replace(scene, bodies=scene.bodies | {body: replace(b, mass=mass, density=density, inertia=inertia)})
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_motion_converges_in_first_order_and_in_the_same_steps(seed: int) -> None:
     scene = random_loop(seed, laws=("coulomb",)).scene
@@ -174,6 +176,7 @@ def test_a_coupler_without_mass_moves_alike_wherever_the_loop_is_cut(rubs: bool)
         assert np.abs(np.linalg.norm(force[0], axis=0) - np.linalg.norm(force[1], axis=0)).max() <= 1e-6 * np.abs(force[0]).max()
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("redundant", [False, True])
 @pytest.mark.parametrize("rubs", [False, True])
 def test_every_function_of_a_kernel_is_the_same_compiled_or_made_of_parts(rubs: bool, redundant: bool) -> None:

@@ -97,6 +97,7 @@ def equations(name: str) -> Equations:
     return Equations(SCENES[name]())
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_newton_step_is_that_with_maps(name: str) -> None:
     """η = e + D f, whatever D and e: reactions, accelerations and the loops' multipliers."""
@@ -153,6 +154,7 @@ def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     return made
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["cranks", "scissor", "half0", *map(slow, ["half3", "half4"])])
 def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, name: str) -> None:
     both = models(monkeypatch, COULOMB[name]())

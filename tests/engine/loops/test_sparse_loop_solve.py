@@ -76,6 +76,7 @@ def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
     return made
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", [0, 2, 8])
 def test_accelerations_and_reactions_of_many_loops_are_those_of_dense_equations(seed: int) -> None:
     case = beside(seed)
@@ -88,6 +89,7 @@ def test_accelerations_and_reactions_of_many_loops_are_those_of_dense_equations(
     assert found <= DENSE, where
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", [None, 0, 2], ids=["cranks", "beside0", "beside2"])
 def test_multipliers_by_structure_are_those_of_the_dense_factor(both, seed: int | None) -> None:
     scene, found = cranks(9) if seed is None else beside(seed).scene, []

@@ -20,16 +20,19 @@ from trunnion.simulation.run import pattern_problems
 from trunnion.system.construction.system_builder import build
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", SCENES)
 def test_the_work_of_checking_grows_in_proportion_to_the_scene(kind):
     assert growth(SCENES[kind], scene_from_dict) <= LINEAR
 
 
+@pytest.mark.default_cases(7)
 @pytest.mark.parametrize("kind", TEXTS)
 def test_the_work_of_reading_grows_in_proportion_to_the_text(kind):
     assert growth(TEXTS[kind], read) <= LINEAR
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("path", ["joints.j{i}.strt.q", "bodies.c{i}.mass", "masss{i}", "bodies.b{i}.mass"])
 def test_the_work_of_changing_a_scene_grows_in_proportion_to_the_changes(path):
     def changes(n):
@@ -43,6 +46,7 @@ A_VALUE = 600
 VALUES = {"words": "x", "texts with a unit": "5 N", "texts with the right unit": "0.5 1", "half numbers": "0.5 x", "numbers": 0.5}
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("kind", VALUES)
 def test_values_of_a_sweep_do_not_build_a_scene_each(kind):
     scene = scene_from_dict(VALID)
@@ -143,6 +147,7 @@ LONG = {
 }
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", LONG)
 def test_long_text_is_told_short_wherever_it_stands(kind):
     text = LONG[kind]

@@ -128,6 +128,7 @@ def trials() -> list[Any]:
     return [pytest.param(m, (-1.0,)) for m in models] + more
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("model", "trials"), trials())
 def test_every_door_says_the_same_about_every_kind_of_number(model: str, trials: tuple[float, ...]) -> None:
     scene = load_scene(model)
@@ -137,6 +138,7 @@ def test_every_door_says_the_same_about_every_kind_of_number(model: str, trials:
             assert len({tuple(f) for f in found.values()}) == 1, (path, trial, found)
 
 
+@pytest.mark.default_cases(19)
 @pytest.mark.parametrize("path", BEYOND)
 def test_a_number_beyond_its_bound_is_refused_and_one_inside_is_not(path: str) -> None:
     scene = given_in_full(path)

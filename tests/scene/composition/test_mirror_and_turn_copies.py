@@ -112,6 +112,7 @@ def guided(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     return {"bodies": {"cam": wheel, "bead": {"mass": 0.5, "inertia": inertia, "position": [0, 0, 0]}}, "joints": joints}
 
 
+@pytest.mark.default_cases(15)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", ["curve", "cam"])
 @pytest.mark.parametrize("mirror", ["x", "y", "z"])

@@ -43,6 +43,7 @@ def replaced(key: str) -> Scene:
     return scene_of(Source(data, folder=EXAMPLES))
 
 
+@pytest.mark.default_cases(15)
 @pytest.mark.parametrize("key", KEYS)
 def test_the_checker_accepts_the_example_of_every_key(key):
     assert KEYS[key] in examples(), f"no example in {EXAMPLES.name}"

@@ -57,6 +57,7 @@ def work_of(body: dict[str, Any]) -> float:
     return time.process_time() - began
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("hostile", [unknown_keys, wide_yaml])
 def test_a_check_takes_time_in_proportion_to_what_is_sent(hostile: Any) -> None:
     work_of(hostile(10))
@@ -201,6 +202,7 @@ def crowd(url: str, key: str, stop: threading.Event, clients: int, answers: list
     return threads
 
 
+@pytest.mark.slow
 def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_seconds(tmp_path: Path) -> None:
     assert END_SECONDS < 5.0  # the promise: a timer ends the process then
     with Served(tmp_path / "data", "--workers", "1", "--keys") as s:

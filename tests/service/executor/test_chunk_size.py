@@ -67,6 +67,7 @@ def test_many_workers_have_short_pieces_where_many_are_handed_out_together() -> 
     assert dispatch_cost.longest(2.0, 1, COMMIT_SIZE) == dispatch_cost.longest(2.0, 1, 1), "one worker has one at a time"
 
 
+@pytest.mark.slow
 def test_ten_thousand_workers_have_their_fill_of_a_thousand_million_cases() -> None:
     """In the model of CAPACITY.md: pieces of two seconds, as they were, leave nine tenths of them idle."""
     fleet = Fleet(workers=10_000, case=CASE, cut=PIECE / 2, land=PIECE / 2)

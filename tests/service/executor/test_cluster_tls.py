@@ -152,6 +152,7 @@ def test_a_scheduler_with_tls_is_used_with_its_certificates(tmp_path: Path) -> N
             Client(options[1], timeout=2, set_as_default=False)
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_tls_is_warned_of(caplog: pytest.LogCaptureFixture, tmp_path: Path) -> None:
     from trunnion.service.executor.dask_cluster import Cluster
 

@@ -96,6 +96,7 @@ def dask(port: int) -> Iterator[list[subprocess.Popen[bytes]]]:
             p.wait()
 
 
+@pytest.mark.slow
 def test_an_outside_scheduler_runs_the_same_job_also_when_it_is_restarted_on_the_way(
     tmp_path: Path, expected: list[list[Any]]
 ) -> None:
@@ -158,6 +159,7 @@ def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: 
     page.close()
 
 
+@pytest.mark.slow
 def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: Path) -> None:
     import tempfile
 
