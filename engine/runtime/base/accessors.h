@@ -89,8 +89,8 @@ static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->n
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
 /* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` may be a null pointer. Otherwise, for
- * an end stop it receives the force that remains before release, inside the stop's reach; for a hook, how far the hook's signal
- * lifts it. */
+ * an end stop it receives the factor of the elastic force, which is 0 at release; for a hook, the excess of its signal over the
+ * release value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + 1];

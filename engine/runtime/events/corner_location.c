@@ -11,8 +11,8 @@
 #define HOOK_EDGE 1e-3    /* × the spacing of these points: difference for the slope at an end of the step */
 #define HOOK_SECTIONS 40  /* golden-section iterations between these points */
 
-/* Distance of stop i from its corner at θ of the last step, N. For a hook: excess of its signal over the release value. side: sign
- * of the signal beyond this value. */
+/* Distance of stop i from its corner at θ of the last step: the factor of its elastic force, which is 0 at release. For a hook:
+ * excess of its signal over the release value. side: sign of the signal beyond this value. */
 static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
   tr_evaluate_dense(s, theta, y);
