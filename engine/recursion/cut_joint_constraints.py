@@ -36,7 +36,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
     made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
     if j.light is not None:
-        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # Empty: its force acts along the freedom (``inward_reduction``).
+        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty row: λ acts along the freedom (``inward_reduction``)
         return made
     if j.mimic is None:
         add_rows(sym, made)
