@@ -1,11 +1,11 @@
 """The sensitivity unit: exact directional derivatives of a trajectory, also by parameters.
 
 Motion: derivatives of f = [F; R; V; H; L] by [x, y, z, p, u]. F = [q̇; v̇; friction states; powers]. R: multiplier residuals
-(``jacobian_unit``). V: rates of all freedoms of frictional joints. H: friction ratio minus one for pairs at rest, which is zero at
+(``jacobian_unit``). V: rates of all freedoms of frictional joints. H: friction ratio minus one for pairs at rest; zero at their
 release. L: distance of each latch's hook from its release. u: values of the external inputs.
 
-Outputs: derivatives of the columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both have three stages: parameters, point,
-then one direction at a time."""
+Outputs: derivatives of the columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both parts have three stages: parameters,
+point, then one direction at a time."""
 
 from __future__ import annotations
 

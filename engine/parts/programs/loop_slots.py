@@ -16,7 +16,8 @@ from trunnion.system.structure.loop_matrix_fill import path
 @dataclass
 class CutJointFriction:
     """Friction of a cut joint with nv freedoms and n multipliers λ. The law needs the reaction components f = p0 + ``by_rows`` λ −
-    ``by_friction`` η. The linearised law then gives −η = ``inverse`` (−e) + ``less`` + ``turned`` λ."""
+    ``by_friction`` η. The linearised law has a remainder e. Elimination of η from this law gives −η = ``inverse`` (−e) + ``less`` +
+    ``turned`` λ."""
 
     element: Element
     by_rows: Slot

@@ -32,7 +32,8 @@ static int tr_step_back_to_branch(tr_sim *s, double *y) {
   return there;
 }
 
-/* Whether all pairs at rest hold at (t, y) with the loads followed up to there. If so, these loads become the solution. */
+/* Whether all pairs at rest hold at (t, y) under loads that continue those of the step's start. If so, these loads become the
+ * solution. */
 static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) {
   int rest[s->k->nsliders + 1];
   tr_evaluate_maps_at(s, t, y);

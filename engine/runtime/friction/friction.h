@@ -53,7 +53,7 @@ static double tr_pair_speed_unit(const tr_sim *s, int i);
 /* Rates of pair i in the state `y`. If they are not part of the state, they come from maps, and `y` becomes the current state. */
 static void tr_rates_of_state(tr_sim *s, int i, double *rates);
 
-/* Surface speed of pair i in the state `y`, m/s. May make `y` the current state, as tr_rates_of_state. */
+/* Surface speed of pair i in the state `y`, m/s. May make `y` the current state, as tr_rates_of_state does. */
 static double tr_speed_of_state(tr_sim *s, int i);
 
 /* Set the levers: factors from rates to surface speeds. Levers follow from the surface forces of unit frictions. */

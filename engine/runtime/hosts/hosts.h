@@ -118,7 +118,7 @@ int tr_hold_all(tr_sim *s, tr_held *out);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works) and external values. made: number
- * of recorded steps. rows: room for `capacity` rows. Discards events. Returns a status as tr_advance. */
+ * of recorded steps. rows: room for `capacity` rows. Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, double *t, double *y, double *x, int *made);
 
 /* Number of doubles of the work space of tr_march_tangents. */

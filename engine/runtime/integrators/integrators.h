@@ -3,18 +3,18 @@
 #define TR_INTEGRATORS_H
 #include "evaluate/evaluate.h"
 
-/* Smallest unit of a work's error, J. most: the largest of the works, J. */
+/* Lower limit of the unit in which errors of works are measured, J. most: the largest work, J. */
 static double tr_smallest_work_unit(const tr_sim *s, double most);
 
-/* Mean squared error of positions and velocities over a step from y to ynew, from the errors `e`; 1 at the tolerance. Errors of
- * multipliers count only through the motion. Errors of works, for example of a driven joint's effort, count separately. */
+/* Mean squared error of positions and velocities over a step from y to ynew, from the errors `e`, in units of the tolerance.
+ * Errors of multipliers count only through the motion. Errors of works, for example of a drive's effort, count separately. */
 static double tr_squared_motion_error(const tr_sim *s, const double *e, const double *y, const double *ynew);
 
-/* Squared error of the n works from index `first` of the state, 1 at the tolerance. unit: smallest unit, J. */
+/* Squared error of the n works from index `first` of the state, in tolerances. unit: smallest unit, J. */
 static double tr_squared_work_error(const tr_sim *s, const double *e, const double *y, const double *ynew, int first, int n, double unit);
 
 /* One trial step h from (t, y). Requires K[0]. Results: ynew and, with ends_in_error, the derivative at the end in K[stages].
- * Returns the error, 1 at the tolerance; NaN if a stage failed. */
+ * Returns the error in units of the tolerance, or NaN if a stage failed. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h);
 
 /* dz/d[y, t] (nz × (ny+1)) from the residual rows R of the Jacobian J: R_z dz = −R_y. choice: linearised choice of the open
@@ -26,7 +26,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
 static int tr_jacobian_at(tr_sim *s, double t, const double *y);
 
 /* One trial step h from (t, y). Requires K[0]. Rows of K: f(t, y), the stages, the derivative at the end; the caller evaluates this
- * derivative after projection. Returns the error, 1 at the tolerance. Returns NaN if a stage failed, or if the status is
+ * derivative after projection. Returns the error in units of the tolerance. Returns NaN if a stage failed, or if the status is
  * TR_NEED_JACOBIAN. */
 static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h);
 

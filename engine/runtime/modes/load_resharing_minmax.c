@@ -10,7 +10,7 @@
 #define SPARE_REFUSED 0.25 /* × the expected gain: below this, the trust region shrinks, by this factor */
 #define SPARE_TAKEN 3.0    /* factor on the trust-region radius after an accepted step */
 #define SPARE_GAIN 1e-10   /* × the capacity: smallest gain with which the search continues */
-#define SPARE_SOLVED 400   /* largest number of solutions of the equations */
+#define SPARE_SOLVED 400   /* largest number of times that the friction equations are solved */
 #define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the one-by-one search */
 #define MOVED_LEAST 1e-3   /* × the capacity: smallest change of a load in the one-by-one search */
 #define MOVES_MOST 200     /* largest number of trials in the one-by-one search */

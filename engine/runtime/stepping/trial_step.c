@@ -19,7 +19,7 @@
 typedef struct tr_trial {
   double h, end;   /* size and end time of the step, s */
   int last;        /* whether the step ends at the limit */
-  double err;      /* error, 1 at the tolerance; NaN: the step is unusable */
+  double err;      /* error, in units of the tolerance; NaN: the step is unusable */
   int found, which; /* result of the event search; pair or stop of the event */
   double theta;
   int cuts;        /* number of remakes up to the event */

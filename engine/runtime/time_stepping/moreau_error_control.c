@@ -86,7 +86,7 @@ static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   tr_copy(n, TR_A(s, part_power), powers + part * n);
 }
 
-/* Squared error of the works over a step h with these powers, 1 at the tolerance. Every work is included, even if no column needs
+/* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
  * it; otherwise errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the step is
  * accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
