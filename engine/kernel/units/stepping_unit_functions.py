@@ -115,8 +115,8 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def _also_alone(code: Code, name: str, derivatives: int) -> Code:
-    """The code with a second function, ``name``_alone, without the derivatives dN. Its text is the same, with a local array dN; the
-    compiler removes computations that only dN needs."""
+    """The code with a second function, ``name``_alone, without the derivatives dN. The text of this function is the same, with a
+    local array dN; the compiler removes computations that only dN needs."""
     own = code.text[code.text.index(f"void {name}(") :].replace(f"void {name}(", f"void {name}_alone(")
     own = own.replace(",double*restrict dN", "").replace("{\n", f"{{\ndouble dN[{max(derivatives, 1)}];\n", 1)
     code.text += "\n" + own

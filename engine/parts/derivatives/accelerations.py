@@ -42,7 +42,7 @@ class DifferentiableScene(ScenePasses):
             super().body_call(program, i, function, **operands)
 
     def reduced_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
-        """Call a function of that primitive of body i with which the recursion computes accelerations."""
+        """Call a function of body i's primitive. The recursion computes accelerations with this primitive."""
         SceneTables.body_call(self, program, i, function, **operands)
 
 

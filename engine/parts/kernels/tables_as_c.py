@@ -56,7 +56,7 @@ def called(of: DifferentiatedScene) -> list[str]:
 
 def _numbers(code: Sequence[int], head: int) -> Iterator[int]:
     """Numbers of the ops that a program calls. head: number of integers at the start of a call. A program of tangents has three
-    more integers there: the counts of inputs, outputs and added outputs. For each of these, two integers follow."""
+    more integers there: the numbers of inputs, outputs and added outputs. Two integers follow for each of these."""
     at = 0
     while at < len(code):
         yield code[at]

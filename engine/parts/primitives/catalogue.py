@@ -32,7 +32,7 @@ from trunnion.system.structure.friction_joint_indices import everything
 Recipe = tuple[Any, ...]
 """Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
 MANY = 3
-"""Number of freedoms of a joint with which none, one or all of them may be prescribed. With more freedoms, none or all may be
+"""If a joint has this number of freedoms, none, one or all of them may be prescribed. With more freedoms, none or all may be
 prescribed; with fewer, any subset."""
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
 """Laws that the catalogue combines with Adams' approximation: each law that smooths another law, and the smoothed law."""

@@ -125,7 +125,8 @@ static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(
 /* Number of active rows that constrain loops. The rows of light freedoms follow these rows. */
 static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
 
-/* Unit of the residual of a constraint row: 1 rad, or the length scale. Unit of a rate, without the rate scale. */
+/* Unit of the residual of a constraint row: 1 for rotation (rad), the length scale for translation. Unit of a rate, divided by the
+ * rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
 

@@ -9,7 +9,7 @@
 #define NEAR_MISS 1e-10    /* × the unit: if a faster pair turns by more than 90° in a step, the step was too large */
 #define CAPTURE_SPEED 1e-8 /* × the unit: slower sliding with several components may end at once; above round-off of loops */
 
-/* Overshoot of `speed`, the velocity along the frozen direction, beyond the end of sliding. In units of the tolerance; a value
+/* Overshoot of `speed`, the velocity along the frozen direction, beyond the end of sliding, in units of the tolerance. A value
  * above 1 is a stick event. */
 static inline double tr_stick_overshoot(double speed, double unit) { return -speed / (unit * TOL_SPEED); }
 

@@ -3,7 +3,7 @@
 #define TR_CHECKS_H
 #include "integrators/integrators.h"
 
-/* Largest speed, m/s, of a held pair after loop closure that counts as rest. */
+/* Largest speed of a held pair after loop closure that counts as rest, m/s. */
 static inline double tr_closure_speed(const tr_sim *s);
 
 /* Returns bits TR_BREAKS_… of the laws that the solution at the state y violates. rest (n): pairs of the present decision. A null

@@ -50,8 +50,8 @@ static void tr_solve_loops(tr_sim *s, const double *b, double *x);
  * round-off. */
 static void tr_scale_loop_rows(tr_sim *s, int nothing);
 
-/* Determine the rank of S at an accurate state, assembled or projected. Store it if it is larger than the stored rank. Makes the
- * factor invalid. */
+/* Determine the rank of S at an accurate state, assembled or projected. If this rank is larger than the stored rank, store it.
+ * Makes the factor invalid. */
 static void tr_update_rank(tr_sim *s);
 
 /* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.

@@ -10,10 +10,10 @@
  * stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; as large as the distance 0.01 */
+#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; equal to the distance of at most 0.01 */
 
-/* The direction of λ that has just lost its effect, in `lost` (a). It is the null vector of the last pivot within the rank.
- * Combination with directions that were always open minimises its forces. Returns its force · length scale divided by its
+/* The direction of λ that has just lost its effect, in `lost` (a). It is the null vector of the last pivot within the rank, plus
+ * the combination of the open directions with which its forces are smallest. Returns its force · length scale divided by its
  * couple. */
 static double tr_find_lost_direction(tr_sim *s, double *lost) {
   const tr_kernel *k = s->k;

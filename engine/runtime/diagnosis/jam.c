@@ -45,7 +45,8 @@ static int tr_find_obstructing_pair(tr_sim *s) {
 }
 
 /* The pair that causes the failure at the current state. If loops move several pairs as one freedom, the weakest of these pairs is
- * returned, because the split of loads between them is arbitrary. tr_find_weakest_pair determines it at the last friction found. */
+ * returned, because the split of loads between them is arbitrary. tr_find_weakest_pair determines the weakest pair at the last
+ * friction found. */
 static int tr_find_jamming_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];

@@ -121,7 +121,7 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
 
 /* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. If `longer` is set, the fraction is the
  * largest that reduces the residual `now` by the factor PAYS of the prediction. Then the largest change is also tried alone, for a
- * screw with an unknown number of turns; on success it replaces dv. */
+ * screw with an unknown number of turns; on success this change replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;

@@ -56,10 +56,10 @@ static int tr_release_left_lines(tr_sim *s) {
   return any;
 }
 
-/* The pair that stops where pair `which` seems to leave its mode; `which` if there is none. The friction of the stopping pair
- * jumps there and carries `which` along. was: speeds at the start of the step. A slow pair that speeds up has just started, and
- * does not stop. For a pair on a line, speed perpendicular to the line comes from loops that the step leaves open. Requires maps
- * of (t, y). */
+/* The pair that stops at the state where pair `which` seems to leave its mode; `which` if no other pair stops. The friction of the
+ * stopping pair jumps at this state and carries `which` along. was: speeds at the start of the step. A slow pair that speeds up has
+ * just started, and does not stop. For a pair on a line, speed perpendicular to the line comes from loops that the step leaves
+ * open. Requires maps of (t, y). */
 static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, double t, const double *y) {
   if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -4,7 +4,7 @@
 #define TURN_NOTED 0.017453292519943295 /* rad: if a contact of another pair turns by more at an event, it is logged too */
 #define BALL_TURNS 4                    /* number of decisions in a row that a change of branch of balls may invalidate */
 #define BRANCH_CHANGES 4                /* limit of branch changes of balls at one time; one suffices if a branch continues */
-#define CONE_NEAR 1e-6                  /* × s²/|ω|²: a ball closer to its cone is at its cone, with loops closed */
+#define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone is at its cone */
 #define ANSWERS_LATER 2    /* decisions after the start: number of pairs whose mode combinations are searched for other solutions */
 
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {

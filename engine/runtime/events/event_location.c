@@ -55,7 +55,7 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
       b = m, gb = g, *which = w;
       if (side == 1) ga *= 0.5;
       side = 1;
-      if (g < 1.0) break; /* less than twice the tolerance beyond the root */
+      if (g < 1.0) break; /* the violation at m is below two tolerances */
     } else {
       a = m, ga = g;
       if (near) tr_copy(nz, TR_A(s, z), near);

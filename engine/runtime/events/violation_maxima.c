@@ -155,9 +155,9 @@ static tr_point tr_sample_of(const tr_sim *s, const tr_samples *at, int i, int q
   return (tr_point){at->x[q], at->own[q * tr_sample_width(s) + i], at->all[q]};
 }
 
-/* If item i has a positive maximum between points q − 2 and q, narrow the bracket by it. The value of the parabola through the
- * points may be wrong by as much as it changes. If q = 1, the search ends at this point, because another violation is positive
- * there. */
+/* If item i has a positive maximum between points q − 2 and q, narrow the bracket by it. The maximum of the parabola through the
+ * points may be wrong by as much as the parabola varies. If q = 1, the search ends at this point, because another violation is
+ * positive there. */
 static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
   tr_point p[3];
   if (q == 1) {

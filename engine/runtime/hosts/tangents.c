@@ -10,7 +10,7 @@
 #define SETTLED_AFTER 2e-13       /* × the largest multiplier: last correction by new factors, which change it slightly */
 #define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
 #define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
-#define CONTRACTION 0.25          /* the last factors are used while each correction is smaller than this × the previous one */
+#define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
 #define REGULAR_PIVOTS 1e-4       /* smallest pivot over largest: above this, the scaled matrix is clearly regular */
 #define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
 

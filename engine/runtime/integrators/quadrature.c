@@ -12,10 +12,10 @@
 #define WORK_RULES 3
 #define WORK_PART (1.0 / 1024.0) /* × a step: shortest part */
 #define PARTS 1024                /* largest number of parts of a step; prevents endless refinement of noise above the tolerance */
-/* If a rule differs relatively by r from the next coarser rule, its error is about r^(1 + SHARPER). The orders are 5 and 7, or 7
- * and 11. */
+/* If a rule and the next coarser rule have the relative difference r, the error of the finer rule is about r^(1 + SHARPER). The
+ * orders are 5 and 7, or 7 and 11. */
 #define SHARPER 0.4
-#define DOUBTED 10.0              /* safety factor on this error estimate, whose result is at most r */
+#define DOUBTED 10.0              /* safety factor on this error estimate; the product is limited to r */
 #define AUDIT_LOOSER 100.0        /* × the tolerance: error of the audit's sums that is allowed per step */
 
 /* Works to integrate: index of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */
@@ -53,7 +53,7 @@ static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selec
 /* Distance between the indices of the nodes that a rule uses. */
 static inline int tr_node_step(int rule) { return (TR_WORK_NODES - 1) >> rule; }
 
-/* Works (w->count values) of a part of the step, by the given rule (1 to WORK_RULES). Returns the squared error, 1 at the
+/* Works (w->count values) of a part of the step, by the given rule (1 to WORK_RULES). Returns the squared error in units of the
  * tolerance. The difference from the next coarser rule gives this estimate. */
 static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_selection *w, const double *power, double *work) {
   const int q = w->count;

@@ -29,9 +29,9 @@ static void tr_follow_angles(tr_sim *s, double t, const double *y);
 /* Post-process the columns of a row (tr_post), whose time is row[-1]. Rows must be passed in order of time. */
 static void tr_finish_columns(tr_sim *s, double *row);
 
-/* Evaluate the columns at (t, y), with row[0] = t. Unless `there`, projects y and solves for the multipliers if a column needs
- * them. The first row always solves, because the first step starts from its solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or
- * TR_FAIL_NOT_FINITE if a column overflows. */
+/* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and solved; otherwise projects y, and
+ * solves for the multipliers if a column needs them. The first row always solves, because the first step starts from its solution.
+ * Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there);
 
 /* As tr_output_row_of, for a state that is not yet projected and solved. */

@@ -12,7 +12,7 @@
 #define CUT_EARLY 0.9           /* × the step: a step whose event is later is not remade */
 #define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
 #define CUTS_MOST 2             /* largest number of remakes for one event */
-#define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits each */
+#define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits what each can gain */
 #define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
 #define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step means another root */
 

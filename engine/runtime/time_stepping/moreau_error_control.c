@@ -100,8 +100,8 @@ static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *p
   return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most));
 }
 
-/* Make a step h as a whole and in halves. ynew receives the result, extrapolated if no mode changed. Returns the error of ynew, 1
- * at the tolerance. NaN means failure, with the reason in step.failure. */
+/* Make a step h as a whole and in halves. ynew receives the result, extrapolated if no mode changed. Returns the error of ynew in
+ * units of the tolerance. NaN means failure, with the reason in step.failure. */
 static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s);
   const double t = s->clock.t, *y = TR_A(s, y);
