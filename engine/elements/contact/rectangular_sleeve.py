@@ -1,7 +1,7 @@
 """Rectangular sleeve of a prismatic joint; the paper does not treat it (theory, "Sleeve").
 
 The inner part is the pin. It has half length c and half sizes a along e2 and b along e3. At both ends of the inner part, forces act
-along e2 and e3. A couple on its faces carries the torsion."""
+along e2 and e3. A couple on the faces carries the torsion."""
 
 from __future__ import annotations
 

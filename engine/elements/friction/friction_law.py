@@ -24,13 +24,13 @@ HALF = 0.5
 """Offset for comparisons with integer states. A comparison by this offset makes a step 3 percent faster than a test for
 equality."""
 HAIR = 1e-120
-"""Factor of the frozen direction, which is added to a velocity of several components. The added vector matters only if the
-runtime freezes a direction of huge norm (first step of slip from rest, ``slip_onset.c``). This direction is then the direction of
-sliding."""
+"""Factor of the frozen direction. The direction times this factor is added to a velocity of several components. The sum differs
+from the velocity only if the runtime freezes a direction of huge norm (first step of slip from rest, ``slip_onset.c``). The result
+is then the direction of sliding."""
 AT_REST = 1e-138
-"""Factor of the frozen direction, which is added to a velocity before its sign is taken (``Law.side``). A velocity against the
-frozen direction then counts as round-off of dependent rates. For a starting pair, this holds for velocities below 1e-12 m/s. For a
-pair on a line (``sliding_directions.c``, with larger norms), it always holds."""
+"""Factor as HAIR, for the sign of a velocity (``Law.side``). With it, a velocity against the frozen direction counts as round-off
+of dependent rates. For a starting pair, this holds for velocities below 1e-12 m/s. For a pair on a line (``sliding_directions.c``,
+with larger norms), it always holds."""
 
 
 class Rest(Enum):

@@ -40,7 +40,7 @@ static int tr_is_row_dropped(const tr_sim *s, int i) {
   return 0;
 }
 
-/* Violation of loop row i that is always allowed. */
+/* Largest violation of loop row i that is always allowed. */
 static inline double tr_row_tolerance(const tr_sim *s, int i) {
   return FAINT_OPENING * tr_row_unit(s, s->k->active_rows[i]) * s->set.rate * s->set.rate;
 }

@@ -3,7 +3,7 @@
 
 #define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row that is closer to dependence is dropped */
 #define APPROACH 4.0              /* planned change of the independence in a step, as a factor extrapolated from the last step */
-#define LEAP 8.0                  /* largest accepted change of the independence in a step, as a factor; otherwise shorter steps */
+#define LEAP 8.0                  /* largest accepted change of the independence in a step, as a factor; else steps are shorter */
 #define SHORTER 2.0               /* factor by which a step with a larger change is shortened */
 #define PASSED 1e-3               /* × the independence at the start of the run: below this, a motion passes a dead centre */
 #define PASSED_SECTIONS 24        /* golden-section iterations that find the least independence */
