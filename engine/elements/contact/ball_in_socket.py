@@ -76,7 +76,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The formula is that of the proportional branch, because the speed on this
+    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. It is computed as on the proportional branch, because the speed on this
     branch alone selects the branch (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)

@@ -3,7 +3,7 @@
 #include "friction/friction.h"
 
 #define RESTS_BY 4.0 /* × the stopping time at constant deceleration; smooth stops take three times as long */
-#define RESTS_FOR 1e-6 /* / rate: a time much longer than a pair needs to reverse at such a speed */
+#define RESTS_FOR 1e-6 /* / rate: stopping time above which a pair rests; a slow pair that reverses needs much less */
 #define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: least response in a scale; round-off is below RANK_PIVOT */
 
 static double tr_freedom_response(const tr_sim *s, int i, int j) {
