@@ -1,1 +1,1 @@
-"""Output columns. Both kernels use the same definition of each column."""
+"""Output columns. Both kernels use the same declarations of the columns."""

@@ -16,7 +16,8 @@ from trunnion.columns.operands import Operand
 from trunnion.columns.subjects import Subject, SubjectType
 
 COMPONENT, ITEM = "component", "item"
-"""Words in a column's name: the component of a quantity, and the item of a subject that has several items. Both count from 1."""
+"""Words in the name of a column. COMPONENT is the index of the quantity's component; ITEM is the index of the item, for subjects
+that have several. Both indices start from 1."""
 
 
 def always(_: Subject) -> bool:
@@ -25,7 +26,7 @@ def always(_: Subject) -> bool:
 
 
 def no_post(_: Subject) -> str:
-    """Default of ``Quantity.post``: the runtime does not process the column."""
+    """Default of ``Quantity.post``: the runtime does not change the values of the column."""
     return ""
 
 
@@ -115,7 +116,7 @@ class ColumnKind:
 
 
 def registered(*kinds: ColumnKind) -> dict[str, ColumnKind]:
-    """{name: kind}, in the order given. ValueError, with all faults, if a declaration is faulty."""
+    """{name: kind}, in the order given. Raises ValueError with all faults, if a declaration is faulty."""
     wrong = [f"column kind {k.name or '?'}: {fault}" for k in kinds for fault in faults(k)]
     patterns = [f"{q.column} of {k.of.name}" for k in kinds for q in k.quantities]
     for what, names in (("column kind", [k.name for k in kinds]), ("column", patterns)):
@@ -126,7 +127,7 @@ def registered(*kinds: ColumnKind) -> dict[str, ColumnKind]:
 
 
 def faults(kind: ColumnKind) -> list[str]:
-    """Descriptions of all faults of a declaration; empty if it is correct."""
+    """Descriptions of all faults of a declaration. The list is empty for a correct declaration."""
     found = [] if kind.name.isidentifier() else ["its name is not an identifier"]
     found += [] if kind.operands else ["no operands"]
     found += [] if kind.quantities else ["no quantities"]

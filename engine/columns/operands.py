@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from trunnion.recursion.body_kinematics import Motion, Pose
 else:
     Motion = Pose = Any
-    """Types of operands, only for annotations: this module must not import the symbolic library."""
+    """These names are types of operands. Only annotations use them, because this module must not import the symbolic library."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ Provider = TypeVar("Provider", bound=type)
 
 
 def provides_all(provider: Provider) -> Provider:
-    """Class decorator that checks that a class provides all operands. TypeError with the names of operands without a method."""
+    """Class decorator that checks that a class provides all operands. Raises TypeError with the names of the operands that have no
+    method."""
     declared = {o.name for o in globals().values() if isinstance(o, Operand)}
     missing = sorted(name for name in declared if not hasattr(provider, name))
     if missing:
@@ -67,29 +68,29 @@ JOINT_ACCELERATION = Operand("joint_acceleration", 1, 2, solved=True)
 JOINT_POSE = Operand("joint_pose", 21, 1)
 """``Pose``: the joint's frames Ein and Eout in the world frame (3×3), and s = p_out − p_in (3), m."""
 REACTION_ARM = Operand("reaction_arm", 3, 1)
-"""Vector from the point where the reaction is reported to p_out, world frame, m. The vector is s, or 0 if the pin belongs to the
-outboard part."""
+"""Vector from the point where the reaction is reported to p_out, world frame, m. The vector is s; if the pin belongs to the
+outboard part, the vector is 0."""
 OUTBOARD_WRENCH = Operand("outboard_wrench", 6, 1, solved=True)
 """Force (N) and torque (N·m) that a joint transmits to its outboard part, at p_out, world frame."""
 DRIVE_EFFORT = Operand("drive_effort", 1, 2, solved=True)
-"""Effort on the outboard part by the drive of a freedom, N or N·m."""
+"""Effort of a freedom's drive on the outboard part, N or N·m."""
 DEVICE_EFFORT = Operand("device_effort", 1, 3)
-"""Effort on the outboard part by one device of a freedom, N or N·m."""
+"""Effort of one device of a freedom on the outboard part, N or N·m."""
 LATCH_HOOK = Operand("latch_hook", 1, 2)
-"""Number of the tooth that the hook of a freedom's latch is on, from 1; 0: the hook is up."""
+"""Number, from 1, of the tooth on which the hook of a freedom's latch is. 0 if the hook is up."""
 COUPLING_MULTIPLIER = Operand("coupling_multiplier", 1, 1, solved=True)
 """Lagrange multiplier of a coupling's constraint row, N or N·m."""
 
 FRICTION_MULTIPLIER = Operand("friction_multiplier", 1, 2, solved=True)
-"""Friction multiplier η along a freedom, on the inboard part, N or N·m."""
+"""Friction multiplier η along a freedom: the effort of friction on the inboard part, N or N·m."""
 BRISTLE_STATE = Operand("bristle_state", 1, 2)
 """State of a bristle law along a freedom."""
 BRISTLE_SCALE = Operand("bristle_scale", 1, 1)
-"""Bristle state per deflection, 1/m."""
+"""Ratio of a bristle's state to its deflection, 1/m."""
 PAIR_STATE = Operand("pair_state", 1, 1)
 """Sliding state of a friction pair."""
 FRICTION = Operand("friction", 0, 1)
-"""``FrictionTerms`` of a joint: the element, and its laws and parameters as expressions."""
+"""``FrictionTerms`` of a joint: the friction element, its laws, and its parameters as expressions."""
 CONTACT_REACTION = Operand("contact_reaction", 0, 1, solved=True)
 """All components of f_c and m_c of a joint with friction, in the order of ``everything``."""
 JOINT_RATES = Operand("joint_rates", 0, 1)

@@ -44,8 +44,8 @@ CONTACT = REGISTRY["contact"]
 
 
 def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
-    """All (kind, subject) pairs of a system, in the order of a result: bodies, joints, couplings, loads, the system. All kinds of
-    one item follow each other. Consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
+    """All (kind, subject) pairs of a system in the order of a result: bodies, joints, couplings, loads, the system. The pairs of
+    one item are adjacent. Consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
     for scope, kinds in groupby(REGISTRY.values(), key=lambda kind: kind.of.scope):
         runs = [(by, list(run)) for by, run in groupby(kinds, key=lambda kind: kind.of.by_freedom)]
         for number, item in enumerate(items(system, scope)):
@@ -55,8 +55,8 @@ def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
 
 
 def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int | None]]:
-    """For each column of a subject: indices of the quantity, the item (None if the kind does not repeat) and the component (None
-    for a scalar). Indices count from 0."""
+    """For each column of a subject: the indices of the quantity, the item and the component, from 0. The item is None if the kind
+    does not repeat; the component is None for a scalar."""
     for item in range(kind.repeats(s)) if kind.repeats else (None,):
         for number, q in enumerate(kind.quantities):
             if q.given(s):
@@ -64,8 +64,8 @@ def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int |
 
 
 def reference() -> Iterator[tuple[str, str, str]]:
-    """(name, unit, description) of every column for the printed reference. Words of subjects are placeholders in capitals:
-    ``BODY.position[COMPONENT]``."""
+    """(name, unit, description) of every column, for the printed reference. The words of subjects are replaced by placeholders in
+    capitals: ``BODY.position[COMPONENT]``."""
     for kind in REGISTRY.values():
         words = {w: w.upper() for w in (*kind.of.words, ITEM, COMPONENT)}
         for q in kind.quantities:

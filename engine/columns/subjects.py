@@ -122,12 +122,13 @@ def _system(_: int, system: System) -> Iterator[Subject]:
 
 
 def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
-    """Freedoms along which friction acts. Column names number the rotational freedoms, from 1."""
+    """Freedoms along which friction acts. Column names contain the number of a rotational freedom among the rotational freedoms,
+    from 1."""
     turn = 0
     for k in range(j.kind.nv) if j.friction else ():
         assert j.friction is not None
         if k in CONTACTS[j.friction.contact].bound:
-            continue  # the contact forces include the friction along this freedom
+            continue  # The outputs of the contacts include the friction along this freedom.
         turns = j.kind.turns(k)
         turn += turns
         words = {"what": "torque", "place": f"torque[{turn}]"} if turns else {"what": "force", "place": "force"}

@@ -1,1 +1,1 @@
-"""From a system to a compiled library: symbolic build, C, compiler, cache."""
+"""From a system to a compiled library: symbolic expressions, C text, compiler, cache."""

@@ -28,7 +28,7 @@ PREAMBLE = MATH + '#include "tr_abi.h"\n'
 
 @dataclass
 class KernelSource:
-    """C text by unit name ("kernel", "outputs"), and facts stored beside the library."""
+    """C text by name of the unit ("kernel", "outputs"), and facts that are stored beside the library."""
 
     units: dict[str, str]
     facts: dict[str, object]
@@ -36,7 +36,7 @@ class KernelSource:
 
 @contextmanager
 def _quickly() -> Iterator[None]:
-    """Build without garbage collection, which would take a twentieth of the time. Symbols are many, small and in use until the
+    """Build without garbage collection, which would take a twentieth of the time: symbols are many, small, and in use until the
     end."""
     enabled = gc.isenabled()
     gc.disable()
@@ -52,7 +52,7 @@ def _quickly() -> Iterator[None]:
 def kernel_source(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> KernelSource:
-    """C sources for a run. The Jacobian unit is separate, since few methods need it."""
+    """C sources for a run. The Jacobian unit is separate, because few methods need it."""
     plain = build_model(Symbols(system, parameters))
     main = main_unit(plain, quadratures, redundant)
     out = output_unit(plain, chosen, quadratures)

@@ -1,8 +1,8 @@
 """Compiled kernels and the runtime as ctypes libraries, from the cache or built on demand.
 
-The key of a kernel covers the system's structure, the columns, all sources that shape code, the compiler and the CPU level. A warm
-start thus needs neither the symbolic library nor the compiler. Units are also cached by their text, so that scenes that differ only
-in names or columns share units.
+The key of a kernel covers the system's structure, the columns, all sources that influence code, the compiler and the CPU level. A
+warm start therefore needs neither the symbolic library nor the compiler. Units are also cached by their text. Scenes that differ
+only in names or columns then use the same units.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
-"""Largest count of friction multipliers for lanes. Above this count, the maps that lanes need are large."""
+"""Largest number of friction multipliers with which lanes are used. With more, lanes need large maps."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
-"""Largest text of the unit of columns (characters), and largest maps (numbers), for which lanes compute rows. Compiling for
-lanes takes as long as the unit itself, and the data of rows lie on the stacks of cases."""
+"""Lanes compute rows only up to these sizes: the text of the unit of columns (characters), and the maps (doubles). Compilation for
+lanes takes as long as the unit itself, and the data of rows are on the stacks of cases."""
 
 
 @lru_cache(maxsize=1)
 def sources_key() -> str:
-    """Digest of all Python sources that shape generated code."""
+    """Digest of all Python sources that influence generated code."""
     files = sorted(f for folder in SHAPING for f in (ENGINE / folder).rglob("*.py"))
     return library_cache.digest(*(f.read_bytes() for f in files))
 
@@ -62,7 +62,7 @@ def _toolchain() -> tuple[str, ...]:
 
 
 def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
-    """Key of a system's kernel in the cache: a digest of all that shapes its code."""
+    """Key of a system's kernel in the cache: a digest of everything that influences its code."""
     names = ",".join(c.name for c in chosen)
     how = f"{quadratures} {redundant} {c_compiler.quick()}"
     return library_cache.digest(repr(system), str(parameters), names, how, sources_key(), *_toolchain())
@@ -70,7 +70,7 @@ def kernel_key(system: System, parameters: int, chosen: list[Column], quadrature
 
 @lru_cache(maxsize=1)
 def runtime() -> ctypes.CDLL:
-    """The stepping library: the installed one, or one that this machine compiles once."""
+    """The stepping library. If it is not installed, this machine compiles it once."""
     found = built.library("runtime")
     if found:
         return found
@@ -91,7 +91,7 @@ def _build_runtime(folder: Path) -> None:
 
 
 def write_headers(folder: Path) -> None:
-    """Write the generated headers of the runtime: the ABI, and the tables of methods."""
+    """Write the generated headers of the runtime: the ABI and the tables of methods."""
     from trunnion.runtime.integrators.method_c_code import header as tables
 
     (folder / "tr_abi.h").write_text(header())
@@ -100,7 +100,8 @@ def write_headers(folder: Path) -> None:
 
 @dataclass
 class Kernel:
-    """A loaded kernel: libraries, sizes, facts, build time (seconds; 0 if cached), folder and key of its cache entry."""
+    """A loaded kernel: its libraries, sizes, facts, build time (seconds; 0 if cached), and the folder and key of its cache
+    entry."""
 
     libraries: dict[str, ctypes.CDLL]
     sizes: dict[str, int]
@@ -111,13 +112,13 @@ class Kernel:
     structure: tuple[System, int, bool, bool]
 
     def jacobian(self) -> int:
-        """Address of the Jacobian unit's table, built at the first call."""
+        """Address of the Jacobian unit's table. The first call builds the unit."""
         if "jacobian" not in self.libraries:
             self.libraries["jacobian"] = _cached("jacobian", self.key, lambda place: build_jacobian(place, self.structure))
         return self.address("jacobian")
 
     def lanes(self) -> int:
-        """Address of the table of lanes, built at the first call. Requires ``lanes_fit``."""
+        """Address of the table of lanes. The first call builds the lanes. Requires ``lanes_fit``."""
         if "lanes" not in self.libraries:
             from trunnion.kernel.units.simd_lanes_unit import lanes_text
 
@@ -125,14 +126,14 @@ class Kernel:
         return self.address("lanes")
 
     def lane_columns(self) -> int:
-        """Address of the function that computes columns of rows in lanes; 0 if there is none."""
+        """Address of the function that computes the columns of rows in lanes; 0 if there is no such function."""
         if "columns" not in self.libraries and (made := columns_library(self)):
             self.libraries["columns"] = made
         there = self.libraries.get("columns")
         return ctypes.cast(there.l_columns, ctypes.c_void_p).value or 0 if there else 0
 
     def linear(self, chosen: list[Column]) -> int:
-        """Address of the linear unit's table for these columns, built at the first call."""
+        """Address of the linear unit's table for these columns. The first call builds the unit."""
         if "linear" not in self.libraries:
             key = library_cache.digest(self.key, *(c.name for c in chosen))
             self.libraries["linear"] = _cached("linear", key, lambda place: _build_linear(place, self.structure, chosen))
@@ -144,13 +145,13 @@ class Kernel:
 
 
 def _cached(unit: str, key: str, make: Callable[[Path], None]) -> ctypes.CDLL:
-    """The library of a unit from the cache; ``make(folder)`` builds it if it is missing."""
+    """The library of a unit, from the cache. If it is missing, ``make(folder)`` builds it."""
     folder, _ = library_cache.entry(f"{unit}-{key}", make)
     return ctypes.CDLL(str(folder / f"{unit}{c_compiler.library_suffix()}"))
 
 
 def columns_library(built: Kernel) -> ctypes.CDLL | None:
-    """Library that computes columns of rows in lanes; None if rows are computed one by one."""
+    """Library that computes the columns of rows in lanes, or None if rows are computed one by one."""
     table = OUTPUTS.ctype.from_address(built.address("outputs"))
     text = built.folder / "outputs.c"
     if not table.nout or built.sizes["nmaps"] > MOST_MAPS or not text.exists() or text.stat().st_size > MOST_TEXT:
@@ -162,14 +163,15 @@ def columns_library(built: Kernel) -> ctypes.CDLL | None:
 
 
 def lanes_fit(kernel: Kernel) -> bool:
-    """Whether lanes can step a kernel's cases: compiled code, few friction multipliers, no tables, few loops."""
+    """Whether lanes can step the cases of a kernel. This requires compiled code, few friction multipliers, no tables and few
+    loops."""
     table = KERNEL.ctype.from_address(kernel.address("kernel"))
     compiled = (kernel.folder / "kernel.c").exists() and table.neta <= MOST_FRICTIONS
     return compiled and not any(getattr(table, n) for n in ("ntables", "nfill", "nkappa", "begin", "shift"))
 
 
 def _vectors(unit: str, text: str) -> ctypes.CDLL:
-    """Library of C++ text that computes in vectors."""
+    """Library of a C++ text that computes in SIMD vectors."""
     from trunnion.kernel.units.simd_lanes_unit import FLAGS
 
     flags = FLAGS + (c_compiler.AS_WRITTEN if unit == "columns" else ())
@@ -182,7 +184,7 @@ def _vectors(unit: str, text: str) -> ctypes.CDLL:
 
 
 def _compile(source: Path, text: str, flags: tuple[str, ...]) -> None:
-    """Write a unit's text to a file, and compile the file to a library of the same name in the same folder."""
+    """Write a unit's text to a file. Compile this file to a library with the same name, in the same folder."""
     source.write_text(text)
     (source.parent / "tr_abi.h").write_text(header())
     library = source.with_suffix(c_compiler.library_suffix())
@@ -207,7 +209,7 @@ def _build_linear(folder: Path, structure: tuple[System, int, bool, bool], chose
 
 
 def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> Kernel:
-    """The kernel of a system with these columns. Also builds the runtime if it is missing."""
+    """The kernel of a system with these columns. Also builds the runtime if this is missing."""
     started = time.perf_counter()
     key = kernel_key(system, parameters, chosen, quadratures, redundant)
 
@@ -242,8 +244,8 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 
 
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
-    """Write a unit's text and library into a folder. The cache is searched by text: other columns do not change the stepping unit,
-    and other names do not change any unit."""
+    """Write a unit's text and library into a folder. The cache is searched by the text, so other columns do not rebuild the
+    stepping unit, and other names do not rebuild any unit."""
     library, flags = f"{unit}{c_compiler.library_suffix()}", c_compiler.unit_flags(unit, text)
 
     name = f"unit-{library_cache.digest(unit, text, header(), *flags, *_toolchain())}"

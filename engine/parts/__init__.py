@@ -1,1 +1,2 @@
-"""Scenes as bytecode: precompiled primitives with numbers as operands, and programs that call them (theory, "Parts")."""
+"""Scenes as bytecode: precompiled primitives whose operands are numbers, and programs that call these primitives (theory,
+"Parts")."""

@@ -116,7 +116,7 @@ def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
 
 
 def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
-    """A translation axis in the world. The axis of a screw is multiplied by the travel per angle."""
+    """A translation axis in the world. The axis of a screw's travel is multiplied by the travel per angle."""
     v = axis_world(a, Ein, Eout)
     return v * pitch if a.by_pitch else v
 
@@ -139,11 +139,11 @@ def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) ->
 
 
 def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -> SX:
-    """σ (10) of the outboard part relative to the inboard part: the sum of ω_c × (axis · rate) over all rotation axes, where ω_c is
-    the angular velocity of the part that carries the axis.
+    """Angular acceleration σ (10) of the outboard part relative to the inboard part at constant rates. It is the sum of ω_c × (axis
+    · rate) over all rotation axes, where ω_c is the angular velocity of the part that carries the axis.
 
-    inner: ω of the body where the step starts; outer: ω of the body where the step ends. A single rotation axis is fixed in both
-    parts, so that inner gives the same result as outer."""
+    inner: ω of the body where the step starts. outer: ω of the body where the step ends. A single rotation axis is fixed in both
+    parts, so ω_c may be inner or outer."""
     omega = {"in": inner if j.forward else outer, "out": outer if j.forward else inner}
     out = zeros(3)
     for k, a in _axes(j, True):
@@ -153,7 +153,7 @@ def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -
 
 
 def _gamma(j: Joint, parent: SX, child: SX, d: SX, s: SX, slide: SX, sigma: SX) -> SX:
-    """γ of (14): by (12) with the rotation centre at p_i for a forward step, by the inverse motion for a backward step."""
+    """γ of (14). A forward step uses (12) with the rotation centre at p_i; a backward step uses the inverse motion."""
     if j.forward:
         return cross(parent, cross(parent, d + s)) + 2 * cross(parent, slide)
     return cross(parent, cross(parent, d)) - 2 * cross(child, slide) + cross(sigma, s) - cross(child, cross(child, s))

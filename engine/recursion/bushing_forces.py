@@ -17,7 +17,8 @@ from trunnion.recursion.vector_algebra import SX, cross, row_major
 from trunnion.system.structure.bodies_and_joints import GROUND, Load
 
 SMALL = 1e-20
-"""Squared norm of a quaternion's vector part. Below this value, the rotation angle equals twice the norm to the last digit."""
+"""Limit of the squared norm of the vector part of a quaternion. Below this limit, the rotation angle equals twice the norm to the
+last digit."""
 
 
 @dataclass
@@ -83,7 +84,7 @@ def bushing_state(ends: tuple[Motion, Motion], numbers: SX) -> Bushing:
 
 
 def wrenches_of(state: Bushing, load: Load) -> list[tuple[int, SX]]:
-    """(body, wrench on the body at its reference origin, 6×1) for each body of the bushing except the ground."""
+    """The pairs (body, wrench) for each body of the bushing except the ground. A wrench is 6×1 at the body's reference origin."""
     force, torque = state.world
     return [
         (body, ca.sparsify(ca.vertcat(sign * force, sign * (torque + cross(lever, force)))))

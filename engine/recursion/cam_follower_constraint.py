@@ -28,7 +28,7 @@ class Seen:
 
 
 def bearing(sym: Symbols, c: Cut) -> SX:
-    """Angle at which the cam's curve is evaluated, rad, within ±π."""
+    """Angle of the vector of ``Seen`` in the cam's plane, rad, within ±π. The cam's curve is evaluated at this angle."""
     return _seen(sym, c).angle[0]
 
 
@@ -50,10 +50,10 @@ class Touch:
 
 
 def following_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX]:
-    """For a cut joint whose outboard part follows a cam: the constraint row, the freedom and the contact frame.
+    """The constraint row, the freedom and the contact frame of a cut joint whose outboard part follows a cam.
 
-    The freedom is sliding of the follower along the cam, as a row of which only rate, wrenches and ξ are used. The columns of the
-    frame (3×3, world) are the cam's axis, the normal towards the follower and the sliding direction."""
+    The freedom is sliding of the follower along the cam. It is given as a row, of which only the rate, the wrenches and ξ are used.
+    The columns of the frame (3×3, world) are the cam's axis, the normal towards the follower and the sliding direction."""
     seen = _seen(sym, c)
     curve = sym.curve(c.joint, seen.angle[0])
     at = (_point if c.joint.kind.follows == "point" else _face)(sym, c, seen, curve)
@@ -78,7 +78,7 @@ def _seen(sym: Symbols, c: Cut) -> Seen:
 
 
 def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
-    """Contact frame (e1 of the cam, n, t), with n at the given angle from ``seen.e2`` in the cam; then n and t with rates."""
+    """Contact frame (e1 of the cam, n, t), where n has the given angle from ``seen.e2``; then n and t, each with its rate."""
     a = c.Ein[:, 0]
     cosine, sine = ca.cos(angle[0]), ca.sin(angle[0])
     n, t = cosine * seen.e2 + sine * seen.e3, cosine * seen.e3 - sine * seen.e2
@@ -87,8 +87,8 @@ def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
 
 
 def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
-    """Contact of a point with the cam. The curve gives the point's distance from the cam's axis as a function of its angle. A
-    roller around the point touches the cam at the roller's radius from the point, opposite to n."""
+    """Contact of a point with the cam. The curve gives the distance of the point from the cam's axis as a function of the point's
+    angle. A roller around the point touches the cam at the point's position minus the roller's radius times n."""
     (angle, turned), (length, spread), (r, slope, bend) = seen.angle, seen.length, curve
     square = length * length + slope * slope
     lean = (ca.atan2(slope, length), (bend * turned * length - slope * spread) / square)
@@ -98,13 +98,14 @@ def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
-    # The cosine of the pressure angle, at the curve: at the point it vanishes on the axis, where the residual would then be 0.
+    # The residual is the radial deviation times the cosine of the pressure angle. The cosine is evaluated on the curve: at the
+    # point, it would vanish if the point lay on the cam's axis, and so would the residual.
     return Touch((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
 
 
 def _face(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
     """Contact of a flat face with the cam. The curve gives the distance h of the face from the cam's axis as a function of the
-    angle of the face's normal n. The contact lies at h n + (dh/dangle) t from the axis."""
+    angle of the face's normal n. The contact point is h n + (dh/dangle) t from the axis."""
     (h, slope, bend), turned = curve, seen.angle[1]
     E, n, t = _frame(c, seen, seen.angle)
     foot = h * n[0] + slope * t[0]

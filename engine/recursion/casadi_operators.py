@@ -32,14 +32,15 @@ def _operators() -> Iterator[tuple[str, Callable]]:
 
 
 DIRECT = dict(_operators())
-"""{method name: fast operator}. As attributes of SX, these hide the inherited operators."""
+"""{method name: fast operator}. Set as attributes of SX, these operators hide the inherited operators."""
 _LOCK = Lock()
 _inside = 0
 
 
 @contextmanager
 def direct_operators() -> Iterator[None]:
-    """Within the block, +, −, × and / of an SX with an SX, float or int call ``SX.binary``. Other operands behave as before."""
+    """Within the block, the operators +, −, × and / of an SX with an SX, float or int call ``SX.binary``. For other operands, these
+    operators are unchanged."""
     global _inside
     with _LOCK:
         _inside += 1

@@ -1,7 +1,7 @@
 """Terms of the complement equations η = law(N(η)) (theory, "Complement equations"), joint by joint.
 
-For each joint with friction: the reaction components that the contact forms need, rates and accelerations of the freedoms, and the
-friction law with its parameters."""
+The terms of a joint with friction are the reaction components that the contact forms need, the rates and accelerations of the
+freedoms, and the friction law with its parameters."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from trunnion.system.structure.friction_joint_indices import Element, elements
 
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
-    """The components of f_c, m_c that an element needs: affine maps (n×columns), or values (n×1) if ``combine`` is given."""
+    """The components of f_c, m_c that an element needs, as affine maps (n×columns). If ``combine`` is given, they are values
+    (n×1)."""
     if not e.needs:
         return SX(0, 1 if combine is not None else m.columns)
     f, t = on_pin(m, acc, e.joint, combine)
@@ -66,7 +67,7 @@ def acceleration_rows(m: Model, acc: Accelerations, j: Joint) -> SX:
 
 
 def laws(sym: Symbols, e: Element, states: SX | None = None) -> list[Law]:
-    """The law of each friction pair of an element. states: bristle states of all laws; default: ``sym.b``."""
+    """The law of each friction pair of an element. states: bristle states of all laws; by default ``sym.b``."""
     law, b = LAWS[e.friction.law], sym.b if states is None else states
     index = {eta: i for i, eta in enumerate(sym.system.bristles)}
     return [law(numbers(sym, e), sym.mode(s.flag), [b[index[i]] for i in s.eta if i in index]) for s in e.friction.sliders]
@@ -97,8 +98,8 @@ def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
 
 
 def by_loads(values: SX, e: Element, N: SX) -> SX:
-    """∂values/∂N, dense. N: the components that the element needs. The derivative with respect to a span is set to 0, because no
-    multiplier changes a span."""
+    """Dense derivative ∂values/∂N. N: the components that the element needs. The derivative with respect to a span is set to 0,
+    because a span does not depend on the multipliers."""
     out = ca.densify(ca.jacobian(values, N))
     if SPAN in e.needs:
         out[:, e.needs.index(SPAN)] = 0
@@ -106,8 +107,8 @@ def by_loads(values: SX, e: Element, N: SX) -> SX:
 
 
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
-    """Parameters of an element (sizes, law) by name. Parameters that depend on time or an input are limited to values ≥ 0. If the
-    element has such parameters, static friction is raised to at least sliding friction."""
+    """Parameters of an element (sizes, law) by name. A parameter that depends on time or on an input is limited to values ≥ 0. If
+    the element has such a parameter, mu_static is raised to mu where it is smaller."""
     out = {n: ca.fmax(sym.load(x), 0) if isinstance(x, Signal) else sym.leaf(x) for n, x in e.friction.numbers}
     if e.friction.varies and "mu_static" in out:
         out["mu_static"] = ca.fmax(out["mu_static"], out["mu"])
@@ -115,6 +116,6 @@ def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
 
 
 def wrench(e: Element, values: SX) -> Wrench:
-    """``Wrench`` of an element. values: the components that the element needs, in the order of ``needs``."""
+    """The ``Wrench`` of an element. values: the components that the element needs, in the order of ``needs``."""
     assert set(e.needs) <= {*COMPONENTS, SPAN}
     return Wrench({n: values[k] for k, n in enumerate(e.needs)}, e.joint.fit.sign)

@@ -79,15 +79,16 @@ def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
 
 @once
 def point_velocity(c: Cut) -> SX:
-    """Velocity of the outboard joint point relative to the inboard joint point."""
+    """Velocity of the outboard joint point relative to the inboard joint point, world (3), m/s."""
     return c.out.rdot + cross(c.out.omega, c.c_out) - c.inb.rdot - cross(c.inb.omega, c.c_in)
 
 
 def force_row(
     c: Cut, phi: SX, push: Moving, arm_in: Moving, arm_out: Moving, torque_in: Moving = NOTHING, torque_out: Moving = NOTHING
 ) -> Row:
-    """Row of a multiplier λ with the force λ·push on the outboard part and −λ·push on the inboard part. Each force acts at its arm
-    from the part's origin. The multiplier also applies the torques λ·torque_in and λ·torque_out. phi: the residual."""
+    """Row of a multiplier λ. The multiplier applies the force λ·push to the outboard part and −λ·push to the inboard part; arm_in
+    and arm_out lead from each part's origin to the point of the force. The multiplier also applies the torques λ·torque_in and
+    λ·torque_out. phi: the residual."""
     (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = push, arm_in, arm_out
     velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
     bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)

@@ -10,7 +10,8 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.joint_couplings import ENDLESS, FOOT, NODES, WEIGHTS, Curve
 
 ROUNDS, STEPS = 3, 3
-"""Number of searches for the piece that contains the foot, and number of Newton steps before each search."""
+"""The foot is searched in ROUNDS rounds. A round takes STEPS Newton steps, and then searches for the piece that contains the
+foot."""
 
 
 def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
@@ -23,8 +24,8 @@ def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
 
 
 def refine_foot(foot: Sequence[SX], p: SX) -> SX:
-    """Parameter of the foot of point p after one Newton step from ``foot``. Near and beyond the centre of curvature, where Newton's
-    slope is too small, the step is a Gauss–Newton step."""
+    """Parameter of the foot of point p after one Newton step from ``foot``. Near and beyond the centre of curvature, Newton's slope
+    is too small, and the step is a Gauss–Newton step instead."""
     at, way, bend = evaluate_curve(foot)
     gap, square = p - at, ca.dot(way, way)
     slope: SX = square - ca.dot(gap, bend)
@@ -41,13 +42,13 @@ def arc_length(foot: Sequence[SX]) -> SX:
 
 
 def find_foot(curve: Curve, p: SX) -> SX:
-    """The foot nearest to point p, by Newton's method. The start is the projection of p on the chord of a piece; of all pieces, the
-    projection is chosen whose curve point is nearest to p."""
+    """The foot nearest to point p, by Newton's method. Each piece gives a candidate: the projection of p on the piece's chord. The
+    method starts at the candidate whose curve point is nearest to p."""
     best, nearest = [SX(0)] * FOOT, SX(0)
     for k, piece in enumerate(curve.pieces):
         numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
         low, high = piece.start if k or curve.around else -ENDLESS, piece.end
-        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # an endless piece is straight: any h gives its chord
+        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # An endless piece is straight, so any h gives its chord.
         chord = ca.vertcat(*(_chord(of, h) for of in (piece.e2, piece.e3)))
         begin = ca.vertcat(piece.e2[0], piece.e3[0])
         u = ca.fmin(ca.fmax(piece.start + ca.dot(p - begin, chord) / ca.dot(chord, chord), low), high)

@@ -36,7 +36,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
     made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
     if j.light is not None:
-        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # its force acts along the freedom (``inward_reduction``)
+        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty row: λ acts along the freedom (``inward_reduction``)
         return made
     if j.mimic is None:
         add_rows(sym, made)
@@ -58,8 +58,8 @@ def locate_cut(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
 
 
 def add_rows(sym: Symbols, c: Cut) -> None:
-    """Set the constraint rows of a cut joint: translational rows, then rotational rows, then the row of wheels or of a follower.
-    For a follower, Ein becomes the contact frame."""
+    """Set the constraint rows of a cut joint: first the translational rows, then the rotational rows, then the row of wheels or of
+    a follower. For a follower, also set Ein to the contact frame."""
     kind = c.joint.kind
     c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
     if kind.rolls:
@@ -77,15 +77,15 @@ def add_rows(sym: Symbols, c: Cut) -> None:
 
 @once
 def _centripetal(c: Cut) -> SX:
-    """Relative acceleration of the joint points if Ż = 0 for both bodies."""
+    """Acceleration of the outboard joint point relative to the inboard joint point, if Ż = 0 for both bodies."""
     return cross(c.out.omega, cross(c.out.omega, c.c_out)) - cross(c.inb.omega, cross(c.inb.omega, c.c_in))
 
 
 def _travel_row(c: Cut, k: int) -> Row:
     """Row of a translational constraint (49)–(51): no travel along an axis h.
 
-    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the outboard part if this part is the
-    ground, else in the inboard part. An axis that does not rotate makes the generated code shorter."""
+    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the outboard part if that part is the
+    ground, and in the inboard part if not. The code generated for an axis that does not rotate is shorter."""
     vel, acc = point_velocity(c), _centripetal(c)
     if len(c.joint.kind.rows_s) == 3:
         h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out
@@ -139,7 +139,7 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     freedom."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
-    a = c.joint.kind.axes[freedom][0]  # the second axis of a screw is the travel caused by the rotation
+    a = c.joint.kind.axes[freedom][0]  # A screw has a second axis, which stands for the travel caused by the rotation.
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
         w = ca.sparsify(ca.vertcat(zeros(3), h))
@@ -148,10 +148,11 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
 
 
 def acceleration_bias(c: Cut, freedom: int) -> SX:
-    """Acceleration of a cut joint's freedom if Ż = 0 for both bodies. The transposed ``axis_wrenches``, times Ż, give the rest."""
+    """Acceleration of a cut joint's freedom if Ż = 0 for both bodies. The contribution of Ż is the transposed ``axis_wrenches``
+    times Ż."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].xi
-    a = c.joint.kind.axes[freedom][0]  # the second axis of a screw is the travel caused by the rotation
+    a = c.joint.kind.axes[freedom][0]  # A screw has a second axis, which stands for the travel caused by the rotation.
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
     hdot = cross(carrier, h)

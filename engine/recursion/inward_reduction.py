@@ -1,8 +1,8 @@
-"""The inward pass (paper §3, §6). Bodies are removed from the leaves of the tree to the ground, and each removed body transfers its
-inertia and forces to its inboard body.
+"""The inward pass (paper §3, §6). Bodies are removed one by one, from the leaves of the tree to the ground. Each removed body
+transfers its inertia and forces to its inboard body.
 
-Forces have the columns [known | λ | η], so that one pass gives their affine maps. Derivation: theory, "Reduction" and "Cut
-joints"."""
+Forces have the columns [known | λ | η]. Therefore one pass gives the affine maps of all results. Derivation: theory, "Reduction"
+and "Cut joints"."""
 
 from __future__ import annotations
 
@@ -94,8 +94,8 @@ class Model:
         return next(c for c in self.cuts if c.joint.name == j.name)
 
     def once(self, build: Callable[[Model], Any]) -> Any:
-        """``build(self)``, built once and shared by the model and its reduced copy. Only for values that the reduction does not
-        change."""
+        """``build(self)``, called once; the model and its reduced copy share the result. Only for results that the reduction does
+        not change."""
         if build not in self.made:
             self.made[build] = build(self)
         return self.made[build]
@@ -107,7 +107,7 @@ def model(sym: Symbols) -> Model:
 
 
 def build_model(sym: Symbols) -> Model:
-    """The model before reduction. If the accelerations are known, no reduction is needed (``outward_accelerations.balance``)."""
+    """The model before reduction. ``outward_accelerations.balance`` uses this model where the accelerations are known."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []
@@ -134,7 +134,8 @@ def reduce_model(m: Model) -> Model:
 
 
 def _bodies(m: Model) -> list[Articulated]:
-    """Every body before reduction: mass matrix, and force columns [F⁰ + F^a | W^N | W^F], where W^N and W^F are of cut joints."""
+    """Every body before reduction: its mass matrix and its force columns [F⁰ + F^a | W^N | W^F]. W^N and W^F are columns of the cut
+    joints."""
     sym, n = m.sym, m.columns
     loads = applied(sym, m.motions)
     out = []
@@ -177,8 +178,9 @@ def eta_column(m: Model, j, freedom: int) -> int:
 
 
 def _generalised(m: Model, step: Step) -> SX:
-    """Forces on the outboard part of a tree joint along its n free freedoms (n×columns). Column 0 holds the forces of devices. The
-    entry of a freedom's own η is −1, because η acts on the inboard part. The entry of a light freedom's row is 1."""
+    """Forces on the outboard part of a tree joint along its n free freedoms (n×columns). Column 0 contains the forces of devices.
+    The column of a freedom's η has the entry −1, because η acts on the inboard part. In the column of a light freedom's row, the
+    freedom has the entry 1."""
     j = step.joint
     Q = zeros(len(j.free), m.columns)
     forces = joint_forces(m.sym, step)
@@ -193,8 +195,8 @@ def _generalised(m: Model, step: Step) -> SX:
 
 
 def _reduce(m: Model) -> None:
-    """The inward pass (35)–(42), (78), (79): transfer the inertia and forces of each body to its inboard body, and sum up the
-    constraint equations (83)–(89)."""
+    """The inward pass (35)–(42), (78), (79): transfer the inertia and forces of each body to its inboard body, and add up the terms
+    of the constraint equations (83)–(89)."""
     system = m.sym.system
     nl, ne = system.rows, system.neta
     lam, eta = slice(1, 1 + nl), slice(1 + nl, 1 + nl + ne)
@@ -229,8 +231,8 @@ def _reduce(m: Model) -> None:
 
 
 def project(b: Articulated, step: Step, Q: SX, turned: SX) -> None:
-    """Compute the terms of the joint's freedoms (27)–(30): M̄ Π, M_q, F_q, y. turned: rotor inertias of the free freedoms (n×n),
-    which are added to M_q (theory, "Reduction")."""
+    """Compute the terms of the joint's freedoms (27)–(30): M̄ Π, M_q, F_q, y. turned: rotor inertias of the free freedoms (n×n), to
+    be added to M_q (theory, "Reduction")."""
     Pi = step.Pi
     b.MPi = ca.sparsify(b.times(Pi[:3, :], Pi[3:, :]))
     b.Mq = symmetric(Pi.T @ b.MPi + turned) if Pi.size2() else zeros(0, 0)
@@ -253,7 +255,7 @@ def transferred_inertia(b: Articulated, lever: SX) -> tuple[SX, SX, SX]:
 
 
 def _absorb(parent: Articulated, b: Articulated, lever: SX, handed: SX) -> None:
-    """Add the inertia and the transferred forces ``handed`` of the removed body b to its inboard body (40)–(42)."""
+    """Remove the body b: add its inertia and its transferred forces ``handed`` to its inboard body (40)–(42)."""
     M11, M12, M22 = transferred_inertia(b, lever)
     parent.M11 = symmetric(parent.M11 + M11)
     parent.M12 = ca.sparsify(parent.M12 + M12)

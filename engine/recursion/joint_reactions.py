@@ -20,7 +20,8 @@ from trunnion.system.structure.bodies_and_joints import Joint
 
 
 def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX, SX]:
-    """Total wrench on the outboard part at p_out, as force and torque in the world (3×columns each); then s = p_out − p_in (3)."""
+    """Total wrench on the outboard part at p_out, given as force and torque in the world (3×columns each), and s = p_out − p_in
+    (3)."""
     heed()
     if j.cut:
         c = m.cut(j)
@@ -34,8 +35,9 @@ def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = Non
 
 
 def _cut_wrench(m: Model, c: cutting.Cut) -> SX:
-    """Wrench of a cut joint on its outboard part at p_out (6×columns), by (59)–(62). Column 0 holds the forces of devices. Each λ
-    column is the wrench of a unit multiplier. The η columns have the opposite sign, because η acts on the inboard part."""
+    """Wrench of a cut joint on its outboard part at p_out (6×columns), by (59)–(62). Column 0 contains the forces of devices. Each
+    λ column is the wrench of a unit multiplier. Each η column is the negative wrench of a unit multiplier, because η acts on the
+    inboard part."""
     j = c.joint
     W = zeros(6, m.columns)
     for k, row in enumerate(c.rows):
@@ -63,14 +65,15 @@ def pose_of(m: Model, j: Joint) -> Pose:
 
 
 def span(m: Model, j: Joint, columns: int) -> SX:
-    """Half the length over which a joint's parts overlap, m, as a row of the affine maps. No multiplier changes this length."""
+    """Half the length over which the parts of a joint overlap, m, as a row of the affine maps. Only column 0 is nonzero, because
+    the length does not depend on the multipliers."""
     both, pose = lengths(m.sym, j), pose_of(m, j)
     assert both is not None
     return ca.horzcat(overlap(pose.s, pose.Ein, both)[1], SX(1, columns - 1))
 
 
 def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
-    """Axes of f_c and m_c of a joint with friction (``ContactElement.frame``), 3×3."""
+    """Axes in which f_c and m_c of a joint with friction are resolved (``ContactElement.frame``), 3×3."""
     frame = CONTACTS[j.kind.friction].frame
     if frame == "both":
         u1, u2 = Ein[:, 0], Eout[:, 1]
@@ -79,24 +82,25 @@ def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
 
 
 def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each): total wrench on the part with the pin, at the point of the part with the ends, in ``pin_axes``.
-    For a universal joint, the wrench is on the inboard part, and the contact element assigns the journals to the parts."""
+    """f_c, m_c (3×columns each): total wrench on the part with the pin, about the point of the part with the ends, resolved in
+    ``pin_axes``. For a universal joint, the wrench acts on the inboard part; the contact element assigns the journals to the
+    parts."""
     f, t, s = on_outboard(m, acc, j, combine)
     pose = pose_of(m, j)
     return on_pin_part(j, f, t, s, pose.Ein, pose.Eout, lengths(m.sym, j))
 
 
 def lengths(sym: Symbols, j: Joint) -> SX | None:
-    """Lengths of the inboard and outboard part (2), m, if the joint has friction and its parts touch where they overlap; else
-    None."""
+    """Lengths of the inboard and the outboard part (2), m, if the joint has friction and its parts touch where they overlap.
+    Otherwise None."""
     if j.fit.ends != OVERLAP or not j.friction:
         return None
     return ca.vertcat(*[sym.leaf(j.friction.number(s.name)) for s in LENGTHS])
 
 
 def overlap(s: SX, Ein: SX, both: SX) -> tuple[SX, SX]:
-    """Position of the overlap's middle along e1 from p_in, and half the length of the overlap, m. The half length is NaN if the
-    parts do not overlap."""
+    """Position of the overlap's middle along e1, measured from p_in, and half the length of the overlap, m. The half length is NaN
+    if the parts do not overlap."""
     away, inner, outer = ca.dot(Ein[:, 0], s), 0.5 * both[0], 0.5 * both[1]
     low, high = ca.fmax(-inner, away - outer), ca.fmin(inner, away + outer)
     half = 0.5 * (high - low)
@@ -104,8 +108,8 @@ def overlap(s: SX, Ein: SX, both: SX) -> tuple[SX, SX]:
 
 
 def on_pin_part(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: SX | None = None) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each) at the point of the part with the ends, or in the middle of the overlap if ``both_lengths`` is
-    given. f, t: force and torque on the outboard part at p_out. s, Ein, Eout: as in ``Pose``."""
+    """f_c, m_c (3×columns each) about the point of the part with the ends. If ``both_lengths`` is given, m_c is about the middle of
+    the overlap. f, t: force and torque on the outboard part at p_out. s, Ein, Eout: as in ``Pose``."""
     E, both = pin_axes(j, Ein, Eout), CONTACTS[j.kind.friction].frame == "both"
     if both_lengths is not None:
         t = t + cross(s - overlap(s, Ein, both_lengths)[0] * Ein[:, 0], f)
@@ -117,7 +121,7 @@ def on_pin_part(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: 
 
 
 def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...], both_lengths: SX | None = None) -> SX:
-    """The components ``needs`` of f_c, m_c of a tree joint. The component for the span is 0. N: reaction on the joint's child at
+    """The components ``needs`` of f_c, m_c of a tree joint. A span among them is given as 0. N: reaction on the joint's child at
     the child's origin (6×1)."""
     f, t, s = N[:3], N[3:], step.s
     if not j.forward:

@@ -9,19 +9,20 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import Latch
 
 LIFTED = 0.5
-"""Release value above which a hook is lifted."""
+"""A hook is lifted while the release signal is above this value."""
 
 SLACK = 5e-13
-"""Distance before the tooth at which a hook already falls, m or rad, so that it catches a part that starts at the tooth. This is
-half of the tolerance of end stops."""
+"""Distance before the tooth at which a hook already falls, m or rad. Therefore the hook catches a part that starts at the tooth.
+The distance is half of the tolerance of end stops."""
 
 BEYOND = 2e-12
-"""When a hook falls, a tooth counts as passed if it is within this distance, m or rad. This is twice the tolerance of end stops, so
-that no tooth is passed twice."""
+"""When a hook falls, a tooth counts as passed if the part is within this distance of the tooth, m or rad. The distance is twice the
+tolerance of end stops, so that no tooth is passed twice."""
 
 
 def tooth(sym: Symbols, x: Latch, hook: SX) -> SX:
-    """Position of the tooth that the hook is on. hook: number of the tooth, from 1; 0 (hook up) gives the first tooth."""
+    """Position of the tooth on which the hook is. hook: number of the tooth, from 1. If the hook is up (0), the position of the
+    first tooth."""
     at = sym.leaf(x.at)
     return at + x.side * sym.leaf(x.pitch) * (ca.fmax(hook, 1) - 1) if toothed(x) else at
 
@@ -32,7 +33,7 @@ def toothed(x: Latch) -> bool:
 
 
 def force(sym: Symbols, x: Latch, flags: tuple[SX, SX], q: SX, rate: SX) -> SX:
-    """Force of a hook on the outboard part while the hook is down and pressed, by the same law as for an end stop."""
+    """Force of a hook on the outboard part while the hook is down and pressed. The law is that of an end stop."""
     give = ca.fmax(1 - sym.leaf(x.damping) * x.side * rate, 0)
     return elastic(sym, x, flags, q) * give
 

@@ -1,8 +1,8 @@
-"""Contacts of joints on loops as springs (theory, "Redundant loops").
+"""Contacts of joints in loops as springs (theory, "Redundant loops").
 
 All contacts of a joint have the same radial stiffness; a face has this stiffness along the axis. Each row is a contact force
-divided by the square root of its stiffness, so the sum of the squared rows is proportional to the elastic energy. The contacts of a
-joint without friction have an arm that is a fraction of the parts' radius of gyration."""
+divided by the square root of the contact's stiffness. Therefore the sum of the squared rows is proportional to the elastic energy.
+The contacts of a joint without friction have an arm that is a fraction of the parts' radius of gyration."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ PART = 0.1
 
 
 def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
-    """Spring forces of a joint, where friction counts as one of the applied forces: affine maps (rows×columns), or values (rows×1)
-    if ``pick`` = [1; λ; η] is given."""
+    """Spring forces of a joint as affine maps (rows×columns), with friction as one of the applied forces. If ``pick`` = [1; λ; η]
+    is given, they are values (rows×1)."""
     return spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), *pose_of(m, j)[:2], _arm(m, j))
 
 
@@ -51,13 +51,13 @@ def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, 
 
 
 def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
-    """The rows divided by the square root of the joint's stiffness relative to the usual stiffness."""
+    """The rows divided by √(k/USUAL), where k is the joint's stiffness. A joint without given stiffness has k = USUAL."""
     return rows if j.stiffness is None else ca.sqrt(USUAL / sym.leaf(j.stiffness)) * rows
 
 
 def friction_change_rows(m: Model, e: Element, values: SX, sliding: bool = False) -> SX:
-    """Change of a joint's first rows (rows×1) by friction. values: the components of f_c, m_c that the element needs. sliding:
-    leave out the friction of pairs at rest."""
+    """Change of a joint's first rows due to friction (rows×1). values: the components of f_c, m_c that the element needs. sliding:
+    whether to leave out the friction of pairs at rest."""
     eta = [] if sliding else [m.sym.eta[i] for i in e.eta]
     return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), eta)
 
@@ -69,7 +69,7 @@ def complete_wrench(e: Element, values: SX) -> Wrench:
 
 
 def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: list, g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Change of the contact rows by the friction η. The change is 0 for Adams' friction, which has no contacts."""
+    """Change of the contact rows due to the friction η. The change is 0 for Adams' friction, which has no contacts."""
     without = e.contact.pressed(w, rates, [], g, [])
     if e.friction.adams:
         return SX.zeros(len(without))
@@ -78,7 +78,7 @@ def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: li
 
 
 def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
-    """The joint's own sizes if it has all that the element needs; else ``arm`` for every size."""
+    """The joint's own sizes, if the joint has all sizes that the element needs. Otherwise ``arm`` is used for every size."""
     own = {n: sym.leaf(x) for n, x in j.friction.numbers if not isinstance(x, Signal)} if j.friction else {}
     if all(label in own for s in element.sizes if s.needed and s.bears and not s.ends for label in s.labels):
         return own
@@ -86,15 +86,16 @@ def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[
 
 
 def _arm(m: Model, j: Joint) -> SX:
-    """Half the length of the contacts of a joint without friction, m: PART × the radius of gyration of the joint's parts."""
+    """Half the length of the contacts of a joint without friction, m. It is PART times the radius of gyration of the joint's
+    parts."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
     square = sum((spin(m, b) / m.sym.leaf(b.mass) for b in bodies), SX(0)) / len(bodies)
     return PART * ca.sqrt(square + NO_SIZE)
 
 
 def spin(m: Model, b: Body) -> SX:
-    """Half the trace of a body's inertia, kg m². For a point mass: mass × squared distance of the mass centre from the reference
-    origin. If that distance is 0: mass × the sum over the body's joints (``_spread``)."""
+    """Half the trace of a body's inertia, kg m². For a point mass, it is the mass times the squared distance of the mass centre
+    from the reference origin. If this distance is 0 too, the mass is multiplied by ``_spread``."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):
@@ -105,14 +106,14 @@ def spin(m: Model, b: Body) -> SX:
 
 
 def _spread(m: Model, b: Body) -> SX:
-    """Sum of the squared distances, m², of a body's joints from its reference origin."""
+    """Sum of the squared distances of a body's joints from the body's reference origin, m²."""
     own = m.sym.system.bodies.index(b)
     points = [p for j in m.sym.system.joints for p, body in ((j.inb_point, j.inb), (j.out_point, j.out)) if body == own]
     return sum((ca.dot(p, p) for p in map(m.sym.leaves, points)), SX(0))
 
 
 def _along(j: Joint, k: int, f: SX, t: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
-    """Force × arm for a translation, torque for a rotation, along a driven freedom k, on the outboard part."""
+    """Load along a driven freedom k on the outboard part: force times arm for a translation, torque for a rotation."""
     axis = j.kind.axes[k][0]
     direction = (Ein if axis.side == "in" else Eout)[:, axis.index]
     return direction.T @ t if axis.rot else direction.T @ f * arm

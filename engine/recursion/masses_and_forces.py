@@ -1,6 +1,6 @@
 """Masses (16), velocity-dependent forces (17), applied forces F^a, and forces of devices along freedoms.
 
-Gravity is modelled as an acceleration −g of the ground (Ż_0). This needs no force on each body and does not change reactions."""
+Gravity is modelled as an acceleration −g of the ground (Ż_0). This saves a force on each body, and the reactions are the same."""
 
 from __future__ import annotations
 
@@ -70,7 +70,8 @@ def applied(sym: Symbols, motions: Motions) -> list[SX]:
 
 
 def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """(body, wrench at the body's reference origin, 6×1) for each body on which a load acts, except the ground."""
+    """The pairs (body, wrench) for each body on which a load acts, except the ground. A wrench is 6×1 at the body's reference
+    origin."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
     if load.kind == "bushing":
@@ -115,8 +116,8 @@ def line_of(sym: Symbols, motions: Motions, load: Load) -> SpringLine:
 
 
 def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇); that on the first body is
-    opposite."""
+    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇). The force on the first body
+    is opposite."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     line = line_of(sym, motions, load)
     force = line.unit * (k * (line.length - free) + c * line.rate)
@@ -129,7 +130,7 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
     """Sum of the forces of spring, damper, end stops, latch, effort and motor along a freedom, on the outboard part. The effort of
-    a drive is a reaction and is not included."""
+    a drive is a reaction and therefore not included."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -152,8 +153,8 @@ def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
-    """Force of a freedom's end stops by Hunt and Crossley: stiffness·depth·(1 + damping·rate of depth), but never a pull. Events
-    set the flag of an engaged stop."""
+    """Force of a freedom's end stops by Hunt and Crossley: stiffness · depth · (1 + damping · rate of depth), or 0 where this would
+    be a pull. Events set the flag of an engaged stop."""
     out = SX(0)
     assert d.stop is not None
     for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
@@ -166,8 +167,8 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 
 def stop_push(damping: SX, sign: int, rate: SX) -> SX:
-    """Factor of an end stop's elastic force. At 0 the stop releases the part, which then leaves faster than the stop expands; steps
-    end there."""
+    """Factor of an end stop's elastic force. At 0 the stop releases the part, because the part leaves faster than the stop expands.
+    A time step ends there."""
     return 1 - damping * sign * rate
 
 

@@ -27,7 +27,7 @@ class Accelerations:
 
 
 def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Accelerations:
-    """The outward pass (96)–(102). combine = [1; λ; η] (columns×1): values of the multipliers, with which all results have a single
+    """The outward pass (96)–(102). combine = [1; λ; η] (columns×1): values of the multipliers; if given, all results have a single
     column. reactions: if false, N is zero."""
     n = m.columns if combine is None else 1
     pick = SX.eye(n) if combine is None else combine
@@ -51,8 +51,8 @@ def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Acce
 def balance(m: Model, qdd: SX, combine: SX) -> Accelerations:
     """Ż and N of a model that is not reduced, for known accelerations and multipliers (theory, "Affine maps").
 
-    Ż follows outward by (14). N follows inward by the balance of each body: N_i = M_i Ż_i − F_i + Σ Γᵀ N_k over the bodies k that
-    body i carries. qdd: accelerations of the free freedoms (nv×1). combine: [1; λ; η]."""
+    Ż is computed outward by (14). N is computed inward by the balance of each body: N_i = M_i Ż_i − F_i + Σ Γᵀ N_k over the bodies
+    k that body i carries. qdd: accelerations of the free freedoms (nv×1). combine: [1; λ; η]."""
     out = Accelerations([], [], [])
     base = ground_acceleration(m.sym)
     for i, step in enumerate(m.steps):

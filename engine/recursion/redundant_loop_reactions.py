@@ -1,5 +1,6 @@
-"""Scaled reactions of joints on loops. The least sum of squares of the scaled reactions selects the reactions of redundant loops
-(theory, "Redundant loops"). The scale is the parts' inertia if the loops have no friction, else the compliance of contacts."""
+"""Scaled reactions of joints in loops. The reactions of redundant loops are those whose scaled reactions have the least sum of
+squares (theory, "Redundant loops"). If the loops have no friction, the scale is the parts' inertia; otherwise it is the compliance
+of the contacts."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from trunnion.system.structure.loop_joints import loop_joints, rows_of, rubbing_
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
-    """Scaled reactions as affine maps (rows×columns), or as values (rows×1) if ``pick`` = [1; λ; η] is given."""
+    """Scaled reactions as affine maps (rows×columns). If ``pick`` = [1; λ; η] is given, they are values (rows×1)."""
     system = m.sym.system
     if not rubs(system):
         return _by_inertia(m, acc, pick)
@@ -24,8 +25,8 @@ def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX
 
 
 def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
-    """Reactions of every joint on a loop, on each of its two parts: force/√m, and torque about the mass centre/√j. m: mass of the
-    part; j: half the trace of the part's inertia. Arguments and result as in ``scaled_reactions``."""
+    """Scaled reactions of every joint in a loop, on each of its two parts: force/√m, and torque about the mass centre/√j. m: mass
+    of the part. j: half the trace of the part's inertia. Arguments and result as in ``scaled_reactions``."""
     blocks = [SX(0, m.columns if pick is None else 1)]
     for j in loop_joints(m.sym.system):
         f, t, _ = on_outboard(m, acc, j, pick)
@@ -41,7 +42,7 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
 
 def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
     """Whether the norm of the scaled reactions couples the inactive multipliers, which the motion does not determine, to the other
-    multipliers. In a planar mechanism of symmetric bodies there is no coupling, and the inactive multipliers stay zero."""
+    multipliers. In a planar mechanism of symmetric bodies there is no coupling; the inactive multipliers are then zero."""
     if not inactive:
         return False
     maps = scaled_reactions(m, acc)
@@ -53,8 +54,8 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
-    """Affine maps (rows×columns) of the change of the scaled reactions by sliding friction, linearised in the reactions. A pair at
-    rest couples the same reactions, but not in the structure of its formula."""
+    """Affine maps (rows×columns) of the change of the scaled reactions due to sliding friction, linearised in the reactions. Pairs
+    at rest are left out: they couple the same reactions, but the formula's structure does not show the coupling."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):

@@ -1,4 +1,4 @@
-"""Inputs of the symbolic model: time, state, external values, parameters, multipliers; the scene's numbers and signals as
+"""Inputs of the symbolic model: time, state, external values, parameters and multipliers. The numbers and signals of the scene are
 expressions of these inputs."""
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Symbols:
         return vector([self.leaf(x) for x in leaves])
 
     def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
-        """Distance of a cam follower from the cam's axis at an angle of the profile; then the first and second derivative of the
+        """Distance of a cam follower from the cam's axis at an angle of the profile, and the first and second derivatives of the
         distance with respect to the angle."""
         assert j.profile is not None
         begun = [SX(1), *[angle >= start for start in j.profile.starts[1:]], SX(0)]
@@ -67,7 +67,8 @@ class Symbols:
         return self.x[self.at.stop(index)]
 
     def latch_flags(self, latch: Latch) -> tuple[SX, SX]:
-        """State of a latch: the hook (number of its tooth, 0: up), and a flag that is 1 while the hook is pressed."""
+        """State of a latch: the number of the tooth on which the hook is (0 if the hook is up), and a flag that is 1 while the hook
+        is pressed."""
         return self.stop_flag(self.system.hook(latch.hook)), self.stop_flag(latch.pressed)
 
     def mode(self, slider: int) -> list[SX]:
@@ -112,8 +113,8 @@ class Symbols:
         return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
 
     def _progress(self, begin: SX, duration: SX) -> SX:
-        """Progress of a ramp: 0 before its beginning, 1 after its end. ts selects the branch, so that no step contains both sides
-        of a kink."""
+        """Progress of a ramp: 0 before the beginning of the ramp, 1 after its end. ts selects the branch, so that no step contains
+        both sides of a kink."""
         inside = (self.t - begin) / duration
         return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
 
@@ -139,7 +140,7 @@ class Symbols:
         x, before_, during = self.t - begin, self.ts < begin, self.ts < begin + duration
 
         def added(x: SX, before: SX, during: SX) -> SX:
-            """Displacement due to the change of rate, at the time x after the change begins."""
+            """Displacement due to the change of rate. x: time since the beginning of the change."""
             beyond = 0.5 * slope * duration**2 + slope * duration * (x - duration)
             return ca.if_else(before, 0, ca.if_else(during, 0.5 * slope * x * x, beyond))
 
@@ -172,6 +173,7 @@ class Symbols:
 
 
 def along_piece(piece: Sequence[SX], angle: SX) -> tuple[SX, SX, SX]:
-    """Value and first two derivatives of a cubic. piece: start angle, then four coefficients of powers of (angle − start)."""
+    """Value, first and second derivative of a cubic. piece: start angle, then the four coefficients of powers of (angle −
+    start)."""
     x, (a, b, c, d) = angle - piece[0], piece[1:]
     return a + x * (b + x * (c + x * d)), b + x * (2 * c + 3 * x * d), 2 * c + 6 * x * d

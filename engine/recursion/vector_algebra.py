@@ -10,7 +10,7 @@ SX = ca.SX
 
 
 def symbol(value) -> SX:
-    """A number as an SX. An SX is returned unchanged, because a new SX takes ten times as long."""
+    """A number as an SX. An SX is returned unchanged, because making a new SX takes ten times as long."""
     return value if isinstance(value, SX) else SX(value)
 
 
@@ -73,8 +73,8 @@ def rotate_inertia(r: SX, j: Sequence) -> SX:
 
 
 def solve_spd(d: SX, b: SX) -> SX:
-    """D⁻¹ b for the small symmetric positive definite D of a joint, by an unrolled L D Lᵀ. D is near-singular only if a freedom
-    has no inertia, which `check` reports."""
+    """D⁻¹ b by an unrolled L D Lᵀ, for the small symmetric positive definite D of a joint. D is near-singular only if a freedom has
+    no inertia, which `check` reports."""
     n = d.size1()
     low = SX.eye(n)
     diag: list[SX] = []
@@ -95,7 +95,8 @@ def solve_spd(d: SX, b: SX) -> SX:
 
 
 EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
-"""Cross products in a right-handed frame. Entry ±(k + 1) in row i, column j means e_i × e_j = ±e_k; 0 means that i = j."""
+"""Cross products of the axes of a right-handed frame. The entry ±(k + 1) in row i, column j means e_i × e_j = ±e_k. The entry is 0
+for i = j."""
 
 
 def basis_cross(i: int, j: int) -> tuple[int, int]:

@@ -1,7 +1,7 @@
 """Constraint of two wheels that roll on each other (theory, "Rolling"): no sliding at the contact.
 
-k is the direction of the force between the wheels; x are the arms of this force from the origins of both parts; t_in and t_out
-are pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the rate's time derivative at Ż = 0."""
+k is the direction of the force between the wheels. x are the arms of this force from the origins of both parts. t_in and t_out are
+pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the time derivative of this rate at Ż = 0."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from trunnion.recursion.vector_algebra import SX, cross, zeros
 
 @dataclass
 class Touch:
-    """Contact of a wheel pair: force on the outboard part per unit multiplier (norm 1, less for belts), arms of the force from the
-    origins of both parts, and torques. Each vector has its rate."""
+    """Contact of a wheel pair per unit multiplier: the force on the outboard part (norm 1, less for belts), the arms of the force
+    from the origins of both parts, and the torques on both parts. Each vector has its rate."""
 
     push: Moving
     arm_in: Moving
@@ -29,7 +29,8 @@ class Touch:
 
 
 Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
-"""((axis of the relative rotation, direction in which the wheels part), arms of this direction from the origins of both parts)."""
+"""((axis of the relative rotation, direction in which the wheels part), (arms of this direction from the origins of both
+parts))."""
 
 
 def rolling_row(sym: Symbols, c: Cut) -> Row:
@@ -49,8 +50,8 @@ def _row(c: Cut, t: Touch, phi: SX) -> Row:
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
-    """The two freedoms of a pair of toothed wheels: relative rotation, by which the flanks slide, and distance. They are rows of
-    which only rate, wrenches and ξ are used."""
+    """The two freedoms of a pair of toothed wheels: the relative rotation, which makes the flanks slide, and the distance. They are
+    given as rows, of which only the rate, the wrenches and ξ are used."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
@@ -61,8 +62,9 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
 
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
-    """The vector s from the inboard to the outboard point: component along the inboard axis, component across the axis (both with
-    rates), square of the latter's norm, and rate of this square."""
+    """The vector s from the inboard to the outboard point, split with respect to the inboard axis. Returns the component along the
+    axis and the component perpendicular to the axis (both with rates), then the squared norm of the perpendicular component, and
+    the rate of this square."""
     (a, adot), _ = _axes(c)
     sdot = point_velocity(c)
     h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
@@ -95,8 +97,8 @@ def _crossed(a: Moving, b: Moving) -> Moving:
 
 
 def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
-    """Contact of two wheels with parallel axes, in the plane of the inboard point. The force across the line of centres, per unit
-    multiplier, is (r1 + r2)/distance: 1 for gears, less for belts."""
+    """Contact of two wheels with parallel axes, in the plane of the inboard point. The force per unit multiplier is perpendicular
+    to the line of centres. Its norm is (r1 + r2)/distance: 1 for gears, less for belts."""
     (a, adot), _ = _axes(c)
     arm_in, arm_out = _arms(c)
     along, p, square, rate = _between(c)
@@ -116,7 +118,8 @@ def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
 
 
 def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
-    """Bevel wheels rotate about the contact line, and part across it in the plane of the axes, towards the outboard wheel."""
+    """Bevel wheels rotate about the contact line. They part perpendicular to this line in the plane of the axes, towards the
+    outboard wheel."""
     a, b = _axes(c)
     n, touch = _crossed(a, b), _plus(_times(r2, a), _times(r1, b))
     line = _times(1 / ca.norm_2(touch[0]), touch)
@@ -126,7 +129,7 @@ def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
 
 
 def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
-    """A wheel and a rack rotate about the wheel's axis, and part in the direction from the wheel to the rack."""
+    """A wheel and a rack rotate about the wheel's axis. They part in the direction from the wheel to the rack."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
     own = _rack(c, r, _)

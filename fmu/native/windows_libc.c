@@ -1,5 +1,5 @@
-/* Functions that a Windows library needs and that the Universal C Runtime (part of Windows 10 and newer) lacks. Compilers have
- * their own libraries for these functions, but these would first have to be built from hundreds of files. */
+/* Functions that a Windows library needs but the Universal C Runtime (part of Windows 10 and newer) lacks. Compilers' own libraries
+ * also have these functions, but would first have to be built from hundreds of files. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,7 +10,7 @@ int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) 
   return 1;
 }
 
-/* The compiler calls this function, with the size in rax, when the variables of a function need more than a page of the stack.
+/* The compiler calls this function when the variables of a function need more than a page of the stack; their size is in rax.
  * Windows allocates the pages of a stack in order, so each page is accessed before the next. All registers keep their values. */
 __asm__(
     ".globl ___chkstk_ms\n"
@@ -41,13 +41,13 @@ int __fpclassify(double x) {
   return FP_NORMAL;
 }
 
-/* The compiler replaces a sine and a cosine of the same angle by a call of sincos. The volatile pointers prevent this replacement
- * here. */
+/* The compiler would replace a sine and a cosine of the same angle by a call of sincos. The volatile pointers prevent this
+ * replacement. */
 static double (*const volatile sine)(double) = sin;
 static double (*const volatile cosine)(double) = cos;
 void sincos(double x, double *s, double *c) { *s = sine(x), *c = cosine(x); }
 
-/* Formatted output. The system has only a function with options; option 2 requests the return value of the C standard. */
+/* Formatted output. The system's function has an argument for options; option 2 requests the return value of the C standard. */
 int __stdio_common_vsprintf(unsigned long long options, char *text, size_t size, const char *form, void *locale, va_list arguments);
 int vsnprintf(char *text, size_t size, const char *form, va_list arguments) {
   return __stdio_common_vsprintf(2, text, size, form, NULL, arguments);

@@ -1,4 +1,4 @@
-"""Results of the runtime's audit, and counts of events."""
+"""Results of the runtime's audit, and numbers of events."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ def bounded(s: Subject) -> bool:
 
 
 def value(column: str, field: str, text: str, counts: bool = True, **more: Any) -> Quantity:
-    """A column that shows a field of ``tr_extra``. counts: the value is constant between events and not negative."""
+    """A column that shows a field of ``tr_extra``. counts: whether the value is constant between events and never negative."""
     name, bound = (f"extra.{field}", NOT_NEGATIVE) if counts else ("extra", ANY)
     more |= {"at": EXTRA.at(field), "label": (field,), "steps": counts, "bound": bound, "smooth": False, "runtime": True}
     return Quantity(name=name, column=column, unit="1", text=text, **more)

@@ -7,7 +7,8 @@ from trunnion.columns.subjects import BRISTLES
 
 
 def deflection(state: SX, scale: SX) -> dict[str, SX]:
-    """Deflection = state / scale: a bristle's state is the deflection times the scale, a ratio of friction to normal force."""
+    """Deflection = state / scale. A bristle's state is a ratio of friction to normal force, equal to the deflection times the
+    scale."""
     return {"deflection": state / scale}
 
 

@@ -20,12 +20,12 @@ TINY = 1e-300
 TOUCHING = 1e-140
 """A contact is closed if its normal force is above this value, N."""
 WATCHED = 4
-"""Number of values of a ``tr_contact``: the force, then the components of the watched vector on the cosine axis, the sine axis and
-the third axis. The contact's angle is atan2(sine component, cosine component)."""
+"""Number of values of a ``tr_contact``: the force, and the three components of the watched vector. These are the components on the
+cosine axis, the sine axis and the third axis. The contact's angle is atan2(sine component, cosine component)."""
 
 
 def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, pose: Pose) -> dict[str, list[SX]]:
-    """Contacts of a joint by the closed forms of §7; vectors in the inboard joint frame."""
+    """Contacts of a joint by the closed forms of §7. Vectors are in the inboard joint frame."""
     from trunnion.recursion.complement_equation_terms import wrench
     from trunnion.recursion.joint_reactions import pin_axes
 
@@ -42,7 +42,7 @@ def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, 
 
 def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
     """Outputs of one contact. turn: rotation from the pin's frame into the inboard joint frame (3×3). The angle is measured in the
-    pin's frame, but in the inboard joint frame for contacts with ``inboard`` (ball)."""
+    pin's frame. For contacts with ``inboard`` (ball), the angle is measured in the inboard joint frame."""
     vector = turn @ ca.vertcat(*c.vector)
     normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
     (axis, base), third = c.plane, 3 - c.plane[0] - c.plane[1]
@@ -56,7 +56,7 @@ def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
 
 
 def angle(y: SX, x: SX) -> SX:
-    """atan2(y, x), but 0 at the origin, where the derivatives of atan2 are NaN."""
+    """atan2(y, x), except at the origin. There, where the derivatives of atan2 are NaN, the result is 0."""
     none = x * x + y * y <= TINY
     return ca.if_else(none, 0, ca.atan2(y, ca.if_else(none, 1, x)))
 
@@ -72,7 +72,7 @@ def elevates(s: Subject) -> bool:
 
 
 def held(_: Subject) -> str:
-    """An open contact has no angle: the runtime holds the last angle."""
+    """An open contact has no angle. The runtime therefore outputs the angle that the contact had last."""
     return "hold"
 
 

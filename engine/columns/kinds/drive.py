@@ -7,8 +7,8 @@ from trunnion.columns.subjects import DRIVEN
 
 
 def drive(effort: SX, rate: SX) -> dict[str, SX]:
-    """The effort is the transmitted force along the freedom, minus friction and devices, plus the rotor's inertia force. The power
-    is effort × rate."""
+    """The effort is the transmitted force along the freedom, minus the forces of friction and devices, plus the inertia force of
+    the rotor. The power is effort × rate."""
     return {"effort": effort, "power": effort * rate}
 
 

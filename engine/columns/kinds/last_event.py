@@ -10,7 +10,7 @@ EVENTS = ", ".join(f"{e.value} {e.name.lower()}" for e in EventKind).replace("_"
 
 
 def of_last(name: str, field: str, unit: str, text: str) -> Quantity:
-    """The column ``events.last.NAME``, which shows a field of ``tr_last``."""
+    """The column ``events.last.NAME`` for a field of ``tr_last``."""
     return Quantity(name="last", at=EXTRA.at("last") + LAST.at(field), label=(field,), column=f"events.last.{name}", unit=unit,
                     text=text, steps=True, smooth=False, runtime=True)  # fmt: skip
 

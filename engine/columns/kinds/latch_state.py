@@ -1,4 +1,4 @@
-"""Tooth under the hook of a latch."""
+"""Tooth on which the hook of a latch is."""
 
 from trunnion.columns.declaration import ColumnKind, Quantity
 from trunnion.columns.operands import LATCH_HOOK

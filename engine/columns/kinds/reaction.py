@@ -7,7 +7,7 @@ from trunnion.columns.subjects import JOINT, Subject
 
 
 def reaction(wrench: SX, pose: Pose, arm: SX) -> dict[str, SX]:
-    """Reaction on the inboard part, at the joint centre (the pin's point), in the inboard joint frame, by (57)–(66)."""
+    """Reaction on the inboard part, about the joint centre (the pin's point), in the inboard joint frame, by (57)–(66)."""
     from trunnion.recursion.vector_algebra import cross
 
     force, torque = wrench[:3], wrench[3:] + cross(arm, wrench[:3])
@@ -15,7 +15,7 @@ def reaction(wrench: SX, pose: Pose, arm: SX) -> dict[str, SX]:
 
 
 def transmits(s: Subject) -> bool:
-    """Whether the joint has a reaction: a joint with six freedoms transmits no force."""
+    """Whether the joint has a reaction. A joint with six freedoms transmits no force."""
     return s.data.kind.nv < 6
 
 

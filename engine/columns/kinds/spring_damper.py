@@ -7,7 +7,7 @@ from trunnion.columns.subjects import SPRING
 
 
 def spring_damper(ends: tuple[Motion, Motion], numbers: SX) -> dict[str, SX]:
-    """Length L, force K (L − l0) + C L̇ that pulls the ends together, and power −force × L̇ on the bodies."""
+    """Length L, force K (L − l0) + C L̇, and power −force × L̇ on the bodies. A positive force pulls the ends together."""
     from trunnion.recursion.masses_and_forces import spring_line
 
     line = spring_line(ends, (numbers[3:6], numbers[6:9]))

@@ -66,18 +66,18 @@ def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """Static friction: |m| ≤ r F sin(atan μ) for the torque m normal to the force. A point contact holds no torque about the
-    force."""
+    """Static friction: |m| ≤ r F sin(atan μ), where m is the component of the torque normal to the force. A point contact holds no
+    torque about the force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque: held even without load
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque: a pair holds even without load
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sliding speed r |ω × n|; Adams: r |ω × f̂|. The formula is that of the proportional branch, which alone selects the
-    branch (theory, "Ball")."""
+    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. It is computed as on the proportional branch, because the speed on this
+    branch alone selects the branch (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
     along2 = fw * fw / FF
@@ -89,8 +89,9 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. For a law with a
-    viscous part and without tilt, only the sign is correct. Adams' form has no cone; the result is 1."""
+    """s²/|ω|². The value is positive while the ball slides, and negative while ω lies inside the friction cone about the force. For
+    a law with a viscous part and without tilt, only the sign of the value is correct. In Adams' form, which has no cone, the value
+    is 1."""
     law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
     level = level_of(f, rates, law, g)
     if adams or level is None:
@@ -103,8 +104,8 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
 
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) of a ball at rest from its friction torque m: m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂ with
-    sinφ = |m|/(r F), which has the upper limit of ``ratio_held``."""
+    """(f_n, n f_n) of a ball at rest, computed from its friction torque m. From m = r n × f_c follows n = −cosφ f̂ + sinφ f̂ × m̂
+    with sinφ = |m|/(r F). The friction ratio tanφ has the limit of ``ratio_held``."""
     f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
     F, M = ca.sqrt(dot(f, f) + TINY), ca.sqrt(dot(m, m) + TINY)
     most = HELD_MOST * law.static
@@ -118,7 +119,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # use the branch and direction at this instant, not those frozen in the step or selected by Adams' friction
+    if law.kinks:  # use branch and direction at this instant, and not those that the step froze or that Adams' friction selected
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)
@@ -126,7 +127,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """f_n n. It is −f_c without friction, and lies along the contact normal with friction."""
+    """f_n n. Without friction, this vector is −f_c; with friction, it is along the contact normal."""
     f = [w["f1"], w["f2"], w["f3"]]
     if not laws:
         return [-x for x in f]
@@ -147,7 +148,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # not from the flag, which Adams' friction never sets
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # not read from the flag, because Adams' friction never sets it
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

@@ -63,8 +63,9 @@ class Touch(NamedTuple):
 def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch:
     """Contact on the active branch of the law. The suffixes _p and _s denote the proportional and the sliding branch.
 
-    With the tilt u = s/|ω| and k|ω| = μ_e/u, the weights are u², μ_e u and μ_e², each divided by u² + μ_e². So the divisor needs
-    no square root. The code uses −1/(u² + μ_e²), because the symbolic library turns products with 1/x into divisions."""
+    With the tilt u = s/|ω| and k|ω| = μ_e/u, the weights are u², μ_e u and μ_e², each divided by u² + μ_e². Therefore the divisor
+    contains no square root. The code uses the factor −1/(u² + μ_e²) and not 1/(u² + μ_e²), because the symbolic library turns a
+    product with 1/x into a division."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     speed = ca.sqrt(dot(omega, omega) + TINY)
     way = [x / speed for x in omega]
@@ -100,7 +101,7 @@ def load_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[
 
 
 def pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) of a law with bristles, whose friction is f_n κ × n."""
+    """(f_n, n f_n) of a law with bristles. The friction force of such a law is f_n κ × n."""
     f = [w["f1"], w["f2"], w["f3"]]
     FF, kk, fk = dot(f, f) + TINY, dot(kappa, kappa), dot(f, kappa)
     along2, kf = fk * fk / FF, cross(kappa, f)
@@ -109,8 +110,8 @@ def pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX]]:
 
 
 def bristles(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], adams: bool) -> tuple[list[SX], list[SX]]:
-    """(rates of the bristle states, friction vector κ), with the pin's sign. In Adams' form the normal is the direction of the
-    force."""
+    """Rates of the bristle states and friction vector κ, both with the pin's sign. In Adams' form, the direction of the force
+    replaces the normal."""
     omega, state = [w.pin * x for x in rates], [w.pin * x for x in law.state]
     normal = [w["f1"], w["f2"], w["f3"]] if adams else pressed(w, state)[1]
     spin = dot(normal, omega) / (dot(normal, normal) + TINY)
@@ -131,8 +132,8 @@ def slope_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX 
 
 
 def drag_of(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """Viscous part of μ_e divided by |ω|. If a direction frozen at rest replaces ω (``Law.moving``), the viscous part still uses
-    the true speed."""
+    """Viscous part of μ_e, divided by |ω|. Where a direction frozen at rest replaces ω (``Law.moving``), the viscous part still
+    uses the true speed."""
     if law.drag is None:
         return None
     return law.drag * g["radius"] * ca.sqrt((dot(rates, rates) + TINY) / (dot(omega, omega) + TINY))

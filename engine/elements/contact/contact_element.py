@@ -24,13 +24,15 @@ COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 FIXED, OVERLAP = "fixed", "overlap"
 """Values for a joint's ``ends``: contacts are at the ends of one part, or at the ends of the overlap of both parts."""
 SPAN = "span"
-"""Name of the half length of the overlap of two parts of finite length, m, in the wrench beside the components of f_c, m_c."""
+"""Name of the half length of the overlap of two parts of finite length, m. A wrench contains this length beside the components of
+f_c, m_c."""
 
 
 @dataclass(frozen=True)
 class Wrench:
-    """Wrench of a joint on the part with the pin. ``values`` holds, by name, the needed components of f_c (N) and m_c (N m), and
-    SPAN. ``pin`` is +1 if the inboard part has the pin, −1 if the outboard part; signed friction ratios are multiplied by it."""
+    """Wrench of a joint on the part with the pin. ``values`` contains, by name, the needed components of f_c (N) and m_c (N m), and
+    SPAN. ``pin`` is +1 if the inboard part has the pin, −1 if the outboard part has it. Signed friction ratios are multiplied by
+    ``pin``."""
 
     values: Mapping[str, SX]
     pin: int
@@ -97,8 +99,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Solid:
-    """A pin in pictures: "cylinder" (radius, length), "sphere" (radius) or "box" (three edges), m, along joint axis ``axis`` of
-    the part ``on``."""
+    """A pin in pictures: "cylinder" (radius, length), "sphere" (radius) or "box" (three edges), m. The shape lies along joint axis
+    ``axis`` of the part ``on``."""
 
     shape: str
     sizes: tuple[float, ...]
@@ -121,13 +123,14 @@ class Hold:
 
 
 HELD_MOST = 1.5
-"""× the static friction coefficient: largest friction ratio by which a pair at rest turns its contacts. Only trial solutions exceed
-the capacity; their friction may be larger than any contact can carry."""
+"""Limit of the friction ratio of a pair at rest in the computation of its contacts, relative to the static coefficient. Only trial
+solutions exceed the static coefficient; their friction may be larger than any contact can carry."""
 
 
 def ratio_held(load: Callable[[SX], SX], size: SX, static: SX, rounds: int = 6) -> SX:
-    """Friction ratio |k| of a pair at rest: the root of k · load(k) = size, by unrolled Newton steps, at most HELD_MOST · static.
-    k · load(k) increases with k and is smooth up to the limit of sticking, k = static (theory, "Rest")."""
+    """Friction ratio |k| of a pair at rest: the root of k · load(k) = size, by unrolled Newton steps. The ratio is at most
+    HELD_MOST · static. The product k · load(k) increases with k, and is smooth up to the limit of sticking, k = static (theory,
+    "Rest")."""
     k, most = ca.SX.sym("k"), HELD_MOST * static
     size = ca.fmin(size, most * load(most))
     residual = k * load(k) - size
@@ -139,7 +142,7 @@ def ratio_held(load: Callable[[SX], SX], size: SX, static: SX, rounds: int = 6) 
 
 
 def signum(x: SX) -> SX:
-    """−1 for negative numbers, else +1."""
+    """−1 for negative numbers, otherwise +1."""
     return ca.if_else(x < 0, -1, 1)
 
 
@@ -198,7 +201,7 @@ class ContactElement:
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse an inconsistent declaration: ValueError."""
+        """Check the declaration. Raises ValueError if the declaration is inconsistent."""
         checked_numbers(f"contact element {self.name}", self.sizes)
         for wrong in self._mistakes():
             raise ValueError(f"contact element {self.name}: {wrong}")
@@ -235,7 +238,7 @@ class ContactElement:
         return self.cone is not None
 
     def speeds(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """Sliding speed of every pair, m/s; negative when the velocity has reversed relative to the frozen direction."""
+        """Sliding speed of every pair, m/s. The speed is negative if the velocity has reversed relative to the frozen direction."""
         if self.own_speeds is not None:
             return self.own_speeds(w, rates, laws, g, adams)
         return [ca.fabs(v[0]) * law.sign(v, (1.0,)) for v, law in zip(self.velocity(rates, g), laws, strict=True)]

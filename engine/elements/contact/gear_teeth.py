@@ -1,9 +1,10 @@
 """Teeth of two gears, or of a pinion and its rack; the paper does not treat them (theory, "Teeth").
 
-The pressure angle α is the angle between a tooth's force f and the motion of the pitch circles. f cos α drives; f sin α pushes
-the wheels apart (a pinion in a ring gear: towards the ring's centre). The sliding speed of the flanks is proportional to the
-distance of their contact from the pitch point. The model has one pair of teeth in contact, with contact points distributed evenly
-over one base pitch π m cos α. So friction acts as a torque between the wheels with the mean arm ρ = π m cos α/4."""
+The pressure angle α is the angle between a tooth's force f and the motion of the pitch circles. The component f cos α drives; the
+component f sin α pushes the wheels apart (a pinion in a ring gear: towards the ring's centre). The sliding speed of the flanks is
+proportional to the distance between their contact point and the pitch point. The model has one pair of teeth in contact, with
+contact points distributed evenly over one base pitch π m cos α. Therefore friction acts as a torque between the wheels with the
+mean arm ρ = π m cos α/4."""
 
 from __future__ import annotations
 
@@ -36,13 +37,13 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """Never called: static bounds do not use teeth (``analysis.static_bounds.equilibrium_equations``)."""
+    """Never called: static bounds do not include teeth (``analysis.static_bounds.equilibrium_equations``)."""
     raise NotImplementedError
 
 
 def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
-    """Teeth whose force has the components ``forces``. ``across`` means parallel axes or a rack: the force then lies in the plane
-    normal to the inboard axis. Otherwise only the sign of the torque decides which flanks are in contact."""
+    """Teeth whose force has the components ``forces``. ``across`` is true for parallel axes and for racks: the force then lies in
+    the plane normal to the inboard axis. Otherwise, only the sign of the torque determines which flanks are in contact."""
 
     def needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
         return forces
@@ -52,7 +53,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return ca.sqrt(sum((w[n] * w[n] for n in forces), ca.SX(TINY)))
 
     def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction torque, force that pushes the wheels apart); this force exists at rest too."""
+        """(friction torque, force that pushes the wheels apart). This force acts at rest, too."""
         k, f = laws[0].ratios(_velocity(rates, g)[0])[0], load(w)
         return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
 
@@ -60,8 +61,8 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return [Hold(laws[0].static * load(w), ca.fabs(u[0]) / _arm(g))]
 
     def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-        """One contact, whose outward normal opposes the force on the inboard wheel. When the opposite flanks come into contact,
-        the force component along the motion of the teeth and the torque about the wheel's axis pass through zero."""
+        """One contact, whose outward normal opposes the force on the inboard wheel. The contact moves to the opposite flanks where
+        two values pass through zero: the force component along the motion of the teeth, and the torque about the wheel's axis."""
         none = ca.SX(0)
         lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
         c, s = ca.cos(lean), ca.sin(lean)
@@ -69,7 +70,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return [Contact(load(w), (-w["f1"] if "f1" in forces else none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
 
     def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-        """The tooth force; friction does not change it."""
+        """The tooth force, which friction does not change."""
         return [HALF_ROOT * w[n] for n in forces]
 
     return ContactElement(

@@ -1,6 +1,7 @@
-"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point. Shaft and cross use some of the formulas.
+"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point. Other elements (shaft, cross) use formulas of
+this file.
 
-(124) and (136) have a closed solution in a_i = f_i cosθ_i and b_i = f_i sinθ_i (theory, "Journal and shaft")."""
+Equations (124) and (136) have a closed solution in a_i = f_i cosθ_i and b_i = f_i sinθ_i (theory, "Journal and shaft")."""
 
 from __future__ import annotations
 
@@ -59,8 +60,8 @@ def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX
 
 
 def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
-    """The two forces on a pin as ``sums`` divided by √2. The sum of squares is unchanged; the mean and the tilting part are
-    separate."""
+    """The two forces on a pin, in the form of ``sums`` divided by √2. The sum of squares is that of the forces. The sums describe
+    the mean load, the differences the tilting."""
     found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
     return [HALF_ROOT * x for x in found]
 
@@ -84,8 +85,8 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load that friction is proportional to: f_1 + f_2, plus preload, plus the axial thrust scaled by its radius. Adams' form
-    uses |f_c| plus preload."""
+    """Load to which friction is proportional: f_1 + f_2, plus preload, plus the axial thrust times thrust radius / pin radius. In
+    Adams' form, |f_c| plus preload."""
     if adams:
         return with_preload(ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY), g)
     a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)
@@ -94,19 +95,20 @@ def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction torque (137), signed: k_r r (f_1 + f_2); Adams' form (152): k_r r |f_c|."""
+    """Signed friction torque (137): k_r r (f_1 + f_2). In Adams' form (152): k_r r |f_c|."""
     kr = _ratio(w, rates, laws, g)
     return [w.pin * kr * g["radius"] * _load(w, kr, g, adams)]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The capacity is μ_static times the load at k_r = ±μ_static, because the load depends on |k_r| only (theory, "Rest")."""
+    """The capacity is μ_static times the load at |k_r| = μ_static. The load depends on |k_r|, and not on the sign of k_r (theory,
+    "Rest")."""
     most = laws[0].static
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
 
 
 def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Friction ratio of a pair that slides, or rests with the friction η."""
+    """Friction ratio of a sliding pair, or of a pair at rest with the friction η."""
     kr = _ratio(w, rates, laws, g)
     if not (laws[0].sets and eta):
         return kr
@@ -138,17 +140,17 @@ LENGTHS = tuple(
 
 
 def with_span(needs: tuple[str, ...], numbers: Sequence[str]) -> tuple[str, ...]:
-    """The needed components, with SPAN if the joint has overlapping parts."""
+    """The needed components, and SPAN if the parts of the joint overlap."""
     return (*needs, SPAN) if LENGTHS[0].name in numbers else needs
 
 
 def half_length(w: Wrench, g: Mapping[str, SX]) -> SX:
-    """c: half the length over which pin and bearing overlap, m."""
+    """Half the length over which pin and bearing overlap (c), m."""
     return w[SPAN] if SPAN in w.values else g["half_length"]
 
 
 def drawn_half_length(g: Mapping[str, float]) -> float:
-    """c for pictures: for overlapping parts, half the shorter length."""
+    """The half length c for pictures. For overlapping parts, c is half the length of the shorter part."""
     return 0.5 * min(g[s.name] for s in LENGTHS) if LENGTHS[0].name in g else g["half_length"]
 
 
@@ -165,7 +167,7 @@ PRELOAD = Size(
 
 
 def with_preload(load: SX, g: Mapping[str, SX], label: str = "preload") -> SX:
-    """Load plus preload."""
+    """Load plus preload, if the joint has a preload."""
     return load + g[label] if label in g else load
 
 

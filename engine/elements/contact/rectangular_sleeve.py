@@ -1,7 +1,7 @@
 """Rectangular sleeve of a prismatic joint; the paper does not treat it (theory, "Sleeve").
 
-The inner part counts as the pin. It has half length c and half sizes a along e2 and b along e3. Forces act at its two ends along
-e2 and e3; a couple on its faces carries the torsion."""
+The inner part is the pin. It has half length c and half sizes a along e2 and b along e3. At both ends of the inner part, forces act
+along e2 and e3. A couple on the faces carries the torsion."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
-    """Signed forces on the inner part, N, for friction ratio k: along e2 at −c and +c, along e3 at −c and +c, and the total force
-    of the torsion couple."""
+    """Signed forces on the inner part for friction ratio k, N: along e2 at −c and +c, along e3 at −c and +c, and the total force of
+    the torsion couple."""
     a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     d2 = (w["m3"] - k * a * w["f2"]) / (2 * c)
     d3 = (w["m2"] + k * b * w["f3"]) / (2 * c)
@@ -67,8 +67,8 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load that friction is proportional to: sum of all normal forces (Adams' form: the force normal to the axis), plus
-    preload."""
+    """Load to which friction is proportional: sum of all normal forces, plus preload. In Adams' form, the force normal to the axis
+    replaces the sum."""
     load = length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
     return with_preload(load, g)
 
@@ -79,7 +79,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Friction ratio of a pair that slides, or rests with the friction η."""
+    """Friction ratio of a sliding pair, or of a pair at rest with the friction η."""
     k = _ratio(w, rates, laws, g)
     if not (laws[0].sets and eta):
         return k

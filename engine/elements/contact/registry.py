@@ -1,4 +1,4 @@
-"""All contact elements, and queries by element name. A new element needs a new file and one line in ELEMENTS."""
+"""All contact elements, and queries by element name. A new element needs a new file and a line in ELEMENTS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def registered(elements: Iterable[ContactElement]) -> dict[str, ContactElement]:
-    """Elements by name. ValueError when two elements have the same name, or a size has two meanings."""
+    """Elements by name. Raises ValueError if two elements have the same name, or if a size has two meanings."""
     out: dict[str, ContactElement] = {}
     for e in elements:
         if e.name in out:
@@ -47,21 +47,21 @@ ELEMENTS = (
 )
 REGISTRY: dict[str, ContactElement] = registered(objects(__package__, ELEMENTS))
 CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.name, (True, True): CROSSED.name}
-"""Names of the elements of load-independent friction; the key tells for each freedom of the joint whether it is a rotation."""
+"""Names of the elements with load-independent friction. The key states for each freedom of the joint whether it is a rotation."""
 GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)
 """Names of the numbers that give a joint load-independent friction."""
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether joints with this law always have the number (default 0), so that one primitive covers joints with and without
+    """Whether joints with this law always have the number (default 0). If so, one primitive serves joints with and without
     preload."""
     return n.name == PRELOAD.name and LAWS[law].sets and not adams
 
 
 def element_of(usual: str, turns: tuple[bool, ...], named: Iterable[str]) -> str:
-    """Name of the contact element of a joint; "" if there is none. ``named`` are the numbers that the joint's friction gives. If
-    one of these is in GIVEN, the result is the element of load-independent friction, else the joint type's ``usual`` element.
-    ``turns`` tells for each freedom whether it is a rotation."""
+    """Name of the contact element of a joint; "" if the joint has none. ``named``: names of the friction numbers that the scene
+    gives for the joint. If a name is in GIVEN, the result is the element of load-independent friction, otherwise the joint type's
+    ``usual`` element. ``turns``: for each freedom, whether it is a rotation."""
     return CONSTANT.get(turns, "") if GIVEN & set(named) else usual
 
 

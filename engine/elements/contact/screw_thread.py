@@ -1,8 +1,8 @@
 """Thread of a screw joint; the paper does not treat it (theory, "Thread").
 
-r is the mean radius and λ the lead angle, tan λ = pitch/(2π r). The normal forces on the flanks act all around; the sum of their
-magnitudes is f. The flank angle β is the inclination of the normals in the section normal to the thread. Friction k f acts along
-the helix. One flank carries the whole axial force F = f_c·e1: f = |F| / (cos β cos λ + σ k sin λ), σ = sign F."""
+r is the mean radius and λ the lead angle, tan λ = pitch/(2π r). Normal forces act on the flanks around the whole circumference; the
+sum of their magnitudes is f. The flank angle β is the inclination of the normals in the section normal to the thread. Friction k f
+acts along the helix. One flank carries the whole axial force F = f_c·e1: f = |F| / (cos β cos λ + σ k sin λ), σ = sign F."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> 
 
 
 def _carried(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
-    """Axial force, N, that the flanks and the friction due to the load carry: F minus the axial friction of a preload."""
+    """Axial force that the normal forces on the flanks and their friction carry, N. It is F minus the axial component of the
+    friction due to a preload."""
     return w["f1"] - k * g["preload"] * _lead(g)[1] if "preload" in g else w["f1"]
 
 
@@ -70,18 +71,19 @@ def _normal(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load that friction is proportional to: normal forces (Adams' form: axial force), plus preload."""
+    """Load to which friction is proportional: sum of the normal forces, plus preload. In Adams' form, the axial force replaces the
+    sum."""
     return with_preload(ca.sqrt(w["f1"] ** 2 + TINY) if adams else _normal(w, k, g), g)
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction torque k f r/cos λ, which is the work of the friction along the helix per angle."""
+    """Friction torque k f r/cos λ: the work per angle of the friction along the helix."""
     k = _ratio(w, rates, laws, g)
     return [w.pin * k * g["radius"] / _lead(g)[0] * _load(w, k, g, adams)]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The capacity is k f at k = μ_static, because k f increases with k (theory, "Rest")."""
+    """The capacity is k f at k = μ_static, the largest value of k f, because k f increases with k (theory, "Rest")."""
     most = laws[0].static
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) * _lead(g)[0] / g["radius"])]
 
@@ -98,15 +100,16 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """All six components, as in a joint without contacts, because a thread's friction depends on the axial force only."""
+    """All six components, as for a joint without contacts. Components other than the axial force do not change a thread's
+    friction."""
     return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
 
 
 def _rests(j: Rubs) -> list[Pair]:
     """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
-    normal force and friction. So the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound. A share is relative to the capacity with u at
-    its limit, as in the kernel's laws."""
+    normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
+    increases the load more than the friction; the capacity is then an upper bound. As in the kernel's laws, a share is relative to
+    the capacity with u at its limit."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

@@ -44,14 +44,15 @@ def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) ->
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction force (125) and torque (126): k_s Σf and k_r r Σf. Adams' form uses the force normal to the axis as Σf."""
+    """Friction force (125) and torque (126): k_s Σf and k_r r Σf. In Adams' form, Σf is the force normal to the axis."""
     ks, kr = _ratios(w, rates, laws, g)
     load = _load(w, ks, kr, g, adams)
     return [w.pin * ks * load, w.pin * kr * g["radius"] * load]
 
 
 def _load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load that friction is proportional to: f_1 + f_2 (Adams' form: the force normal to the axis), plus preload."""
+    """Load to which friction is proportional: f_1 + f_2, plus preload. In Adams' form, the force normal to the axis replaces f_1 +
+    f_2."""
     if adams:
         return with_preload(length(w["f2"], w["f3"]), g)
     a1, b1, a2, b2 = pair(w, kr, ks, g)
@@ -59,15 +60,15 @@ def _load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 
 def _direction(w: Wrench, u: list[SX], g: Mapping[str, SX]) -> tuple[SX, SX, SX]:
-    """(magnitude of friction as a force at the surface, N; the two components of the unit vector along (k_s, k_r)) of the
-    friction u = (force, torque)."""
+    """Norm of the friction u = (force, torque) as a force at the surface, N, and the two components of its unit vector along (k_s,
+    k_r)."""
     along, around = u[0], u[1] / g["radius"]
     size = length(along, around)
     return size, w.pin * along / size, w.pin * around / size
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """With κ = |(k_s, k_r)|, the capacity is κ · load(κ) at κ = μ_static, because this product increases with κ in a given
+    """Let κ = |(k_s, k_r)|. The capacity is κ · load(κ) at κ = μ_static, because this product increases with κ for a fixed
     direction (theory, "Rest")."""
     size, ds, dr = _direction(w, u, g)
     most = laws[0].static
@@ -75,7 +76,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
-    """Friction ratios of a pair that slides, or rests with the friction η."""
+    """Friction ratios of a sliding pair, or of a pair at rest with the friction η."""
     ks, kr = _ratios(w, rates, laws, g)
     if not (laws[0].sets and eta):
         return ks, kr
@@ -100,8 +101,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """The capacity is an upper bound. The axial friction ratio k_s changes the couple Y of the end forces: Y = Y_0 + β F with
-    |β| ≤ μ r/c. So |F ± Y| ≤ |F ± Y_0| + |β||F|. For a given sliding direction, β is known and the capacity is exact."""
+    """The capacity is an upper bound. The axial friction ratio k_s changes the couple Y of the end forces: Y = Y_0 + β F with |β| ≤
+    μ r/c. Therefore |F ± Y| ≤ |F ± Y_0| + |β||F|. For a given sliding direction, β is known and the capacity is exact."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair, sine

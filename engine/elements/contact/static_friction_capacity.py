@@ -1,7 +1,8 @@
 """Static friction capacity of pairs, as sums of norms of linear functions of reactions (theory, "Bounds at rest").
 
-The capacity of a journal is μ_s/√(1+μ_s²) ½(|F + Y| + |F − Y|), and that of a ball is μ_s/√(1+μ_s²) |f|. For a sleeve it is a sum
-of absolute values that depends on the sense of friction. Each contact element declares its capacities (``rests``)."""
+The capacity of a journal is μ_s/√(1+μ_s²) ½(|F + Y| + |F − Y|). The capacity of a ball is μ_s/√(1+μ_s²) |f|. The capacity of a
+sleeve is a sum of absolute values, which depends on the sense of friction. Each contact element declares its capacities
+(``rests``)."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ class Rubs:
 
     @property
     def adams_forces(self) -> tuple[str, ...]:
-        """Force components in Adams' form."""
+        """Names of the force components that Adams' form needs."""
         return tuple(n for n in self.needs if n.startswith("f"))
 
     def row(self, **parts: float) -> np.ndarray:
@@ -46,20 +47,20 @@ class Rubs:
         return np.array([parts.get(n, 0.0) for n in self.needs])
 
     def rows(self, names: tuple[str, ...]) -> np.ndarray:
-        """The matrix that selects these components, one per row."""
+        """The matrix that selects the named components, one per row."""
         return np.array([self.row(**{n: 1.0}) for n in names])
 
     def constant(self, size: float, weight: float) -> Norm:
-        """The norm of a constant force ``size``, N, times ``weight``."""
+        """The term of a constant force ``size`` (N), times ``weight``."""
         return Norm(np.zeros((1, len(self.needs))), weight, 0.0, size)
 
     def preload(self, mu: float, label: str = "preload") -> tuple[Norm, ...]:
-        """The term of the preload; empty for a joint without preload."""
+        """The term of the preload. The tuple is empty for a joint without preload."""
         return (self.constant(self.sizes[label], mu),) if self.sizes.get(label) else ()
 
     def ends(self, across: tuple[str, str], about: tuple[str, str], c: float, mu: float) -> tuple[Norm, ...]:
-        """The terms |F ± Y| of a journal with F = f3 + i f2, Y = (m2 − i m3)/c. ``across`` are the names of f2 and f3, ``about``
-        those of m2 and m3."""
+        """The terms |F ± Y| of a journal with F = f3 + i f2 and Y = (m2 − i m3)/c. ``across``: the names of f2 and f3. ``about``:
+        the names of m2 and m3."""
         (f2, f3), (m2, m3) = across, about
         return tuple(
             Norm(np.array([self.row(**{f3: 1.0, m2: s / c}), self.row(**{f2: 1.0, m3: -s / c})]), 0.5 * sine(mu), 0.5)
@@ -106,9 +107,9 @@ class Capacity:
 
 @dataclass(frozen=True)
 class AtLimit:
-    """Capacity with the pair's friction at its limit, for friction of one sense, where load = rows · f + fixed is not negative: the
-    friction weight · load + constant. Shares and normal forces are given with it. The capacity with the present friction, by which
-    states are admissible, is the same where the friction is at its limit."""
+    """Capacity of a pair whose friction is at its limit, for one sense of friction: weight · load + constant, where load = rows · f
+    + fixed ≥ 0. Shares and normal forces are computed with this capacity. Whether a state is admissible is decided with the
+    capacity at the present friction. Where the friction is at its limit, both capacities are equal."""
 
     sense: int
     rows: np.ndarray

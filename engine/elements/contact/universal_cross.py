@@ -1,8 +1,9 @@
 """The cross of a universal joint (paper §7.4): two journals on a massless cross.
 
-Journal 1 turns about u1: (143) with axes (u1, u2, u3). Journal 2 turns about u2: (147), the journal formulas for (−f_c, −m_c) with
-axes (u2, u3, u1) and k2 = −μ_e sign(q̇2), a sign that dissipates (theory, "Universal joint"). The wrench is always the one on the
-inboard part. If the pins are on the cross, forces and both ratios k change sign."""
+Journal 1 turns about u1. Its formula is (143), with the axes (u1, u2, u3). Journal 2 turns about u2. Its formula is (147): the
+journal formulas for (−f_c, −m_c), with the axes (u2, u3, u1) and k2 = −μ_e sign(q̇2). This sign makes friction dissipate (theory,
+"Universal joint"). The wrench is always that on the inboard part. If the pins are on the cross, forces and both ratios k change
+sign."""
 
 from __future__ import annotations
 
@@ -59,14 +60,15 @@ def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, S
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction torques by (149), m_c·u1 = k1 r1 (f1+f2), and (150), −m_c·u2 = k2 r2 (f5+f6)."""
+    """Friction torques (149) and (150): m_c·u1 = k1 r1 (f1+f2) and −m_c·u2 = k2 r2 (f5+f6)."""
     k1, k2 = _ratios(w, rates, laws, g)
     loads = _loads(w, k1, k2, g, adams)
     return [w.pin * k1 * g["radius[1]"] * loads[0], -w.pin * k2 * g["radius[2]"] * loads[1]]
 
 
 def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """For each journal, the load that its friction is proportional to: sum of normal forces (Adams' form: |f_c|), plus preload."""
+    """The load to which the friction of each journal is proportional: sum of its normal forces, plus preload. In Adams' form, |f_c|
+    replaces the sum."""
     if adams:
         loads = [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
     else:
@@ -75,7 +77,7 @@ def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The same capacity for each journal as in a revolute joint."""
+    """For each journal, the capacity is that of the journal of a revolute joint."""
     most = [law.static for law in laws]
     loads = _loads(w, w.pin * most[0] * signum(u[0]), -w.pin * most[1] * signum(u[1]), g, adams)
     return [Hold(most[i] * loads[i], ca.fabs(u[i]) / g[f"radius[{i + 1}]"]) for i in range(2)]
@@ -92,7 +94,7 @@ def _still(w: Wrench, laws: list[Law], g: Mapping[str, SX], eta: list[SX], i: in
 
 
 def _ratios_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> tuple[SX, SX]:
-    """Friction ratios of journals that slide, or rest with the friction η."""
+    """Friction ratios of sliding journals, or of journals at rest with the friction η."""
     k = _ratios(w, rates, laws, g)
     if not (laws[0].sets and eta):
         return k
@@ -114,7 +116,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
-    """Positions of the contacts: journal 1 is on the inboard e1, journal 2 on the outboard e2."""
+    """Positions of the contacts: those of journal 1 on the inboard e1, those of journal 2 on the outboard e2."""
     ends = [(k, side * g[f"half_length[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
     out = []
     for k, along in ends:

@@ -1,4 +1,4 @@
-"""Friction laws: the friction ratio k as a function of the sliding velocity. A new law needs a new file and one line in the
+"""Friction laws: the friction ratio k as a function of the sliding velocity. A new law needs a new file and a line in the
 registry."""
 
 from trunnion.elements.friction.friction_law import Law, Rest

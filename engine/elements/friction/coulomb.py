@@ -10,11 +10,12 @@ from trunnion.elements.friction.friction_law import TINY, Law, Rest
 from trunnion.elements.friction.law_parameters import MU, MU_STATIC
 
 BY_SPEED = tuple((f"speed[{k}]", f"mu[{k}]") for k in range(2, KNOTS + 1))
-"""Names of the speeds and coefficients of a curve of μ over speed, from the second point on; the coefficient at rest is mu."""
+"""Names of the speeds and coefficients that define a curve of μ over speed, from the second point on. The coefficient at rest is
+mu."""
 
 
 class Coulomb(Law):
-    """One sliding branch. At rest, the runtime holds the pair by a constraint with a multiplier."""
+    """The law has one sliding branch. At rest, the runtime holds the pair by a constraint with a multiplier."""
 
     name = "coulomb"
     numbers = (MU, replace(MU_STATIC, needed=False))
@@ -22,7 +23,7 @@ class Coulomb(Law):
     formula, at_rest = "μ v/|v|", "any |k| ≤ μ_s (μ_s = μ where it is not given)"
 
     def level(self, speed2: SX) -> SX:
-        """μ, either constant or from its curve over the speed."""
+        """The coefficient μ: a constant, or the value of its curve at the speed."""
         n = self.value
         if BY_SPEED[0][1] not in n:
             return n["mu"]

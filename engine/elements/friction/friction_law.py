@@ -1,12 +1,12 @@
 """The base class of friction laws: the interface between contact geometry and friction.
 
 A law gives the signed friction ratio k at a sliding velocity v. k is the friction force on the pin divided by the normal force
-(paper (121)); ω_r and ṡ there are those of the outboard part relative to the part with the pin. There are two branches: the
-proportional branch, k = ``slope`` · v, and the sliding branch, k = ``level``(|v|) · v/|v| + ``drag`` · v. ``choose`` selects the
-active branch.
+(paper (121)). The velocities ω_r and ṡ in (121) are those of the outboard part relative to the part with the pin. There are two
+branches: the proportional branch, k = ``slope`` · v, and the sliding branch, k = ``level``(|v|) · v/|v| + ``drag`` · v. ``choose``
+selects the active branch.
 
-A law with a kink declares the speed of the kink. The runtime ends steps there; within a step the branch is fixed. A set-valued law
-(``sets``) has no unique k at rest: a constraint holds the pair while the required ratio is at most ``static``."""
+A law with a kink declares the speed of the kink. The runtime ends steps at this speed; within a step the branch is fixed. A
+set-valued law (``sets``) has no unique k at rest: a constraint holds the pair while the required ratio is at most ``static``."""
 
 from __future__ import annotations
 
@@ -21,25 +21,28 @@ from trunnion.runtime.abi import PairState
 
 TINY = 1e-300
 HALF = 0.5
-"""Offset for comparisons with integer states. Such a comparison makes a step 3 percent faster than a test for equality."""
+"""Offset for comparisons with integer states. A comparison by this offset makes a step 3 percent faster than a test for
+equality."""
 HAIR = 1e-120
-"""Factor of the frozen direction in a velocity of several components. It matters only when the runtime freezes a direction of
-huge norm (first step of slip from rest, ``slip_onset.c``); this direction is then the direction of sliding."""
+"""Factor of the frozen direction. The direction times this factor is added to a velocity of several components. The sum differs
+from the velocity only if the runtime freezes a direction of huge norm (first step of slip from rest, ``slip_onset.c``). The result
+is then the direction of sliding."""
 AT_REST = 1e-138
-"""Factor as HAIR, for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
-dependent rates: for a starting pair below 1e-12 m/s, for a pair on a line (``sliding_directions.c``, with larger norms) always."""
+"""Factor as HAIR, for the sign of a velocity (``Law.side``). With it, a velocity against the frozen direction counts as round-off
+of dependent rates. For a starting pair, this holds for velocities below 1e-12 m/s. For a pair on a line (``sliding_directions.c``,
+with larger norms), it always holds."""
 
 
 class Rest(Enum):
-    """Behaviour of a law near zero sliding velocity; it determines how the runtime treats the law."""
+    """Behaviour of a law near zero sliding velocity, which determines how the runtime treats the law."""
 
     SET_VALUED = "set-valued"
     """At rest, k is any ratio up to the static coefficient. The runtime holds the pair by a constraint; steps end where sliding
     begins."""
     KINK = "kink"
-    """k is a function with two branches that meet at a sliding speed (``Law.kink``). The runtime ends steps there."""
+    """k is a function with two branches, which meet at a sliding speed (``Law.kink``). The runtime ends steps at this speed."""
     BRISTLES = "bristles"
-    """k is a function of one state per velocity component (``Law.drift``, ``Law.carried``)."""
+    """k is a function of a state with one value per velocity component (``Law.drift``, ``Law.carried``)."""
     SMOOTH = "smooth"
     """k is a smooth function of the velocity, without events."""
 
@@ -63,7 +66,7 @@ class Law:
     name: ClassVar[str] = ""
     """Name of the law in a scene."""
     numbers: ClassVar[tuple[Number, ...]] = ()
-    """Its numbers in a scene, in the order of the documents."""
+    """Numbers of the law in a scene, in the order of the documents."""
     rest: ClassVar[Rest]
     """Behaviour of the law at rest."""
     scale: ClassVar[str] = "mu"
@@ -71,12 +74,13 @@ class Law:
     steps: ClassVar[bool] = True
     """Whether time stepping (method moreau) supports the law: set-valued friction, or friction smooth in the velocity."""
     exact: ClassVar[str] = ""
-    """Name of the set-valued law that this law smooths, as the reference for errors; "" if there is none."""
+    """Name of the set-valued law that this law smooths. The set-valued law is the reference for errors. "" if this law smooths no
+    law."""
     dry: ClassVar[str] = ""
-    """Name of the set-valued law with the same coefficients that static analyses use instead; "" for the law itself, which may
-    have no static friction."""
+    """Name of the set-valued law with the same coefficients, which static analyses use instead of this law. "" if they use this law
+    itself, which may have no static friction."""
     state_scale: ClassVar[str] = ""
-    """For bristles, name of the number that divides the state to give a deflection."""
+    """Only for bristles: name of the number by which the state is divided to give a deflection."""
     formula: ClassVar[str] = ""
     """k while sliding, in the symbols of ``notation.md``."""
     at_rest: ClassVar[str] = ""
@@ -87,7 +91,7 @@ class Law:
     bristles: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Refuse an inconsistent declaration; derive the flags that ``rest`` implies."""
+        """Refuse an inconsistent declaration, and derive the flags that follow from ``rest``."""
         super().__init_subclass__(**kwargs)
         rest = getattr(cls, "rest", None)
         if not isinstance(rest, Rest):
@@ -122,7 +126,8 @@ class Law:
 
     @classmethod
     def _branches(cls) -> list[str]:
-        """Faults: branches that ``rest`` requires but the law lacks. Bristles need none, because they have ``carried``."""
+        """Faults: branches that the law lacks although ``rest`` requires them. A law with bristles needs no branch, because it has
+        ``carried``."""
         has = {"level": cls.level is not Law.level, "slope": cls.slope is not Law.slope}
         needed = {Rest.SET_VALUED: ("level",), Rest.KINK: ("level", "slope")}.get(cls.rest, ())
         missing = [name for name in needed if not has[name]]
@@ -149,7 +154,8 @@ class Law:
 
     @property
     def drag(self) -> SX | None:
-        """Viscous coefficient of the sliding branch, s/m: (|k| − ``level``) divided by the sliding speed. None if there is none."""
+        """Viscous coefficient of the sliding branch, s/m: (|k| − ``level``) divided by the sliding speed. None if the law has no
+        viscous part."""
         return None
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
@@ -171,8 +177,8 @@ class Law:
         return self.flag < PairState.STUCK.value + HALF
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """Sliding velocity. For a set-valued law with several components, the result has a direction even at the start of slip.
-        ``arms`` as in ``sign``."""
+        """Sliding velocity. For a set-valued law with several components, the result has a direction even at the start of slip,
+        where v is zero. ``arms`` as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
@@ -183,7 +189,7 @@ class Law:
         return ca.SX(0)
 
     def choose(self, sliding: SX | None, proportional: SX | None) -> SX:
-        """The value on the active branch: ``sliding`` if the flag is set, else ``proportional``. If one of them is None, the
+        """The value on the active branch: ``sliding`` if the flag is set, otherwise ``proportional``. If one value is None, the
         result is the other value."""
         if sliding is not None and proportional is not None:
             return ca.if_else(self.flag > PairState.PROPORTIONAL.value + HALF, sliding, proportional)
@@ -201,15 +207,16 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign as in ``sign``, for use in friction. It stays +1 after the reversal in two cases. The first is a pair on a line
-        (``sliding_directions.c``), whose friction continues until the event. The second is a starting pair with a velocity at
-        round-off level (``AT_REST``)."""
+        """The sign as in ``sign``, for use in friction. In two cases, this sign stays +1 after the reversal. The first case is a
+        pair on a line (``sliding_directions.c``), whose friction continues until the event. The second case is a starting pair with
+        a velocity at round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
         """Signed ratios k, one per component of the sliding velocity v (m/s). On the sliding branch, the sign is fixed during a
-        step: k = level · sign · v/|v| + drag · v. So k is smooth through v = 0 for motion along a line. ``arms`` as in ``sign``."""
+        step: k = level · sign · v/|v| + drag · v. Therefore k is smooth through v = 0 for motion along a line. ``arms`` as in
+        ``sign``."""
         if self.bristles:
             return self.carried(v, self.state)
         speed2 = sum((x * x for x in v), ca.SX(0))

@@ -1,4 +1,4 @@
-"""All friction laws, and queries by law name. A new law needs a new file and one line in LAWS."""
+"""All friction laws, and queries by law name. A new law needs a new file and a line in LAWS."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from trunnion.elements.friction.friction_law import Law
 
 
 def registered(laws: Iterable[type[Law]]) -> dict[str, type[Law]]:
-    """The laws by name. ValueError when two laws have the same name, a number has two meanings, or a law refers to an unknown
-    law."""
+    """The laws by name. Raises ValueError if two laws have the same name, if a number has two meanings, or if a law refers to an
+    unknown law."""
     out: dict[str, type[Law]] = {}
     for law in laws:
         if law.name in out:
@@ -35,7 +35,7 @@ LAWS = (
 )
 REGISTRY: dict[str, type[Law]] = registered(objects(__package__, LAWS))
 DEFAULT = next(iter(REGISTRY))
-"""The default law of a scene: the most accurate and least stiff law."""
+"""The default law of a scene. It is the most accurate and the least stiff law."""
 
 
 def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
@@ -44,12 +44,13 @@ def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
 
 
 def exact_of(law: str) -> str:
-    """The reference law for errors: the set-valued law that ``law`` smooths, else ``law`` itself."""
+    """The reference law for errors: the set-valued law that ``law`` smooths. If ``law`` smooths no law, the result is ``law``
+    itself."""
     return REGISTRY[law].exact or law
 
 
 def twin_of(law: str) -> str:
-    """The law that smooths ``law``; "" if there is none."""
+    """Name of the law that smooths ``law``; "" if no law does."""
     return next((name for name, other in REGISTRY.items() if other.exact == law), "")
 
 

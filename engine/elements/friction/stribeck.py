@@ -12,7 +12,7 @@ from trunnion.elements.friction.law_parameters import MU, MU_STATIC, V_STRIBECK,
 
 
 class Stribeck(Law):
-    """Set-valued at rest, as Coulomb's law. During sliding, |k| is smooth in v². With the direction fixed during a step, k is
+    """Set-valued at rest, like Coulomb's law. During sliding, |k| is smooth in v². The direction is fixed during a step, so k is
     smooth through v = 0. After release, friction falls continuously from μ_static."""
 
     name = "stribeck"

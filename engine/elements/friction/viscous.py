@@ -1,4 +1,4 @@
-"""Lubricated contact: friction ratio proportional to sliding speed, k = viscosity · v (viscosity in s/m).
+"""Lubricated contact: the friction ratio is proportional to the sliding speed, k = viscosity · v (viscosity in s/m).
 
 The friction force is still proportional to the normal force. For drag independent of the normal force, use the joint's ``damping``.
 """
@@ -11,7 +11,7 @@ from trunnion.elements.friction.law_parameters import VISCOSITY
 
 
 class Viscous(Law):
-    """A single proportional branch, without a kink."""
+    """The law has only a proportional branch, and no kink."""
 
     name = "viscous"
     numbers = (VISCOSITY,)

@@ -1,4 +1,4 @@
-"""Joint types. A new type needs a new file here and one line in TYPES; the rest of the engine does not depend on type names."""
+"""Joint types. A new type needs a new file here and a line in TYPES; the rest of the engine does not depend on type names."""
 
 from trunnion.basics.object_paths import objects
 from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW, MIMIC

@@ -1,8 +1,8 @@
-"""Numerical checks of a joint type's declaration, at registration; they take about 0.1 ms per type.
+"""Numerical checks of a joint type's declaration at registration, in about 0.1 ms per type.
 
-The numbers of freedoms and constraints add up to six. R is a rotation matrix, and the unit matrix at q = 0. The declared axes
-agree with the derivatives of R and s. ``measure`` inverts ``rotation`` and ``travel``. The constraint rows vanish for all q and
-prevent all motion except along the axes."""
+The checks require that the numbers of freedoms and constraints add up to six. R must be a rotation matrix, and the unit matrix at q
+= 0. The declared axes must agree with the derivatives of R and s. ``measure`` must invert ``rotation`` and ``travel``. The
+constraint rows must vanish for all q and prevent all motion except along the axes."""
 
 from __future__ import annotations
 
@@ -14,26 +14,27 @@ from trunnion.elements.joints.joint_kind import JointKind, quaternion_rate
 Vector = Sequence[float]
 Place = tuple[list[list[float]], list[float]]
 SAMPLE = {"angle": (0.7, -0.4, 1.1), "length": (0.3, -0.2, 0.5), "quaternion": (0.8, 0.2, -0.4, 0.4)}
-"""Coordinates of each kind at which a declaration is checked: a general position, with angles within the range of ``measure``."""
+"""Coordinates at which a declaration is checked, by kind of coordinate. They describe a general position, with angles within the
+range of ``measure``."""
 STEP = 1e-5
-"""Step h of the central differences, rad or m; their truncation error is about h², their round-off error 1e-11."""
+"""Step h of the central differences, rad or m. Their truncation error is about h²; their round-off error is about 1e-11."""
 CLOSE = 1e-8
-"""Largest accepted deviation, 100 times the error of the differences. A wrong axis or sign gives a deviation of at least 0.1."""
+"""Largest accepted deviation: 100 times the error of the differences. A wrong axis or sign gives a deviation of at least 0.1."""
 
 
 class Numeric:
-    """The functions (sin, sqrt, if_else, …) that a declaration gets as ``ops``, for plain numbers."""
+    """The functions (sin, sqrt, if_else, …) that a declaration gets as ``ops``, implemented for plain numbers."""
 
     sin, cos, atan2, sqrt, fmax = math.sin, math.cos, math.atan2, math.sqrt, max
 
     @staticmethod
     def if_else(condition: bool, yes: float, no: float) -> float:
-        """``yes`` if the condition holds, else ``no``."""
+        """``yes`` if the condition holds, otherwise ``no``."""
         return yes if condition else no
 
 
 def registered(*kinds: JointKind) -> dict[str, JointKind]:
-    """Joint types by name. ValueError with all faults of their declarations."""
+    """Joint types by name. Raises ValueError with all faults of their declarations."""
     wrong = [f"joint type {k.name}: {fault}" for k in kinds for fault in faults(k)]
     names = [k.name for k in kinds]
     wrong += [f"joint type {n}: declared twice" for n in dict.fromkeys(names) if names.count(n) > 1]
@@ -43,7 +44,7 @@ def registered(*kinds: JointKind) -> dict[str, JointKind]:
 
 
 def faults(kind: JointKind) -> list[str]:
-    """Faults of a declaration. The numerical checks run only if the counts are consistent."""
+    """Faults of a declaration. The numerical checks run only if the numbers of freedoms, rows and coordinates are consistent."""
     if kind.bodiless:
         return ["a joint that carries no body must have exactly one row"] if kind.rows != 1 else []
     sizes = list(_sizes(kind))
@@ -51,7 +52,7 @@ def faults(kind: JointKind) -> list[str]:
 
 
 def _sizes(kind: JointKind) -> Iterator[str]:
-    """Faults of counts, and of the order of coordinates and rates."""
+    """Faults of the numbers of freedoms, rows and coordinates, and of the order of coordinates and rates."""
     if kind.nv + kind.rows + kind.ties != 6:
         yield f"{kind.nv} freedoms, {kind.rows} rows and {kind.ties} ties do not add up to 6"
     n, ball = kind.nq, kind.quaternion
@@ -87,7 +88,7 @@ def _place(kind: JointKind) -> Iterator[str]:
 
 
 def _motion(kind: JointKind) -> Iterator[str]:
-    """Faults of the axes of each rate, compared with the derivatives of R and s."""
+    """Faults of the axes of each rate, found by comparison with the derivatives of R and s."""
     for k in range(kind.nv):
         spin, slip = _rates(kind, k)
         declared = _column(kind, k)
@@ -112,7 +113,7 @@ def _rows(kind: JointKind) -> Iterator[str]:
         rows.append([0.0] * 3 + [outer[(i + 1) % 3] * e[(i + 2) % 3] - outer[(i + 2) % 3] * e[(i + 1) % 3] for i in range(3)])
     axes = [_column(kind, k) for k in range(kind.nv)]
     if _rank(axes) != kind.nv or (kind.cuttable and any(abs(_dot(a, b)) > CLOSE for a in axes for b in axes if a is not b)):
-        yield "its axes are not at right angles"  # the rates of a cut joint are the components of the motion along the axes
+        yield "its axes are not at right angles"  # because the rates of a cut joint are the components of the motion along its axes
     if _rank(rows) != kind.rows or any(abs(_dot(a, r)) > CLOSE for a in axes for r in rows):
         yield "its rows must prevent exactly what its axes exclude"
 

@@ -19,9 +19,9 @@ E1, E2, E3 = range(3)
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One column of P^r (rotation, if ``rot``) or P^s (sliding) in the paper's (1), (2): unit vector ``index`` (E1, E2, E3) of the
-    joint frame on ``side``. ``by_pitch`` means that the column is multiplied by pitch/2π (a screw; its ``travel`` assumes a pitch
-    of 2π)."""
+    """One column of the paper's (1), (2): of P^r for a rotation (``rot``), of P^s for a translation. The column is the unit vector
+    ``index`` (E1, E2, E3) of the joint frame on ``side``. ``by_pitch``: whether the column is multiplied by pitch/2π (for a screw,
+    whose ``travel`` assumes a pitch of 2π)."""
 
     index: int
     rot: bool
@@ -114,7 +114,7 @@ class JointKind:
 
     @property
     def apart(self) -> bool:
-        """Whether the two points of the joint need not coincide."""
+        """Whether the two points of the joint may be apart."""
         return self.rolls.apart if self.rolls else self.follows in ("point", "face", "curve")
 
     @property
@@ -134,7 +134,7 @@ class JointKind:
 
     @property
     def travels(self) -> int:
-        """Number of constraint rows in m; these are the first of ``rows``."""
+        """Number of constraint rows with a residual in m. These rows are the first of ``rows``."""
         return len(self.rows_s) + self.bodiless
 
     @property
@@ -154,14 +154,15 @@ class JointKind:
 
     @property
     def needs_axis(self) -> bool:
-        """Whether the joint needs the direction of e1. A type does not need it if it rotates about all axes or none, and slides
-        along all axes or none."""
+        """Whether the joint needs the direction of e1. The direction is not needed if the joint rotates about all axes or about no
+        axis, and slides along all axes or along no axis."""
         scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
         return self.bodiless or any(scarce)
 
     @property
     def second_axis(self) -> int:
-        """Index of the outboard axis of a joint that rotates about an inboard and an outboard axis (universal); −1 for others."""
+        """Index of the outboard axis of a joint that rotates about an inboard and an outboard axis (universal); −1 for other
+        joints."""
         return next((a.index for axes in self.axes for a in axes if a.side == "out"), -1)
 
     @property
@@ -171,22 +172,23 @@ class JointKind:
 
     @property
     def slides_along(self) -> int:
-        """Index of the axis of a joint whose first freedom, and no other, is a travel (a straight guide); −1 for other joints."""
+        """Index of the axis of a joint whose first freedom is its only translation (a straight guide); −1 for other joints."""
         along = [k for k in range(self.nv) if not self.turns(k)]
         return self.axes[0][0].index if along == [0] else -1
 
     @property
     def freely_rubbed(self) -> tuple[bool, ...]:
-        """For constant friction along each freedom: whether each freedom is a rotation; () if the joint cannot have constant
-        friction."""
+        """Whether each freedom is a rotation, for constant friction along the freedoms. The tuple is empty if the joint cannot have
+        constant friction."""
         return tuple(self.turns(k) for k in range(self.nv)) if 0 < self.nv <= 2 and self.quaternion < 0 else ()
 
     def turns(self, rate: int) -> bool:
-        """Whether a freedom is a rotation, in rad, and not a travel, in m; the freedom of a screw is a rotation."""
+        """Whether a freedom is a rotation (rad) and not a travel (m). The freedom of a screw counts as a rotation."""
         return self.axes[rate][0].rot
 
     def coordinate_of(self, rate: int) -> int:
-        """Index in q of the coordinate whose derivative is this rate; −1 if there is none (quaternion, sliding along a cam)."""
+        """Index in q of the coordinate whose derivative is this rate. −1 if no coordinate has this derivative (quaternion, sliding
+        along a cam)."""
         return rate if rate < (self.nq if self.quaternion < 0 else self.quaternion) else -1
 
 

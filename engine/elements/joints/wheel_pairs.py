@@ -1,8 +1,8 @@
 """Wheels that roll on each other without sliding: gears, racks, belts and chains (theory, "Rolling").
 
-Such a joint carries no body: its wheels turn on other joints, and one constraint row couples the wheels. The angles of the wheels
-relative to their line of centres determine the rolled angle up to a whole number of teeth. ``phase`` computes it, for symbols and
-numbers."""
+Such a joint carries no body: other joints carry the wheels, and one constraint row couples the wheels. The angles of the wheels
+relative to their line of centres determine the rolled angle up to a whole number of teeth. ``phase`` computes the rolled angle, for
+symbols and numbers."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Frame = Sequence[Vector]
 
 
 def _toothed(kind: JointKind, friction: str) -> JointKind:
-    """A pair with tooth flanks, which slide as the wheels turn and push the wheels apart. Two freedoms are added: the relative
-    rotation and the separation."""
+    """A pair with tooth flanks. The flanks slide as the wheels turn, and push the wheels apart. Two freedoms are added: the
+    relative rotation and the separation."""
     return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
 
 
@@ -51,15 +51,15 @@ BELT = JointKind(
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of a pair. ``module`` is pitch diameter / number of teeth, m. ``teeth`` are the numbers of the inboard and outboard
-    wheel; the number of the larger wheel is negative for internal teeth and for an uncrossed belt."""
+    """Sizes of a pair. ``module`` is pitch diameter / number of teeth, m. ``teeth`` contains the numbers of teeth of the inboard
+    and the outboard wheel. For internal teeth and for an uncrossed belt, the number of the larger wheel is negative."""
 
     module: Scalar
     teeth: tuple[Scalar, Scalar]
 
 
 def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) -> Scalar:
-    """Rolled angle of two wheels, rad, with 2π per tooth. ``inb`` and ``out`` are the joint frames; s = p_out − p_in."""
+    """Rolled angle of two wheels, rad; one tooth corresponds to 2π. ``inb`` and ``out`` are the joint frames; s = p_out − p_in."""
     (a, b), (z1, z2) = (inb[0], out[0]), of.teeth
     if touch == "straight":
         across = [x - _dot(s, b) * e for x, e in zip(s, b, strict=True)]

@@ -1,8 +1,8 @@
-"""Instructions of CasADi functions as single assignments in Python lists, each value computed once.
+"""Instructions of CasADi functions as single assignments, in Python lists. Each value is computed once.
 
-One query of an instruction costs four microseconds. CasADi therefore prints all instructions at once, and this module parses the
-text. One query per form of a line gives the meaning of the form. Equal operations are merged here, because CasADi's own search for
-them takes longer than all other work.
+A query of one instruction costs four microseconds. CasADi therefore prints all instructions at once, and this module parses the
+text. For each form of a line, one query gives the meaning of the form. Equal operations are merged here, because CasADi's own
+search for them takes longer than all other work.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}
 RESULT = re.compile(r"@(\d+)")
 OFTEN = 4096
-"""Count of instructions between two checks for interrupts, about ten milliseconds."""
+"""Number of instructions between two checks for interrupts, which takes about ten milliseconds."""
 WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
 Instruction = tuple[int, int, tuple[int, ...]]
 """(operation, index of its value, indices of its operands)"""
@@ -27,7 +27,7 @@ Instruction = tuple[int, int, tuple[int, ...]]
 
 @dataclass
 class Assignments:
-    """Values by index, in order of computation. operations: (operation, value, operands). constants: numerical value of each
+    """Values by index, in the order of computation. operations: (operation, value, operands). constants: numerical value of each
     constant. inputs: (input, element) of each input value. outputs: (output, element, value)."""
 
     operations: list[Instruction] = field(default_factory=list)
@@ -38,8 +38,8 @@ class Assignments:
 
 
 def assignments(f: ca.Function) -> Assignments:
-    """The instructions of an SX function, with equal instructions merged. Requires ``live_variables`` off, so that each value has
-    its own index."""
+    """The instructions of an SX function, with equal instructions merged. Requires the option ``live_variables`` to be off, so that
+    each value has its own index."""
     out = Assignments(count=f.sz_w())
     same = list(range(out.count))
     first: dict[tuple, int] = {}
@@ -71,18 +71,18 @@ def assignments(f: ca.Function) -> Assignments:
 
 
 _known: dict[str, tuple[int, int]] = {}
-"""Operation and number of operands for each form of a printed line (the line without digits)."""
+"""For each form of a printed line, the operation and its number of operands. The form is the line without digits."""
 
 
 def _listed(f: ca.Function) -> Iterator[Instruction]:
-    """All instructions of a function in order. The operand of an output instruction is the value that it returns."""
+    """All instructions of a function, in order. The operand of an output instruction is the value that the function returns."""
     heed()
     text = f.str(True).partition("Algorithm:\n")[2].rstrip("\n")
     heed()
     forms = text.translate(WITHOUT_DIGITS).split("\n")
     lines = text.split("\n")
     heed()
-    if len(lines) != f.n_instructions():  # the format is unexpected: query every instruction
+    if len(lines) != f.n_instructions():  # unexpected format: query every instruction
         yield from (_asked(f, k) for k in range(f.n_instructions()))
         return
     numbers = map(int, RESULT.findall(text))
@@ -105,7 +105,7 @@ def _listed(f: ca.Function) -> Iterator[Instruction]:
 
 
 def _asked(f: ca.Function, k: int) -> Instruction:
-    """Instruction k by the library's own query."""
+    """Instruction k, from a query of the library."""
     op = f.instruction_id(k)
     if op == ca.OP_OUTPUT:
         return op, 0, tuple(f.instruction_input(k))
@@ -113,7 +113,7 @@ def _asked(f: ca.Function, k: int) -> Instruction:
 
 
 def _learn(f: ca.Function, k: int, form: str, line: str) -> bool:
-    """Store the meaning of a form, if the query of instruction k agrees with its line. Returns whether the two agree."""
+    """Store the meaning of a form if the query of instruction k agrees with the printed line. Returns whether they agree."""
     op, value, operands = _asked(f, k)
     numbers = tuple(map(int, RESULT.findall(line)))
     if numbers != (operands if op == ca.OP_OUTPUT else (value, *operands)):

@@ -1,8 +1,9 @@
 """Symbolic expressions → C, in stages.
 
-Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of its operands. So a result
-that depends only on parameters is computed once (``prepare``), and a result that depends only on the state is computed before the
-multipliers. Arrays carry values to later stages. Long functions are split into pieces, so that compile time is linear in length.
+Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of its operands. A result
+that depends only on parameters is therefore computed once (``prepare``). A result that depends only on the state is computed before
+the multipliers. Arrays carry values to later stages. Long functions are split into pieces, so that compile time is linear in
+length.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 
 SX = ca.SX
 PIECE = 2500
-"""Operations per C function; compile time grows faster than linearly above a few thousand. Pieces of 300 or 600 operations compile
-in four fifths of the time, but stepping units then run 10 to 15 percent longer, and dense Jacobians 3 percent."""
+"""Number of operations per C function. Above a few thousand, compile time grows faster than linearly. Pieces of 300 or 600
+operations compile in four fifths of the time, but stepping units then run 10 to 15 percent longer, and dense Jacobians 3
+percent."""
 
 SCRATCH = "s_"
 """Array that carries values between the pieces of a stage, if the stage keeps no values for later stages."""
@@ -39,24 +41,25 @@ UNARY = {
 }
 CALL = re.compile(r"(\w{3,})\((.*)\)")
 FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for name, given in CALL.findall(form)}
-"""C functions in the forms, with their number of arguments."""
+"""C functions that occur in the forms, with their numbers of arguments."""
 MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
     "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
 )
-"""Declarations that generated code needs from <math.h>. The header itself would take a sixth of a small unit's compile time."""
+"""Declarations from <math.h> that generated code needs. The header itself would take a sixth of the compile time of a small
+unit."""
 FORMS = {op: form.replace("{0}", "%s").replace("{1}", "%s") for op, form in (BINARY | UNARY).items()}
 DOUBLED = {op for op, form in UNARY.items() if form.count("{0}") == 2}
 """Operations whose text repeats their operand."""
 DEPTH = 20
-"""Largest nesting of operations in an expression. Each operation adds up to three levels of brackets; compilers accept at least 63
-(C11, 5.2.4.1)."""
+"""Largest nesting of operations in an expression. Each operation adds up to three levels of brackets. Compilers accept at least 63
+levels (C11, 5.2.4.1)."""
 Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Input:
     """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. transient: whether later stages do not
-    receive the input. Elements that later stages need are then stored."""
+    receive the input; elements that they need are then stored."""
 
     name: str
     symbol: SX
@@ -71,7 +74,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """Values that a stage writes, or adds (``accumulate``): C array, offset, expressions."""
+    """Values that a stage writes: C array, offset, expressions. ``accumulate``: the values are added to the array."""
 
     name: str
     offset: int
@@ -82,7 +85,7 @@ class Output:
 
 @dataclass
 class Stage:
-    """One C function: name, parameter list, array of values for later stages ("" for none)."""
+    """One C function: its name, its parameter list, and the array of its values for later stages ("" for none)."""
 
     name: str
     arguments: str
@@ -91,7 +94,8 @@ class Stage:
 
 @dataclass
 class Code:
-    """C text of the stages. kept, operations: for each stage, counts of the values kept for later stages and of operations."""
+    """C text of the stages. kept, operations: for each stage, the number of values kept for later stages, and the number of
+    operations."""
 
     text: str
     kept: list[int]
@@ -107,7 +111,8 @@ class _Emitter:
     """Writes the stages of one set of outputs. A place (stage, piece) is a piece of a stage.
 
     Lists by value: ``stage`` (−1 for constants), ``home`` (place that computes the value; None for constants and inputs), ``uses``
-    (count of reads), ``text`` (C expression at the current place), ``slot`` (array element that carries the value to other places).
+    (number of reads), ``text`` (C expression at the present place), ``slot`` (array element that carries the value to other
+    places).
     """
 
     def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
@@ -135,15 +140,15 @@ class _Emitter:
         return Code(text, self.kept, [sum(map(len, pieces)) for pieces in self.order])
 
     def _leaves(self) -> None:
-        """Text and stage of constants and inputs."""
+        """Set text and stage of constants and inputs."""
         for v, number in self.code.constants.items():
             self.text[v] = literal(number)
         for v, (i, e) in self.code.inputs.items():
             self.text[v], self.stage[v] = self.inputs[i].element(e), self.inputs[i].stage
 
     def _places(self) -> set[int]:
-        """Put every operation into the latest stage of its operands, split stages into pieces, count uses. Returns the values that
-        are read outside their ``home``."""
+        """Put every operation into the latest stage of its operands, split stages into pieces, and count uses. Returns the values
+        that are read outside their ``home``."""
         stage, home, uses, outside = self.stage, self.home, self.uses, set()
         places: list[Place] = [(k, 0) for k in range(len(self.stages))]
         for op, v, operands in self.code.operations:
@@ -178,15 +183,15 @@ class _Emitter:
         return self.stage[v] == 0 or self.inputs[self.code.inputs[v][0]].transient
 
     def _assign_slots(self, outside: set[int]) -> None:
-        """Assign an array element to each value read outside its place."""
+        """Assign an array element to each value that is read outside its place."""
         for v in sorted(outside):
             k = self.stage[v]
             self.slot[v] = f"{self.stages[k].keep or SCRATCH}[{self.kept[k]}]"
             self.kept[k] += 1
 
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
-        """Statements of a piece. A value that is used once becomes part of the expression that uses it, up to nesting ``DEPTH``.
-        This halves text and variables."""
+        """Statements of a piece. A value that is used once becomes part of the expression that uses it, up to the nesting
+        ``DEPTH``. This halves the text and the number of variables."""
         heed()
         text, uses, slot, body = self.text, self.uses, self.slot, []
         deep: dict[int, int] = {}
@@ -230,7 +235,7 @@ class _Emitter:
 
 
 def literal(value: float) -> str:
-    """C text from which compilers read exactly this double. Infinities and NaN have their C names."""
+    """C text that compilers read as exactly this double. Infinities and NaN have their C names."""
     if value != value:
         return "NAN"
     if value in (float("inf"), -float("inf")):

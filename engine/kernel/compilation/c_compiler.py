@@ -1,9 +1,9 @@
-"""The C compiler: the pip package ``ziglang``, so that the machine needs no compiler of its own.
+"""The C compiler, from the pip package ``ziglang``. The machine needs no other compiler.
 
-The compiler fails without a home directory, so its caches are redirected. A shared cache of constant size holds system libraries;
-each build has another cache, which is deleted afterwards. Libraries for this machine are linked without start files, whose first
-build would take seconds. Debug tables are off: they take a quarter of the time and four fifths of the size. Fast-math is never
-used, because tests for NaN must work. """
+The compiler fails without a home directory, so its caches are redirected. A shared cache of constant size contains system
+libraries. Each build has another cache, which is deleted afterwards. Libraries for this machine are linked without start files,
+whose first build would take seconds. Debug tables are off: they take a quarter of the time and four fifths of the size. Fast-math
+is never used, because tests for NaN must work."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ FLAGS = (
     "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
     "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
 )  # fmt: skip
-"""Loops are short, and their lengths are known only at run time. With automatic unrolling and vectorisation the runtime takes twice
-as long to compile and is 3 to 14 percent slower; important loops are written with vectors (``base/compiler.h``). Frame pointers
-would slow generated code by 2 percent."""
+"""Loops are short, and their lengths are known only at run time. With automatic unrolling and vectorisation, the runtime takes
+twice as long to compile and is 3 to 14 percent slower. Important loops are written with vectors (``base/compiler.h``). Frame
+pointers would slow generated code by 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
-"""Characters of a unit's text above which the vectorisation of straight-line code is off. This vectorisation takes half of the
+"""Number of characters of a unit's text above which straight-line code is not vectorised. This vectorisation takes half of the
 compile time. With it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
 43,000 characters are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
-"""The same limit for a primitive of scenes. Without this vectorisation, free bodies and ball joints with friction compile in half
-of the time; the times of runs of five models changed by −3 to +7 percent."""
+"""The same limit for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile in half of
+the time. The run times of five models then changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
 """Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on
-the surrounding text, so the last bit of a column would otherwise depend on the other columns. A row with all columns takes up
+the surrounding text. With contraction, the last bit of a column would depend on the other columns. A row with all columns takes up
 to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
-"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation this compiler adds
-run-time checks by default. They would cancel the gain, so they are off."""
+"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation, this compiler adds
+run-time checks by default. These checks would cancel the gain, so they are off."""
 TARGETS = {
     ("Linux", "x86_64"): ("x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64"),
     ("Linux", "aarch64"): ("aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64"),
@@ -61,7 +61,7 @@ class CompilerError(RuntimeError):
 
 
 def _host() -> tuple[str, str]:
-    """zig target and wheel platform of this machine. CompilerError if the machine is not supported."""
+    """zig target and wheel platform of this machine. Raises CompilerError if the machine is not supported."""
     key = (platform.system(), platform.machine())
     if key not in TARGETS:
         raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TARGETS)}")
@@ -79,8 +79,8 @@ def wheel_platform() -> str:
 
 
 def cpu_level() -> str:
-    """CPU level of compiled code: x86-64-v3 (AVX2, FMA) if this machine supports it, else the baseline. TRUNNION_CPU overrides the
-    choice. "" for processors other than x86-64."""
+    """CPU level of compiled code: x86-64-v3 (AVX2, FMA) if this machine supports it, otherwise the baseline. TRUNNION_CPU overrides
+    the choice. For processors other than x86-64, the result is ""."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return ""
     if os.environ.get("TRUNNION_CPU"):
@@ -94,7 +94,7 @@ def cpu_level() -> str:
 
 def version_of(package: str) -> str:
     """Version of a package that influences compiled code; "none" if the package is not installed."""
-    from importlib.metadata import PackageNotFoundError, version  # a slow import, which cached primitives do not need
+    from importlib.metadata import PackageNotFoundError, version  # this import is slow, and cached primitives do not need it
 
     try:
         return version(package)
@@ -108,7 +108,7 @@ def compiler_version() -> str:
 
 
 def library_suffix() -> str:
-    """Suffix of shared libraries here."""
+    """Suffix of shared libraries on this platform."""
     return {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
 
 
@@ -118,14 +118,14 @@ def shared_cache(cache: Path) -> Path:
 
 
 def run(arguments: Sequence[str], cache: Path) -> None:
-    """Run ``zig cc`` with these caches. After a failure the build is repeated without the shared cache, which may have been pruned.
-    A second failure raises CompilerError with the compiler's output."""
+    """Run ``zig cc`` with these caches. After a failure, the build is repeated without the shared cache, which may have been
+    pruned. A second failure raises CompilerError with the compiler's output."""
     log.debug("compile: %s", " ".join(arguments))
     shared = shared_cache(cache)
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # this cache is pruned like an entry, least recently used first
+            os.utime(shared)  # the shared cache is pruned like an entry: least recently used first
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))
@@ -137,14 +137,14 @@ def run(arguments: Sequence[str], cache: Path) -> None:
 
 
 def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
-    """The compiler's exit code and output, with these caches."""
+    """Exit code and output of the compiler when it runs with these caches."""
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(shared), ZIG_LOCAL_CACHE_DIR=str(own))
     return compiler_processes.run([str(_program()), "cc", *arguments], env)
 
 
 def needed(who: str, what: str, instead: str = "") -> None:
-    """SceneError with the installation command, unless the packages that write and compile C are installed. what: names what has to
-    be compiled; instead: text of another remedy."""
+    """Raise SceneError with the installation command unless the packages that write and compile C are installed. what: names what
+    must be compiled. instead: text of another remedy."""
     missing = [m for m in ("casadi", "ziglang") if not there(m)]
     if missing:
         several = len(missing) > 1
@@ -167,7 +167,7 @@ def part_flags(text: str) -> tuple[str, ...]:
 
 
 def quick() -> bool:
-    """Whether fast builds are preferred: TRUNNION_QUICK_BUILD is set (and not 0)."""
+    """Whether fast builds are preferred: TRUNNION_QUICK_BUILD is set and not 0."""
     return os.environ.get("TRUNNION_QUICK_BUILD", "0") != "0"
 
 
@@ -177,7 +177,7 @@ def unit_flags(unit: str, text: str) -> tuple[str, ...]:
 
 
 def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
-    """Additional flags for a unit that is shipped, independent of the environment."""
+    """Additional flags for a unit that is shipped. They do not depend on the environment."""
     straight = STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
     return straight + (AS_WRITTEN if unit in ROWS else ())
 

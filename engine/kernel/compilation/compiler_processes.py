@@ -16,17 +16,17 @@ from typing import Any
 from trunnion.basics.interrupts import heed
 
 LOOKS = 0.05
-"""Seconds between checks for Ctrl-C and for cancellation while a thread is awaited."""
+"""Seconds between checks for Ctrl-C and for cancellation while this thread waits for another."""
 Submit = Callable[..., "Future[Any]"]
-"""Starts a function with its arguments on a thread."""
+"""A function that runs a given function with its arguments on a thread."""
 
 
 class Ended(RuntimeError):
-    """The build was cancelled, so that the result of a process is no longer needed."""
+    """The build was cancelled, so the result of a process is not needed."""
 
 
 class Programs:
-    """Processes of one build. ended: whether the build was cancelled. Then no process may start."""
+    """The processes of one build. ended: whether the build was cancelled; no process may then start."""
 
     def __init__(self) -> None:
         self.ended = False
@@ -34,8 +34,8 @@ class Programs:
         self._running: set[subprocess.Popen[bytes]] = set()
 
     def run(self, command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
-        """Run a process to its end. Returns exit code and error output. Ended if the build was cancelled."""
-        with TemporaryFile("w+", errors="replace") as told:  # the process's own children would keep a pipe open
+        """Run a process to its end. Returns exit code and error output. Raises Ended if the build was cancelled."""
+        with TemporaryFile("w+", errors="replace") as told:  # child processes of the process would keep a pipe open
             with self._lock:
                 if self.ended:
                     raise Ended
@@ -56,7 +56,7 @@ class Programs:
             return code, told.read()
 
     def end(self) -> None:
-        """End all processes, and prevent the start of others."""
+        """End all processes, and prevent the start of new processes."""
         with self._lock:
             self.ended = True
             for process in tuple(self._running):
@@ -64,7 +64,7 @@ class Programs:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process. If the system has process groups, also end its children."""
+    """End a process. If the system has process groups, the process's children are also ended."""
     with suppress(OSError):
         os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
     process.wait()
@@ -74,7 +74,7 @@ _CURRENT: ContextVar[Programs | None] = ContextVar("programs", default=None)
 
 
 def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
-    """Run a process as part of the surrounding build, or alone."""
+    """Run a process as part of the surrounding build. If there is no such build, run it alone."""
     around = _CURRENT.get()
     if around is not None:
         return around.run(command, env)
@@ -84,7 +84,7 @@ def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
 
 
 def awaited(work: Future[Any]) -> Any:
-    """The result of work on another thread. Meanwhile this thread checks for interrupts: signals end a plain wait only on some
+    """The result of work on another thread. Meanwhile this thread checks for interrupts. Signals end a plain wait only on some
     systems, and they do not reach other threads."""
     while not wait([work], LOOKS).done:
         heed()

@@ -1,8 +1,8 @@
-"""The kernel cache: compiled libraries by a digest of their content. Its size is bounded, and concurrent builds are safe.
+"""The kernel cache: compiled libraries, by a digest of their content. Its size is bounded, and concurrent builds are safe.
 
-An entry is a folder ``<kind>-<key>``. It is made under a temporary name and renamed when complete. If two processes build one
-entry, both succeed and one copy is dropped. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is pruned like
-an entry. If this cache is pruned during a build, the build continues without it.
+An entry is a folder ``<kind>-<key>``, which is made under a temporary name and renamed when complete. If two processes build the
+same entry, both succeed, and one copy is discarded. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is
+pruned like an entry. If the shared cache is pruned during a build, the build continues without it.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from platformdirs import user_cache_path
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
 RECENT_SECONDS = 60.0
-"""Entries used within this time are not pruned, because a process may be about to load them."""
+"""Time since the last use within which an entry is not pruned, because a process may be about to load it."""
 COMPILER_SECONDS = 600.0
-"""The compiler's cache is not pruned within this time after the last start of a build. Builds take less time."""
+"""Time after the last start of a build within which the compiler's cache is not pruned. Builds take less time."""
 
 
 def cache_folder() -> Path:
-    """TRUNNION_CACHE, else the user's cache folder of the platform, created with mode 0700. If this folder is not writable: a
-    private temporary folder."""
+    """The folder TRUNNION_CACHE, or else the user's cache folder of the platform, created with mode 0700. If this folder is not
+    writable, a private temporary folder."""
     chosen = os.environ.get("TRUNNION_CACHE")
     try:
         home = Path(chosen) if chosen else user_cache_path("trunnion", appauthor=False)
@@ -41,7 +41,7 @@ def cache_folder() -> Path:
 
 
 def _private_temporary() -> Path:
-    """A folder of this process alone. Its name cannot be guessed, because its parent folder is world-writable."""
+    """A folder for this process alone. Its name cannot be guessed, because its parent folder is writable for everyone."""
     global _temporary
     if _temporary is None:
         _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))
@@ -52,7 +52,7 @@ _temporary: Path | None = None
 
 
 def digest(*parts: str | bytes) -> str:
-    """Key of an entry: digest of everything that determines its content."""
+    """Key of an entry: a digest of everything that determines its content."""
     h = hashlib.sha256()
     for p in parts:
         data = p.encode() if isinstance(p, str) else p
@@ -62,8 +62,8 @@ def digest(*parts: str | bytes) -> str:
 
 
 def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
-    """Folder of entry ``name``. If the entry is missing, ``make(folder)`` fills a new folder. Returns (folder, whether it was made
-    now)."""
+    """Folder of the entry ``name``. If the entry is missing, ``make(folder)`` fills a new folder. Returns the folder, and whether
+    it was made now."""
     home = cache_folder()
     folder = home / name
     if (folder / "complete").exists():
@@ -95,11 +95,11 @@ def _prune_now_and_then(home: Path) -> None:
 
 
 _pruned: dict[Path, float] = {}
-"""Last pruning of each cache folder by this process (monotonic clock, s)."""
+"""For each cache folder, the time of the last pruning by this process (monotonic clock, s)."""
 
 
 def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
-    """Remove abandoned work folders, then the least recently used entries until the rest fits into ``max_bytes``."""
+    """Remove abandoned work folders. Then remove the least recently used entries until the rest fits into ``max_bytes``."""
     now = time.time()
     entries: list[tuple[float, int, Path]] = []
     for path in home.iterdir():
@@ -124,9 +124,9 @@ def _is_compilers(path: Path) -> bool:
 
 
 def _size(path: Path) -> int:
-    """Bytes of all files in a folder; files that vanish meanwhile do not count."""
+    """Bytes of all files in a folder. Files that disappear meanwhile do not count."""
     total = 0
-    with suppress(OSError), os.scandir(path) as found:  # a quarter of the time that rglob takes
+    with suppress(OSError), os.scandir(path) as found:  # this takes a quarter of the time of rglob
         for f in found:
             with suppress(OSError):
                 total += _size(Path(f.path)) if f.is_dir(follow_symlinks=False) else f.stat().st_size if f.is_file() else 0
@@ -134,7 +134,7 @@ def _size(path: Path) -> int:
 
 
 def _remove(path: Path) -> None:
-    """Rename a folder, so that no process finds it partly deleted, then delete it."""
+    """Rename a folder, then delete it. No process then finds a partly deleted folder."""
     trash = path.with_name(f".{path.name}-{os.getpid()}-{time.monotonic_ns()}")
     with suppress(OSError):
         path.rename(trash)

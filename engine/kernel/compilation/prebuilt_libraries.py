@@ -1,4 +1,4 @@
-"""Libraries of the installation: the runtime, and parts of scenes (``parts.primitives.library_prebuild``), in a folder per CPU
+"""Libraries of the installation: the runtime, and bytecode primitives (``parts.primitives.library_prebuild``), in a folder per CPU
 level. A checkout has no such libraries and compiles on first use."""
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ FOLDER = ENGINE / "_built"
 SOURCES = ("columns", "elements", "kernel", "parts", "recursion", "runtime", "system")
 NAMES = ("runtime", "interpreter", "parts")
 TOLD = "sources"
-"""File with the digest of the sources from which a folder's libraries were built. If the sources differ, the libraries are not
-used."""
+"""File with the digest of the sources from which the libraries of a folder were built. If the present sources differ, the libraries
+are not used."""
 
 
 @lru_cache(maxsize=1)
 def sources() -> str:
-    """Digest of all sources of libraries, independent of the compiler."""
+    """Digest of all sources of libraries. It does not depend on the compiler."""
     files = sorted(f for folder in SOURCES for pattern in ("*.py", "*.[ch]") for f in (ENGINE / folder).rglob(pattern))
     return library_cache.digest(*(f.read_bytes() for f in files))
 
@@ -32,7 +32,7 @@ def level() -> str:
 
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """The folder for this machine's CPU level, else the folder for the baseline, else None."""
+    """The folder for this machine's CPU level; otherwise the folder for the baseline; otherwise None."""
     for name in (level(), "x86_64"):
         place = FOLDER / name
         if (place / TOLD).exists() and (place / TOLD).read_text() == sources():
@@ -41,11 +41,11 @@ def folder() -> Path | None:
 
 
 def path(name: str) -> Path:
-    """Path of a library of the installation, whether it exists or not."""
+    """Path of a library of the installation. The library need not exist."""
     return (folder() or FOLDER) / f"{name}{c_compiler.library_suffix()}"
 
 
 @lru_cache
 def library(name: str) -> ctypes.CDLL | None:
-    """A library of the installation, or None if the installation has none for this machine."""
+    """A library of the installation, or None if there is no library for this machine."""
     return ctypes.CDLL(str(path(name))) if folder() else None

@@ -1,1 +1,1 @@
-"""What a kernel offers: columns, quantities and the tables the runtime reads."""
+"""What a kernel offers: columns, quantities, and the tables that the runtime reads."""

@@ -1,5 +1,5 @@
-"""Floating-point operations of parts of a step: counted for generated functions, computed from sizes for dense algebra. They
-measure the cost of bounded steps independently of the machine."""
+"""Floating-point operations of parts of a step. For generated functions they are counted; for dense algebra they are computed from
+sizes. They measure the cost of bounded steps independently of the machine."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from trunnion.runtime.abi.tolerances import number
 class Work:
     """Operations of the parts of a bounded step.
 
-    evaluation: one right-hand side without friction. This is also an upper bound for maps, and for a correction of positions.
+    evaluation: one right-hand side without friction, which is also an upper bound for maps and for a correction of positions.
 
-    iteration: one Newton iteration on the complement equations. A mode decision costs one more iteration.
+    iteration: one Newton iteration on the complement equations; a mode decision costs one more iteration.
 
     relaxed: one step with friction by sweeps.
 
@@ -28,19 +28,19 @@ class Work:
     row: int
 
     def of(self, evaluations: float, iterations: float, relaxed: float = 0.0) -> float:
-        """Operations of a step with these counts."""
+        """Operations of a step with these numbers of evaluations, iterations and relaxed steps."""
         return self.evaluation * evaluations + self.iteration * iterations + self.relaxed * relaxed + self.row
 
 
 SWEEPS, IMPULSES, ROW_ITERATIONS = (int(number(n)) for n in ("SWEEPS", "IMPULSE_EVALUATIONS", "ROW_ITERATIONS"))
 BESIDE = 2
 ROW = IMPULSES + BESIDE, ROW_ITERATIONS + SWEEPS
-"""Counts in ``realtime_steps.c``. SWEEPS: sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse step. BESIDE:
+"""Constants of ``realtime_steps.c``. SWEEPS: sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse step. BESIDE:
 evaluations of a relaxed step. ROW: additional evaluations and iterations of a row."""
 
 
 def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
-    """Operations, from the facts (``facts["operations"]``) and sizes of a compiled kernel."""
+    """Operations of the parts, from the facts (``facts["operations"]``) and the sizes of a compiled kernel."""
     a, e, n, pairs = (sizes[k] for k in ("active", "neta", "nn", "nsliders"))
     factor = a**3 // 3 + 2 * a**2
     eliminate = 2 * a**2 * (1 + e) + 2 * a * (1 + e) * (n + e)
@@ -52,7 +52,7 @@ def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
 
 
 def most(w: Work, evaluations: int, iterations: int, pairs: int) -> int:
-    """Largest count of operations of a bounded step with these bounds. pairs: count of friction pairs; their rates need additional
-    evaluations."""
+    """Largest number of operations of a bounded step with these bounds. pairs: number of friction pairs, whose rates need
+    additional evaluations."""
     beside = IMPULSES + ROW[0] + 2 * (pairs + 1)
     return int(w.of(evaluations + beside, iterations + ROW[1] + pairs + 1, relaxed=1.0))

@@ -1,4 +1,5 @@
-"""Columns of a scene, from their registry: names (reference/columns.md), units, origin. Does not load the symbolic library."""
+"""Columns of a scene, from their registry: names (reference/columns.md), units, origin. This module does not load the symbolic
+library."""
 
 from __future__ import annotations
 
@@ -16,8 +17,9 @@ from trunnion.system.structure.bodies_and_joints import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column: name, unit, description; kind, key of its subject, index of the kind's quantity, item of the subject and component
-    (None if there is only one). post: "" or the post-processing by the runtime (``Quantity.post``). bound: range of the values."""
+    """A column: its name, unit and description; its kind, the key of its subject, and the index of the kind's quantity; item of the
+    subject and component, which are None if there is only one. post: post-processing by the runtime (``Quantity.post``), or "".
+    bound: range of the values."""
 
     name: str
     unit: str
@@ -37,7 +39,7 @@ class Column:
 
     @property
     def key(self) -> tuple:
-        """Identification within a system: word of the quantity, subject, item, label, component."""
+        """Identifier of the column within a system: word of the quantity, subject, item, label, component."""
         if self.kind not in REGISTRY:
             return (self.kind, *self.subject)
         q = self.quantity
@@ -46,7 +48,7 @@ class Column:
 
     @property
     def place(self) -> int:
-        """Index within the output of the column's kind, over all items of the subject."""
+        """Index of the column within the output of its kind, counted over all items of the subject."""
         return self.quantity.at + (self.item or 0) * self.quantity.size + (self.component or 0)
 
 
@@ -66,13 +68,13 @@ def _columns(kind: ColumnKind, s: Subject) -> list[Column]:
 
 
 def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
-    """Columns whose name matches one of the patterns (shell style; "[k]" is an index, not a character class)."""
+    """Columns whose name matches one of the patterns. Patterns have shell style, but "[k]" is an index, not a character class."""
     wanted = matcher(current_patterns(patterns, all_columns))
     return [c for c in all_columns if wanted(c.name)]
 
 
 def current_patterns(patterns: Iterable[str], all_columns: Sequence[Column]) -> list[str]:
-    """The patterns in current words. A pattern with a deprecated word that matches no column as written is reported."""
+    """The patterns, with current words. A deprecated word is reported if the pattern matches no column as it is written."""
     def matches(pattern: str) -> bool:
         return any(map(matcher((pattern,)), (c.name for c in all_columns)))
 

@@ -1,4 +1,4 @@
-"""Tables of a kernel that describe the scene, independent of the kind of kernel. Does not load the symbolic library."""
+"""Tables of a kernel that describe the scene, for both kinds of kernel. This module does not load the symbolic library."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from trunnion.system.structure.bodies_and_joints import System, state_coordinate
 from trunnion.system.structure.friction_joint_indices import Element
 
 MOTION = 18
-"""Scalars of a body's motion: R (9, column-major), r, ω, ṙ (3 each)."""
+"""Number of scalars of a body's motion: R (9, column-major), r, ω, ṙ (3 each)."""
 HANDED = 27
-"""Scalars that a body passes inward: ΔM as blocks M11 (6: xx xy xz yy yz zz), M12 (9, column-major) and M22 (6), then ΔF (6)."""
+"""Number of scalars that a body passes inward: ΔM as blocks M11 (6: xx xy xz yy yz zz), M12 (9, column-major) and M22 (6), then ΔF
+(6)."""
 GIVING = 2
-"""Count of powers that may supply energy (drives, loads). These powers come last."""
+"""Number of powers that may supply energy (drives, loads). These powers come last."""
 
 
 def names_of_powers(system: System) -> list[str]:
-    """Names of ``powers``, in their order."""
+    """Names of the ``powers``, in the order of these powers."""
     return [*(f"friction:{j.name}" for j in system.frictional), "damping", "drive", "load"]
 
 
 def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
-    """Kinds of the state's coordinates and rates, and offsets of quaternions among the coordinates."""
+    """Kinds of the state's coordinates and rates; offsets of quaternions among the coordinates."""
     qkind: list[int] = []
     vkind: list[int] = []
     quat: list[int] = []
@@ -46,8 +47,8 @@ def row_kinds(system: System) -> list[int]:
 def element_table(
     elements: Sequence[Element], turned: Mapping[str, tuple[int, int]]
 ) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
-    """Rows of the tables of elements and pairs, and the count of derivatives of the laws. turned: for joints on loops, the index of
-    the first scaled reaction that friction changes, and the count of these reactions."""
+    """Rows of the tables of elements and pairs, and the number of derivatives of the laws. turned: for joints in loops, the index
+    of the first scaled reaction that friction changes, and the number of such reactions."""
     rows: list[tuple[int, ...]] = []
     sliders: list[tuple[int, ...]] = []
     dn = contact = more = dmore = 0
@@ -88,8 +89,8 @@ def wants_of(chosen: list[Column], solved: bool) -> int:
 
 
 def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
-    """Post-processing of columns by the runtime (``tr_post``). A column with post "hold" is held only if the column of
-    its contact's normal force is chosen as well."""
+    """Post-processing of columns by the runtime (``tr_post``). A column with post "hold" is held only if the normal force of its
+    contact is also a chosen column."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []
     for i, c in enumerate(chosen):

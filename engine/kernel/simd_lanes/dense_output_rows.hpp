@@ -1,9 +1,9 @@
-/* Rows of one case, one row per lane. The state of a row is evaluated by dense output and projected; then its multipliers and
- * columns are computed. */
+/* Rows of one case, one row per lane. Dense output gives the state of a row, which is then projected. Multipliers and columns
+ * follow. */
 
 #define EACH_OF_FOUR _Pragma("clang loop unroll(full)")
 
-/* Give all lanes the data of one case. */
+/* Give the data of one case to all lanes. */
 static void alike(Lanes &s, const tr_request &of) {
   s.nworks = of.nworks, s.naudit = of.naudit, s.length = of.length, s.rate = of.rate, s.good = tr_bits{} - 1;
   prepare_units(s);

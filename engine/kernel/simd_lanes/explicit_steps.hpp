@@ -1,5 +1,5 @@
-/* Requests that lanes serve (``runtime/evaluate/lane_requests.c``): stages of explicit methods, ends of steps, states of rows
- * and of event searches. */
+/* Requests that lanes serve (``runtime/evaluate/lane_requests.c``): stages of explicit methods, ends of steps, states of rows and
+ * of event searches. */
 typedef void (*lane_combination)(int n, V h, const V *K, V *out);
 struct lane_explicit {
   int stages, extra, errors, dense, ends_in_error;
@@ -12,7 +12,8 @@ struct lane_explicit {
 
 METHODS
 
-/* Copy arrays of cases into lanes and back, four numbers at a time. n is rounded up to a multiple of WIDTH; arrays have room. */
+/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH, for which the arrays
+ * have room. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 INLINE void turned(four *m) {
   const four a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
@@ -39,7 +40,7 @@ INLINE void scatter(int n, const V *from, double *const *to) {
 }
 #define TAKE(n, field, to) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; gather(n, at, to); }
 #define GIVE(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; scatter(n, from, at); }
-/* ``scatter`` for lanes that are good. The cases of other lanes keep their data. */
+/* ``scatter`` for lanes that are good; the cases of other lanes keep their data. */
 static void give_good(const Lanes &s, int n, const V *from, double *const *to) {
   const bool everywhere = !any(~s.good);
   if (everywhere) scatter(n, from, to);
@@ -71,7 +72,7 @@ static void slope(Lanes &s, int n, V t, const V *y, V *dy) {
 }
 
 #if NETA
-/* Extrapolate η from earlier stages (`old`) to stage i, as the start of Newton's method. */
+/* Extrapolate η from earlier stages (`old`) to stage i. Newton's method starts from the result. */
 INLINE void lead_on(const lane_explicit *m, int i, const V *old, V *eta) {
   const double *weight = m->lead + i * m->stages;
   for (int j = 0; j < NETA; ++j) {
@@ -80,14 +81,14 @@ INLINE void lead_on(const lane_explicit *m, int i, const V *old, V *eta) {
   }
 }
 
-/* Interpolate η at θ between the ends of the step, as the start of Newton's method. */
+/* Interpolate η at θ between the ends of the step. Newton's method starts from the result. */
 INLINE void start_between(tr_request **r, V theta, V *eta) {
   for (int j = 0; j < NETA; ++j)
     for (int l = 0; l < WIDTH; ++l) eta[j].v[l] = (1.0 - theta.v[l]) * r[l]->zstart[ACTIVE + j] + theta.v[l] * r[l]->zend[ACTIVE + j];
 }
 #endif
 
-/* A trial step: stages, end and error estimates. */
+/* A trial step: stages, end, error estimates. */
 static void step(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V h, const V *y) {
   V K[(STAGES + 1) * MOST_WIDE], state[MOST_WIDE], error[MOST_WIDE];
   TAKE(n, K, K)
@@ -130,7 +131,7 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
   }
 }
 
-/* Project the state y. Evaluate ẏ there, unless the request is TR_ASK_PROJECT. */
+/* Project the state y. Unless the request is TR_ASK_PROJECT, also evaluate ẏ there. */
 static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
   V dy[MOST_WIDE];
   for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);
@@ -142,6 +143,6 @@ static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
   normalise(y);
 #endif
   if (kind != TR_ASK_PROJECT) slope(s, n, t, y, dy);
-  GIVE_GOOD(n, y, y) /* a failed case continues outside the lanes, from its old state */
+  GIVE_GOOD(n, y, y) /* outside the lanes, a failed case continues from its old state */
   if (kind != TR_ASK_PROJECT) GIVE_GOOD(n, dy, slope)
 }

@@ -1,6 +1,6 @@
 /* Closed loops in lanes: factor of S, multipliers, projection, as in ``runtime/constraints/loop_solve.c`` and
- * ``runtime/evaluate/projection.c``. All rows must be independent; a lane with a small pivot is not `good`. Converged lanes
- * keep their results. */
+ * ``runtime/evaluate/projection.c``. All rows must be independent; a lane with a small pivot is not `good`. Converged lanes keep
+ * their results. */
 
 /* Data of all lanes. */
 struct Lanes {
@@ -10,7 +10,7 @@ struct Lanes {
   V length, rate, gap, per_length, per_rate, per_speed;
   V T[ACTIVE * NETA + 8], N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* friction */
   V least[NSLIDERS + 8], largest[NSLIDERS + 8], independence; /* extremes over the stages of a step */
-  tr_bits watches, iterations;                                /* lanes that watch; iterations of Newton's method so far */
+  tr_bits watches, iterations;                                /* lanes that watch; number of Newton iterations so far */
   int projections[WIDTH], nworks, naudit;
 };
 
@@ -19,7 +19,7 @@ INLINE void prepare_units(Lanes &s) {
   s.per_length = V(1.0) / s.length, s.per_rate = V(1.0) / s.rate, s.per_speed = s.per_length * s.per_rate;
 }
 
-/* Scale the quaternions of y to unit length. */
+/* Scale the quaternions of y to norm 1. */
 INLINE void normalise(V *y) {
   for (int i = 0; i < QUATERNIONS; ++i) {
     V *e = y + k_quat[i];
@@ -28,7 +28,7 @@ INLINE void normalise(V *y) {
   }
 }
 
-/* The larger number, or NaN if one is NaN. */
+/* The larger number, or NaN if either is NaN. */
 INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
 
 /* Exchange a and b in the lanes m. */
@@ -87,7 +87,7 @@ static void factorise(Lanes &s) {
   }
 }
 
-/* Read (``taken``) and write (``put``) entry p of b. p differs between lanes. */
+/* ``taken`` reads entry p of b, and ``put`` writes it. p differs between lanes. */
 INLINE V taken(const V *b, tr_bits p) {
   V r = b[0];
   EACH_ROW
@@ -120,7 +120,7 @@ static void solve(const Lanes &s, const V *b, V *x) {
   }
 }
 
-/* Largest scaled residuals of positions and rates. */
+/* Largest scaled residuals of positions and of rates. */
 static void residual(const Lanes &s, const V *h, V &position, V &rate) {
   position = rate = 0.0;
   EACH_ROW
@@ -132,7 +132,7 @@ static void residual(const Lanes &s, const V *h, V &position, V &rate) {
   }
 }
 
-/* Data of a state for corrections: maps, factor of S, and ẏ without impulses (`base`). */
+/* Prepare corrections of a state: maps, factor of S, and ẏ without impulses (`base`). */
 static void prepare(Lanes &s, const V *y, V *base) {
   V none[ACTIVE + NETA + 8];
   for (int i = 0; i < ACTIVE + NETA; ++i) none[i] = 0.0;
@@ -141,7 +141,7 @@ static void prepare(Lanes &s, const V *y, V *base) {
   k_stage2(s.x, y, s.c, s.w, none, base, s.power);
 }
 
-/* ``prepare`` for all lanes that are not in `kept`. */
+/* ``prepare`` for all lanes except those in `kept`. */
 static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
   V w[NW + 1], factor[ACTIVE * ACTIVE], last[MOST_WIDE];
   tr_bits order[ACTIVE];
@@ -158,7 +158,7 @@ static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
   s.good = (kept & good) | (~kept & s.good);
 }
 
-/* One correction of the residual h: the change dv of rates by impulses along the constraint rows. */
+/* One correction of the residual h: the change dv of the rates by impulses along the constraint rows. */
 static void correction(Lanes &s, const V *y, const V *h, const V *base, V *dv) {
   V b[ACTIVE + 1], impulse[ACTIVE + 1], given[ACTIVE + NETA + 8], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
   for (int i = 0; i < ACTIVE; ++i) b[i] = -h[k_active_rows[i]];
@@ -175,7 +175,7 @@ static void correction(Lanes &s, const V *y, const V *h, const V *base, V *dv) {
 }
 
 /* Project the rates of y in lanes where their residual exceeds round-off. h, rate: residuals at y. near: lanes whose maps and
- * factor belong to a state close enough to y. */
+ * factor belong to a state close to y. */
 static void project_rates(Lanes &s, V *y, V *h, V rate, tr_bits near, V *base) {
   V p, r, dv[NV + 1];
   tr_bits goes = rate.v > LOOP_CLOSED;

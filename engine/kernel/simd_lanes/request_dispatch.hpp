@@ -1,4 +1,4 @@
-/* Dispatch of requests: copy the states of the cases into lanes, serve the request, copy the results back. */
+/* Dispatch of requests: copy the states of the cases into lanes, serve the request, and copy the results back. */
 #if NETA
 /* Serve TR_ASK_LOOK: multipliers and sliding of pairs at a state. */
 static void look(Lanes &s, tr_request **r, V t, const V *y) {
@@ -11,7 +11,7 @@ static void look(Lanes &s, tr_request **r, V t, const V *y) {
   GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, s.sliding, sliding)
 }
 
-/* Copy back the loads at zero friction, their derivative by η, and the laws and sliding at the solution. */
+/* Copy back the loads at zero friction, their derivative by η, and laws and sliding at the solution. */
 static void leave_friction(Lanes &s, tr_request **r) {
   V Np[NN * (1 + NETA) + 8];
   Law last;
@@ -46,7 +46,7 @@ static void give_friction(const Lanes &s, tr_request **r) {
 static void leave_behind(Lanes &s, tr_request **r) {
   GIVE_GOOD(NMAPS, s.maps, maps)
 #if ACTIVE
-  /* The runtime stores the diagonal, not its inverse. */
+  /* The runtime stores the diagonal itself, not its inverse. */
   for (int i = 0; i < ACTIVE; ++i) s.factor[i * (ACTIVE + 1)] = V(1.0) / s.factor[i * (ACTIVE + 1)];
   GIVE_GOOD(ACTIVE * ACTIVE, s.factor, S)
   for (int l = 0; l < WIDTH; ++l)

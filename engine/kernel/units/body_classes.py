@@ -1,8 +1,8 @@
-"""Classes of bodies. For systems too large to unroll, the recursion's step of a body is written once for each class.
+"""Classes of bodies. In systems too large to unroll, the step of the recursion over a body is written once per class.
 
-Bodies of one class have joints and loads of the same structure, and inputs from neighbours with the same patterns of constant
-entries. They share C functions and differ only in numbers. Patterns are passed outward with the motion, and inward with the
-articulated inertia, so a planar branch keeps its planar code.
+Bodies of one class have joints and loads of the same structure. The inputs from their neighbours have the same patterns of constant
+entries. Such bodies use the same C functions and differ only in numbers. Patterns are passed outward with the motion, and inward
+with the articulated inertia. A planar branch therefore keeps its planar code.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from trunnion.system.structure.friction_joint_indices import elements
 from trunnion.system.structure.parameter_table import Param
 
 Pattern = tuple[float | None, ...]
-"""For each entry: its constant value, or None if it varies."""
+"""For each entry, its constant value, or None if it varies."""
 
 
 def localise(value: Any, order: dict[int, int]) -> Any:
-    """The same data with parameters renumbered in order of appearance and names removed."""
+    """The same data, without names and with parameters renumbered in the order of their appearance."""
     if isinstance(value, Param):
         return Param(order.setdefault(value.index, len(order)))
     if isinstance(value, tuple):
@@ -41,8 +41,9 @@ def localise(value: Any, order: dict[int, int]) -> Any:
 
 @dataclass(frozen=True)
 class Shape:
-    """The data that decide the code of a body's step. body, joint, loads: without names and indices; needs: the reaction components
-    that the friction of the joint needs; ground: whether the ground carries the body; motion, handed: patterns of the inputs."""
+    """The data that determine the code of a body's step. body, joint, loads: without names and indices. needs: the reaction
+    components that the friction of the joint needs. ground: whether the ground carries the body. motion, handed: patterns of the
+    inputs."""
 
     body: Body
     joint: Joint
@@ -54,7 +55,7 @@ class Shape:
 
 
 class LocalSymbols(Symbols):
-    """Symbols of one body: its own parameters, coordinates and rates, and the external values of the system."""
+    """Symbols of one body: its parameters, coordinates and rates. Also the external values of the system."""
 
     def __init__(self, whole: Symbols, shape: Shape, parameters: int):
         self.system = whole.system
@@ -66,7 +67,7 @@ class LocalSymbols(Symbols):
 
 
 def symbolic(name: str, pattern: Pattern) -> tuple[SX, list[SX]]:
-    """A vector symbol for a pattern, and the pattern's entries: an element of the symbol if the entry varies, else its constant."""
+    """A vector symbol for a pattern, and its entries. An entry is an element of the symbol if it varies, otherwise its constant."""
     sym = SX.sym(name, len(pattern))
     return sym, [sym[i] if c is None else SX(1, 1) if c == 0.0 else SX(c) for i, c in enumerate(pattern)]
 
@@ -101,7 +102,7 @@ class BodyCode:
 
 
 def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
-    """The per-body step of a class, built from the same functions as the unrolled recursion."""
+    """The step over a body of a class, built from the same functions as the unrolled recursion."""
     sym = LocalSymbols(whole, shape, parameters)
     parent, entries = symbolic("P", shape.motion)
     motion, step = walk(sym, shape.joint, GROUND_MOTION if shape.ground else unpack_motion(entries))
@@ -126,7 +127,7 @@ def body_code(whole: Symbols, shape: Shape, parameters: int) -> BodyCode:
 
 @dataclass
 class Outward:
-    """The outward step of a body. Inputs: Ż of the inboard body (Z); y and F̄ at the values of the multipliers (y, f). Results: q̈
+    """The outward step of a body. Inputs: Ż of the inboard body (Z); y and F̄ for the present multipliers (y, f). Results: q̈
     (qdd), Ż of the body (Zo), and the reaction N."""
 
     Z: SX
@@ -148,8 +149,8 @@ def outward_step(code: BodyCode, biased: bool) -> Outward:
 
 @dataclass
 class Classes:
-    """The bodies of a system by class. shapes: the shape of each body; parameters: for each body, the system's indices of its local
-    parameters; codes: the expressions of each distinct shape."""
+    """The bodies of a system by class. shapes: the shape of each body. parameters: for each body, the indices in the system of its
+    local parameters. codes: the expressions of each distinct shape."""
 
     shapes: list[Shape]
     parameters: list[list[int]]
@@ -162,7 +163,7 @@ class Classes:
 
 
 def classify(whole: Symbols) -> Classes:
-    """Sort the bodies into classes. A pass outward finds the patterns of motions, a pass inward the patterns of articulated
+    """Sort the bodies into classes. An outward pass finds the patterns of motions, an inward pass the patterns of articulated
     inertias."""
     system = whole.system
     none, full = (0.0,) * HANDED, tuple

@@ -1,4 +1,4 @@
-"""Motions and inward-passed inertias of bodies as lists of scalars, the operands of bytecode primitives."""
+"""Motions, and inertias that are passed inward, as lists of scalars. These scalars are operands of bytecode primitives."""
 
 from __future__ import annotations
 

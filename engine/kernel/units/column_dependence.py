@@ -1,4 +1,4 @@
-"""Direct dependence of columns, from the structure of their expressions."""
+"""Direct dependence of columns on inputs and multipliers, from the structure of their expressions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trunnion.system.structure.bodies_and_joints import System
 @dataclass(frozen=True)
 class Dependence:
     """Dependence of a column. constant: whether the column is constant. solved: whether it contains multipliers or accelerations,
-    which every force changes. values, seconds: indices of inputs whose value or second derivative it contains."""
+    which every force changes. values, seconds: indices of those inputs whose value or second derivative it contains."""
 
     constant: bool
     solved: bool

@@ -1,9 +1,10 @@
 """The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states] and of the multiplier residuals R = [R_λ; R_η] by y, t and
-z = [λ; η]. The redundant variant also has those of the scaled reactions, which determine reactions that the motion leaves open.
+z = [λ; η]. The redundant variant also differentiates the scaled reactions, which determine the reactions that the motion leaves
+open.
 
 The runtime combines the derivatives by the implicit function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense
-function, whose columns share intermediate values. Dense code grows with the square of the number of bodies and takes minutes to
-compile. So large systems get a directional derivative in two stages: first a point, then single columns.
+function, whose columns use common intermediate values. Dense code grows with the square of the number of bodies and takes minutes
+to compile. Large systems therefore get a directional derivative in two stages: first a point, then single columns.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 DENSE_STATES = 28
 """Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations, and one
-direction has 14,000. The two variants cost the same near ten bodies."""
+direction has 14,000. Near ten bodies, both variants cost the same."""
 
 
 @dataclass
@@ -41,8 +42,8 @@ class JacobianUnit:
 
 
 def residuals(m: Model, acc: Accelerations, pick: SX, active: list[int]) -> SX:
-    """R_λ = S λ + Se η + g0 over active rows. R_η = η − law(N(y, λ, η), rates(y)); for pairs at rest, R_η is the acceleration of
-    the freedom."""
+    """R_λ = S λ + Se η + g0 over the active rows, and R_η = η − law(N(y, λ, η), rates(y)). For pairs at rest, R_η is the
+    acceleration of the freedom."""
     sym = m.sym
     out = [(m.S @ sym.lam + m.Se @ sym.eta + m.g0)[active]] if active else []
     eta: list[SX] = [SX(0)] * sym.system.neta
@@ -75,7 +76,7 @@ def jacobian_unit(m: Model, redundant: bool = False) -> JacobianUnit:
 
 
 def time_direction(sym) -> SX:
-    """Rate of x with time: 1 for t; for each number of a table, the next number, which is its derivative."""
+    """Rate of x with time. The rate of t is 1. The rate of each number of a table is the next number, which is its derivative."""
     d = SX.zeros(sym.x.shape[0])
     d[0] = 1
     for k in range(sym.system.tables):

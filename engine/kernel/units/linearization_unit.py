@@ -1,7 +1,7 @@
-"""The linear unit: exact derivatives of F = [q̇; v̇; friction states; powers], of the multiplier residuals R (``jacobian_unit``)
-and of the columns along a direction. Linearisation uses the unit, and so do hosts that request directional derivatives.
+"""The linear unit: exact derivatives along a direction, of F = [q̇; v̇; friction states; powers], of the multiplier residuals R
+(``jacobian_unit``) and of the columns. Linearisation uses this unit, as do hosts that request directional derivatives.
 
-Each function computes the product of the derivatives with one seed, so that code grows linearly with the number of bodies.
+Each function computes the product of the derivatives with one seed. The code therefore grows linearly with the number of bodies.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _rates(m: Model, redundant: bool) -> tuple[str, int]:
 
 def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, int]:
     """C text of the derivative of columns along [inputs, y, λ of all rows, η, accelerations of the free rates], and its number of
-    constants. Integrals and runtime values count as constant."""
+    constants. Integrals and runtime values are treated as constants."""
     o, sym = ColumnExpressions(m, quadratures), m.sym
     values = [o.value(c) if c.quantity.instantaneous else SX(0) for c in chosen]
     others = [sym.q, sym.v, sym.b, sym.lam, sym.eta, o.a]

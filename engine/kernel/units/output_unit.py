@@ -1,4 +1,4 @@
-"""The output unit: columns, contact forces, and scaled reactions of all joints on loops (for redundant loops)."""
+"""The output unit: columns, contact forces, and the scaled reactions of all joints in loops, which redundant loops need."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from trunnion.recursion.vector_algebra import SX
 
 @dataclass
 class OutputUnit:
-    """C text of the unit. sizes: integers of ``tr_outputs``; operations: floating-point operations of a row without contacts."""
+    """C text of the unit. sizes: integers of ``tr_outputs``. operations: number of floating-point operations of a row without
+    contacts."""
 
     text: str
     sizes: dict[str, int]

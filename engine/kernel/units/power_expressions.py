@@ -1,4 +1,4 @@
-"""Powers that are integrated along with the motion: friction of each joint, dampers, drives, loads. The audit uses the
+"""Powers that are integrated along with the motion: friction of each joint, dampers, drives, loads. The audit uses these
 integrals."""
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from trunnion.system.structure.bodies_and_joints import Device, Joint
 
 
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
-    """(name, power): "friction:JOINT" (≤ 0, except energy that bristles return), "damping" (≤ 0), "drive", "load"."""
+    """Pairs (name, power). "friction:JOINT" is ≤ 0, except for energy that bristles return; "damping" is ≤ 0; the others are
+    "drive" and "load"."""
     sym = m.sym
     values = [*(friction_power(m, j) for j in sym.system.frictional), _damping(m), _drive(m, acc, pick), _loads(m)]
     return list(zip(names_of_powers(sym.system), values, strict=True))
@@ -67,7 +68,7 @@ def _damping(m: Model) -> SX:
 
 
 def _stop_damping(m: Model, d: Device, q: SX, rate: SX) -> SX:
-    """Power of a stop's force without its elastic part, W."""
+    """Power of the part of a stop's force that is not elastic, W."""
     return (stop_force(m.sym, d, q, rate) - stop_spring(m, d, q)) * rate
 
 
@@ -82,7 +83,7 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
 
 
 def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
-    """Effort of the drive of freedom k on the outboard part: the reaction along the freedom, minus device forces, plus η (the
+    """Effort of the drive of freedom k on the outboard part. It is the reaction along the freedom, minus device forces, plus η (the
     friction force is −η), plus the inertia force of the rotor."""
     f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]

@@ -1,11 +1,11 @@
 """The sensitivity unit: exact directional derivatives of a trajectory, also by parameters.
 
 Motion: derivatives of f = [F; R; V; H; L] by [x, y, z, p, u]. F = [q̇; v̇; friction states; powers]. R: multiplier residuals
-(``jacobian_unit``). V: rates of all freedoms of frictional joints. H: friction ratio minus one for pairs at rest (zero at release).
-L: distance of each latch's hook from its release. u: values of the external inputs.
+(``jacobian_unit``). V: rates of all freedoms of frictional joints. H: friction ratio minus one for pairs at rest; zero at their
+release. L: distance of each latch's hook from its release. u: values of the external inputs.
 
-Outputs: derivatives of the columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both have three stages: parameters, point,
-then one direction at a time. """
+Outputs: derivatives of the columns by [x, y, λ of all rows, η, v̇, integrals, p, u]. Both parts have three stages: parameters,
+point, then one direction at a time."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ void s_along_many{_GIVEN},{_SEEDS}){{for(int k=0;k<count;++k)s_along(x,y,c,z,w,s
 void so_point_of{_GIVEN},double*restrict f){{so_point(x,y,c,z,a,extra,w,f);}}
 void so_along_many{_GIVEN},{_SEEDS}){{for(int k=0;k<count;++k)so_along(x,y,c,z,a,extra,w,seeds+k*next,out+k*next_out);}}
 """
-"""The same functions with the arguments of ``tr_tangents``, along many seeds."""
+"""The same functions with the arguments of ``tr_tangents``, for many seeds in one call."""
 
 
 @dataclass
 class ParameterUnit:
-    """C text, and counts of kept values (constants, point) and of results."""
+    """C text; numbers of values kept (for constants and point) and of results."""
 
     text: str
     sizes: dict[str, int]
@@ -75,7 +75,8 @@ def _motion(m: Model, quadratures: bool, redundant: bool) -> tuple[str, dict[str
 
 
 def _holds(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
-    """(Friction ratio − 1) of every pair with a set-valued law, as if the pair were at rest; −1 for other laws."""
+    """(Friction ratio − 1) of every pair with a set-valued law, computed as if the pair were at rest. For other laws the entry is
+    −1."""
     out: list[SX] = [SX(-1)] * len(m.sym.system.sliders)
     for e in elements(m.sym.system):
         if not e.sets:
@@ -109,7 +110,7 @@ def _outputs(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, di
 
 
 def _staged(name: str, ins: list[Input], f: SX, along: SX, sym: Symbols, more: str) -> tuple[str, dict[str, int]]:
-    """C text and sizes of prepare(p, c), point(x, y, c, …, w, f) and along(x, y, c, …, w, seed, df). seed: a direction of
+    """C text and sizes of prepare(p, c), point(x, y, c, …, w, f) and along(x, y, c, …, w, seed, df). A seed is a direction of
     [``along``, external inputs, time]."""
     count = len(sym.system.inputs)
     seed = SX.sym("seed", along.numel() + count + 1)

@@ -1,5 +1,5 @@
-"""The lanes of a kernel: its generated C, compiled as C++ with a vector for each double (``simd_lanes/vector_type.hpp``), and the
-requests that cases make (``simd_lanes/explicit_steps.hpp``)."""
+"""The lanes of a kernel. They consist of its generated C, compiled as C++ with a vector for each double
+(``simd_lanes/vector_type.hpp``), and of the requests that cases make (``simd_lanes/explicit_steps.hpp``)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from trunnion.runtime.integrators import REGISTRY, Tableau
 from trunnion.runtime.integrators.method_c_code import explicit_text
 
 WIDTH = 4
-"""Count of lanes. Eight lanes (AVX-512) are not faster per lane, because divisions, square roots and caches take as long."""
+"""Number of lanes. Eight lanes (AVX-512) are not faster per lane, because divisions, square roots and caches then take twice as
+long."""
 FOLDER = Path(__file__).parents[1] / "simd_lanes"
 HEADERS = ("vector_type", "loop_solve", "friction_newton", "explicit_steps", "dense_output_rows", "request_dispatch")
 FLAGS = ("-std=gnu++17", "-fno-exceptions", "-fno-rtti", "-fno-slp-vectorize")
@@ -63,14 +64,14 @@ def _sizes(sizes: Mapping[str, int], stages: int) -> str:
 
 
 def _method(m: Tableau) -> str:
-    """C++ text of an explicit method for states of vectors."""
+    """C++ text of an explicit method, for states whose components are vectors."""
     text = re.sub(r"\btr_(combination|explicit)\b", r"lane_\1", explicit_text(m))
     text = text.replace("TR_NOUGHT", "0.0").replace("restrict", "__restrict")
     return re.sub(r"\bdouble h\b", "V h", re.sub(r"\btr_vec\b", "V", text))
 
 
 def generated(unit: str, tables: str) -> str:
-    """A unit's C text before ``tables`` (functions, and tables of integers), with V in place of double."""
+    """The C text of a unit up to ``tables``, with V in place of double. This part contains functions and tables of integers."""
     begin = unit.index('#include "tr_abi.h"\n') + len('#include "tr_abi.h"\n')
     text = inverted(chosen(unit[begin : unit.index(tables)]))
     text = re.sub(r"^(?:__attribute__\(\(noinline\)\) )?(?:static )?void ", "static void ", text, flags=re.MULTILINE)
@@ -91,7 +92,7 @@ def _inverted(body: str) -> str:
 
 
 def chosen(text: str) -> str:
-    """The text with ``where(a, b)`` in place of each ``(a!=0)?b:0.0``, because C++ accepts no vector as a condition."""
+    """The text with ``where(a, b)`` in place of each ``(a!=0)?b:0.0``, because C++ does not accept a vector as a condition."""
     while (at := text.find(CHOICE)) >= 0:
         start, depth = at, 1
         while depth:

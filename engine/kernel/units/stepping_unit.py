@@ -44,7 +44,7 @@ PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq);"
 
 @dataclass
 class MainUnit:
-    """C text of the stepping unit. sizes: as in ``tr_kernel``; active: indices of the active constraint rows."""
+    """C text of the stepping unit. sizes: as in ``tr_kernel``. active: indices of the active constraint rows."""
 
     text: str
     sizes: dict[str, int]
@@ -53,13 +53,13 @@ class MainUnit:
     operations: dict[str, int]
     looped: bool
     turned: dict[str, tuple[int, int]]
-    """For joints with friction on loops: index of the first scaled reaction that friction changes, and the count of these
+    """For joints in loops with friction: index of the first scaled reaction that friction changes, and number of such reactions
     (``rubbing_on_loops``)."""
 
 
 def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainUnit:
-    """The unit of a model that is not yet reduced. quadratures: whether integrals of powers are needed; redundant: whether to build
-    the variant with all rows and the scaled reactions."""
+    """The unit of a model that is not yet reduced. quadratures: whether integrals of powers are needed. redundant: whether to build
+    the variant with all rows and with scaled reactions."""
     sym = plain.sym
     system, parts = sym.system, elements(sym.system)
     if loops_pay(system, quadratures):
@@ -83,7 +83,7 @@ def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainU
 
 
 def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list[SX]) -> Code:
-    """prepare, stage 1 and stage 2, unrolled. Inactive multipliers are structurally absent from the motion."""
+    """prepare, stage 1 and stage 2, unrolled. Inactive multipliers do not occur in the motion."""
     sym = multipliers.sym
     last = 2 if multipliers.active or sym.system.neta > 0 else 1
     stages = [
@@ -100,7 +100,7 @@ def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list
 
 
 def _complete(m: Model, parts: list[Element], code: Code, sizes: dict[str, int], active: list[int], looped: bool) -> MainUnit:
-    """The unit with all its functions. A looped unit has no powers, and therefore no energies for the audit."""
+    """The unit with all its functions. A unit with C loops has no powers, and therefore no energies for the audit."""
     sym = m.sym
     closure = closure_function(m)
     laws_code = laws_function(sym, parts)
@@ -117,7 +117,7 @@ def _complete(m: Model, parts: list[Element], code: Code, sizes: dict[str, int],
 
 
 def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:
-    """The blocks of the maps, and the counts of reaction components, rates and scaled reactions."""
+    """The blocks of the maps; numbers of reaction components, rates and scaled reactions."""
     system = m.sym.system
     blocks = [ca.vec(ca.densify(m.S[active, active])), ca.vec(ca.densify(m.Se[active, :])), ca.densify(m.g0[active])]
     nn = nrates = nkappa = 0
@@ -143,8 +143,8 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
 
 
 def _derivative(m: Model) -> tuple[list[SX], list[SX]]:
-    """ẏ and the powers. All powers are generated, whichever columns are chosen: with other surrounding text the compiler would
-    round the motion differently."""
+    """ẏ and the powers. All powers are generated, whichever columns are chosen, because with other surrounding text the compiler
+    would round the motion differently."""
     sym = m.sym
     pick = combination(sym)
     acc = outward(m, pick, reactions=sym.b.numel() > 0 or any(j.driven for j in sym.system.tree))

@@ -1,5 +1,5 @@
 """Functions of the stepping unit outside its stages: closure of loops, depths of stops, friction laws, static friction capacities,
-coordinate rates, energies; and the computation of all constants."""
+coordinate rates, energies. Also the function that computes all constants."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _of_state(sym: Symbols, name: str, output: str, values: list[SX]) -> Code:
 
 
 def _of_loads(sym: Symbols, name: str, N: SX, others: Sequence[Input], outputs: dict[str, list[SX]]) -> Code:
-    """C function of reaction components N, other inputs and signals."""
+    """C function of reaction components N, external values and other inputs."""
     read = ["N", *(o.name for o in others), "x", "c"]
     arguments = ",".join([*(f"{CONST}{n}" for n in read), *(f"double*restrict {n}" for n in outputs)])
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), *others]
@@ -44,8 +44,9 @@ def closure_function(m: Model) -> Code:
 
 
 def stops_function(m: Model) -> Code:
-    """C function of the depth by which every stop is compressed, negative if the stop is open. Behind all depths follows the
-    distance of each stop from release (``stop_push``); for a hook instead, how far its signal lifts the hook."""
+    """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths, each stop
+    has the factor of its elastic force, which is 0 at release (``stop_push``). A hook has instead the excess of its signal over the
+    release value."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops
@@ -67,7 +68,7 @@ def stops_function(m: Model) -> Code:
 
 
 def laws_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of η = law(N, rates), its derivative by N (dense block per element, column-major), and a ``tr_sliding`` per
+    """C function of η = law(N, rates), of its derivative by N (dense block per element, column-major), and of a ``tr_sliding`` per
     pair."""
     nn = sum(len(e.needs) for e in parts)
     nr = sum(e.joint.kind.nv for e in parts)
@@ -93,8 +94,8 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def held_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of a ``tr_hold`` per pair, and of the derivative of the capacities by N. The derivative has a row per pair, in
-    order, over the components of the pair's element."""
+    """C function of a ``tr_hold`` per pair, and of the derivative of the capacities by N. The derivative has a row per pair, over
+    the components of the pair's element."""
     nn = sum(len(e.needs) for e in parts)
     N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
     values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))
@@ -114,7 +115,7 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def _also_alone(code: Code, name: str, derivatives: int) -> Code:
-    """The code with a second function, ``name``_alone, without the derivatives dN. The second function has the same text, with a
+    """The code with a second function, ``name``_alone, without the derivatives dN. The text of this function is the same, with a
     local array dN; the compiler removes computations that only dN needs."""
     own = code.text[code.text.index(f"void {name}(") :].replace(f"void {name}(", f"void {name}_alone(")
     own = own.replace(",double*restrict dN", "").replace("{\n", f"{{\ndouble dN[{max(derivatives, 1)}];\n", 1)
@@ -123,13 +124,14 @@ def _also_alone(code: Code, name: str, derivatives: int) -> Code:
 
 
 def energy_function(m: Model, unused: bool) -> Code:
-    """C function of the kinetic and the potential energy of a state, J, for the audit. If ``unused``, it computes nothing."""
+    """C function of the kinetic and the potential energy of a state, J, for the audit. If ``unused``, the function computes
+    nothing."""
     return _of_state(m.sym, "energy", "out", [] if unused else [m.once(kinetic), m.once(potential)])
 
 
 def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Code:
-    """C function of the change of scaled reactions of joints on loops by friction η = u, and of the derivatives of this change by N
-    and by η (dense blocks per element, column-major)."""
+    """C function of the change of the scaled reactions of joints in loops by friction η = u. Also the derivatives of this change by
+    N and by η (dense blocks per element, column-major)."""
     every = elements(sym.system)
     N, rates = SX.sym("N", sum(len(e.needs) for e in every)), SX.sym("r", sum(e.joint.kind.nv for e in every) + sym.b.numel())
     u = SX.sym("u", sym.system.neta)
@@ -147,7 +149,7 @@ def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Cod
 
 
 def coordinate_rates_function(sym: Symbols) -> Code:
-    """C function of q̇ for any rates v. Corrections of positions use this function for quaternions."""
+    """C function of q̇ for any rates v. Corrections of positions use it for quaternions."""
     stages = with_constants("k_unused", "k_qdot", f"{CONST}y,{CONST}v,{CONST}c,double*restrict dq")
     v = SX.sym("v", sym.system.nv)
     values = qdot(sym, v)
@@ -157,7 +159,7 @@ def coordinate_rates_function(sym: Symbols) -> Code:
 
 
 def prepare_all(codes: list[Code]) -> str:
-    """C text of a function that computes the constants of all functions, and of the offsets of these constants."""
+    """C text of a function that computes the constants of all functions; also the offsets of these constants."""
     names = [f"k_prepare{part}" for part in ("", "_closure", "_laws", "_events", "_held", "_energy", "_pressed")]
     starts = [sum(c.kept[0] for c in codes[:i]) for i in range(len(codes))]
     calls = "".join(f"{n}(p,c+{at});" for n, at in zip(names, starts, strict=True))

@@ -1,8 +1,8 @@
-"""The recursion of large trees as C loops over the bodies, with a C function for each class of bodies, instead of one unrolled
-text.
+"""The recursion of large trees as C loops over the bodies, with a C function for each class of bodies. Small trees have one
+unrolled text instead.
 
 The unrolled text of 64 bodies is larger than the instruction cache: an evaluation takes 1.3 times as long as in C loops. If all
-joints have friction, the unrolled text grows with the square of the number of joints. C loops are for open trees without springs
+joints have friction, the unrolled text grows with the square of the number of joints. C loops serve open trees without springs
 between bodies. The force column of a friction multiplier is passed inward along the bodies that carry its joint. The accelerations
 that the column causes are passed outward to all bodies.
 """
@@ -25,9 +25,9 @@ from trunnion.system.structure.parameter_table import Leaf, Param
 
 MIN_BODIES = 20
 REUSE = 3
-"""C loops are faster from MIN_BODIES bodies, and from REUSE bodies of each class. For a chain, an evaluation in C loops takes 80 ns
-per body. The unrolled text takes 54 ns per body up to 18 bodies, where it fits a cache of 64 KB. It takes 91 ns from 20 bodies, and
-107 ns at 64 bodies."""
+"""C loops are faster with at least MIN_BODIES bodies, and at least REUSE bodies per class. For a chain, an evaluation in C loops
+takes 80 ns per body. The unrolled text takes 54 ns per body up to 18 bodies, where it fits a cache of 64 KB. It takes 91 ns from 20
+bodies on, and 107 ns at 64 bodies."""
 
 
 def loops_pay(system: System, quadratures: bool) -> bool:
@@ -46,7 +46,7 @@ def loops_pay(system: System, quadratures: bool) -> bool:
 
 
 class LoopedRecursion:
-    """C code of prepare, stage 1 and stage 2. reactions: whether to store N of every body (6 each) too, for benchmarks."""
+    """C code of prepare, stage 1 and stage 2. reactions: whether to store also N of every body (6 each), for benchmarks."""
 
     def __init__(self, sym: Symbols, reactions: bool = False):
         self.sym, self.system, self.reactions = sym, sym.system, reactions
@@ -121,7 +121,8 @@ class LoopedRecursion:
         return self.reactions or bool(self.parts)
 
     def _offsets(self) -> None:
-        """Offsets of each body's constants in c and kept values in w, and of the arrays behind them in w. Gravity is last in c."""
+        """Compute offsets: of each body's constants in c, of its kept values in w, and of the arrays that follow these values in w.
+        Gravity is last in c."""
         n, ne = len(self.system.bodies), self.system.neta
         self.co: list[int] = []
         self.wo: list[int] = []
@@ -164,7 +165,8 @@ class LoopedRecursion:
         return text + f"static const int b_freedom[]={{{','.join(map(str, free))}}};\nenum {{B_N={len(s.bodies)}}};\n"
 
     def _switch(self, call: str, only: Sequence[int] | None = None) -> str:
-        """C switch over the class of body i. ``{}`` in the call stands for the class's number; only: classes with a case."""
+        """C switch over the class of body i. In the call, ``{}`` stands for the number of the class. only: classes that get a
+        case."""
         cases = "".join(f"case {k}:{call.format(k)};break;" for k in range(len(self.classes.codes)) if only is None or k in only)
         return f"switch(b_class[i]){{{cases}}}"
 
@@ -175,7 +177,7 @@ class LoopedRecursion:
         inward = self._switch(
             f"c{{}}_in(c+b_c[i],w+b_w[i],{a['H']}+{HANDED}*i,w+b_w2[i],{a['H']}+{HANDED}*(b_parent[i]<0?B_N:b_parent[i]),{a['Y']}+6*i,{a['F']}+6*i)")
         n_at = f"{a['N']}+6*i"
-        # c_out writes q̈ of body i directly into ẏ, because the free rates of a joint are adjacent there
+        # c_out writes q̈ of body i directly into ẏ, where the free rates of a joint are adjacent
         out = self._switch(
             f"c{{}}_out(c+b_c[i],w+b_w[i],w+b_w2[i],b_parent[i]<0?base:{a['Z']}+6*b_parent[i],yc,{a['F']}+6*i,dy+b_v[i],{a['Z']}+6*i,{n_at})")
         prepare = self._switch("c{}_prepare(local,c+b_c[i])")

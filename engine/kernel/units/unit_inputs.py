@@ -37,12 +37,12 @@ def with_constants(prepare: str, function: str, arguments: str) -> list[Stage]:
 
 
 def active_rows(m: Model) -> tuple[int, ...]:
-    """Constraint rows that are not structurally zero. In a planar loop of spatial joints, most rows are zero."""
+    """Constraint rows that are not structurally zero. In a planar loop of spatial joints, most rows are structurally zero."""
     return tuple(k for k in range(m.sym.system.rows) if m.S[k, :].nnz() or m.Se[k, :].nnz() or m.g0[k].nnz())
 
 
 class Multipliers:
-    """Multipliers that act on the motion: λ of the active rows (redundant: of all rows), and η."""
+    """Multipliers that act on the motion: η, and λ of the active rows (in the redundant variant: of all rows)."""
 
     def __init__(self, m: Model, redundant: bool):
         self.sym, rows = m.sym, range(m.sym.system.rows)
@@ -55,7 +55,7 @@ class Multipliers:
         return [Input("z", self.lam, stage), Input(f"z+{len(self.active)}", self.sym.eta, stage)]
 
     def without_inactive(self, values: list[SX]) -> list[SX]:
-        """The expressions with zero for multipliers of inactive rows, whose coefficients are structural zeros."""
+        """The expressions with zero for the multipliers of inactive rows, whose coefficients are structural zeros."""
         if not self.inactive:
             return values
         old = ca.vertcat(*[self.sym.lam[k] for k in self.inactive])
@@ -74,7 +74,7 @@ def state_rates(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
 
 
 def qdot(sym: Symbols, v: SX) -> list[SX]:
-    """q̇ of the state's coordinates for rates v (nv)."""
+    """q̇ of the coordinates of the state, for rates v (nv)."""
     out: list[SX] = []
     for j in sym.system.tree:
         quaternion = j.kind.quaternion

@@ -9,14 +9,14 @@ from trunnion.parts.bytecode.program import Slot
 from trunnion.system.structure.bodies_and_joints import Joint
 
 Allocate = Callable[[int], Slot]
-"""Returns a new slot of a given size."""
+"""A function that returns a new slot of a given size."""
 
 
 ENDS = ("gin", "gout", "gin2", "gout2")
 """Names of the constraint wrenches on the inboard and outboard body of a cut joint. A coupling has four bodies (``Joint.ends``)."""
 
 ALONG = {"gin": "win", "gout": "wout", "gat": "wat"}
-"""For each name of constraint wrenches, the name of the wrenches of unit forces along freedoms."""
+"""For each name of constraint wrenches, the name of the wrenches that unit forces along the freedoms cause."""
 
 
 def free_of(block: Slot, j: Joint) -> Slot:
@@ -26,7 +26,7 @@ def free_of(block: Slot, j: Joint) -> Slot:
 
 @dataclass
 class BodySlots:
-    """Slots of a body and of the tree joint that carries it.
+    """Slots of a body and of the tree joint that carries this body.
 
     q, v: coordinates and rates of all freedoms. known: prescribed accelerations. motion, pose: ``MOTION`` and ``POSE`` numbers.
     work: values that later functions of the body read. force: wrench on the body. effort: forces along the freedoms. bias: w (6).
@@ -45,7 +45,8 @@ class BodySlots:
 
 @dataclass
 class CutJointSlots:
-    """Slots of a cut joint. blocks: outputs of ``loop_joint.cut`` by name. effort: device forces along the joint's freedoms."""
+    """Slots of a cut joint. blocks: outputs of ``loop_joint.cut``, by name. effort: device forces along the freedoms of the
+    joint."""
 
     joint: Joint
     q: Slot
@@ -56,9 +57,9 @@ class CutJointSlots:
 
     @property
     def ends(self) -> list[tuple[int, str]]:
-        """Pairs of a body and the name of the constraint wrenches on this body."""
+        """Pairs of a body and the name of the constraint wrenches that act on this body."""
         return list(zip(self.joint.ends, ENDS, strict=False))
 
     def row(self, which: str, k: int) -> Slot:
-        """Wrench k (6) of the wrenches ``which``."""
+        """Wrench number k (6) of the wrenches ``which``."""
         return self.blocks[which].slice(6 * k, 6)

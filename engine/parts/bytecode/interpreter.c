@@ -1,5 +1,5 @@
-/* Bytecode interpreter: executes the programs of a scene (program.py). A program is a list of calls of ops with operands. A host
- * calls these functions like those of a compiled kernel; the first of the constants c holds the address of the scene. */
+/* Bytecode interpreter, which executes the programs of a scene (program.py). A program is a list of calls of ops with operands. A
+ * host calls these functions like those of a compiled kernel. The first of the constants c contains the address of the scene. */
 #include "interpreter.h"
 
 /* -- builtin ops; operands and integers: ``Builtin`` in program.py ------------------------------------------------------------- */
@@ -104,7 +104,8 @@ void tr_parts_prepare(const void *scene, const double *p, double *c) {
   execute(s, &s->prepare, base);
 }
 
-/* Execute a program of the scene whose address c holds. The last arguments assign an array to each space that the program uses. */
+/* Execute a program of the scene; c contains the address of the scene. The last arguments assign an array to each space that the
+ * program uses. */
 #define EXECUTE(c, program, ...)                                        \
   do {                                                                  \
     const tr_scene *s = scene_of(c);                                    \
@@ -112,7 +113,7 @@ void tr_parts_prepare(const void *scene, const double *p, double *c) {
     BASES([C] = (double *)(c), [T] = t, __VA_ARGS__);                   \
     execute(s, &s->program, base);                                      \
   } while (0)
-#define IN(a) ((double *)(a)) /* programs write no array that a host passes as const */
+#define IN(a) ((double *)(a)) /* programs do not write arrays that a host passes as const */
 
 void tr_parts_stage1(const double *x, const double *y, const double *c, double *w, double *maps, double *dy, double *power) {
   EXECUTE(c, stage1, [X] = IN(x), [Y] = IN(y), [W] = w, [MAPS] = maps, [DY] = dy, [POWER] = power);

@@ -1,4 +1,4 @@
-/* Execution of bytecode programs, for interpreter.c and interpreter_tangent.c. */
+/* Execution of bytecode programs, shared by interpreter.c and interpreter_tangent.c. */
 #ifndef TR_INTERPRETER_H
 #define TR_INTERPRETER_H
 #include <string.h>
@@ -7,7 +7,7 @@
 
 enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, POWER, D, SPACES };
 
-#define MOST_OPERANDS 32 /* largest count of operands of one call */
+#define MOST_OPERANDS 32 /* largest number of operands of one call */
 #define BASES(...) double *const base[SPACES] = {[K] = (double *)s->constants, __VA_ARGS__}
 
 void tr_parts_prepare(const void *scene, const double *p, double *c);
@@ -27,7 +27,7 @@ static inline void execute(const tr_scene *s, const tr_program *program, double 
     code = how + numbers;
   }
 }
-/* Dot product. The processor overlaps the additions of the two independent sums. */
+/* Dot product with two independent sums, so that the processor overlaps their additions. */
 static inline double dot(int n, const double *a, const double *b) {
   double sum = 0.0, next = 0.0;
   int k = 0;

@@ -1,6 +1,6 @@
-/* Forward-mode derivatives of programs (forward_mode.py) along four directions at once. Each number that a direction may change has
- * a tangent: a vector of its four derivatives. Tangents are grouped into cells. A call whose input tangents are all zero is
- * skipped; its output tangents are zero. */
+/* Forward-mode derivatives of programs (forward_mode.py) along four directions at once. A tangent is the vector of the four
+ * derivatives of a number that a direction may change. Tangents are grouped into cells. A call whose input tangents are all zero is
+ * skipped; its output tangents are then zero. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -64,7 +64,7 @@ static inline int is_nonzero(const char *live, const int *cells, int count) {
   return 0;
 }
 
-/* Zero the output cells of a skipped call. */
+/* Set the output cells of a skipped call to zero. */
 static inline void clear_cells(const tr_directions *d, char *live, tr_vec *v, const int *cells, int count) {
   for (int i = 0; i < count; ++i)
     for (int k = cells[2 * i], end = k + cells[2 * i + 1]; k < end; ++k)
@@ -87,10 +87,11 @@ static void execute_tangents(const tr_scene *s, const tr_directions *d, double *
   }
 }
 
-/* ``seed`` adds direction q, times the factor ``by``, to a lane. ``unseed`` zeroes all lanes of the tangents that q changes. */
+/* ``seed`` adds direction q to a lane, multiplied by the factor ``by``. ``unseed`` sets all lanes of the tangents that q changes to
+ * zero. */
 static void seed(const tr_directions *d, int q, int lane, double by, const double *x, double *v, char *live) {
   for (int i = d->first[q]; i < d->first[q + 1]; ++i) {
-    const int *e = d->seed + 3 * i; /* tangent, its cell, index in x of the rate of change (−1: rate 1) */
+    const int *e = d->seed + 3 * i; /* index of the tangent, of its cell, and of its rate of change in x (−1: rate 1) */
     v[LANES * e[0] + lane] += by * (e[2] < 0 ? 1.0 : x[e[2]]);
     live[e[1]] = by != 0.0;
   }
@@ -107,11 +108,12 @@ static void copy_lane(const tr_directions *d, const double *v, int lane, double 
   for (int r = 0; r < d->rows; ++r) out[r] = d->row[r] < 0 ? 0.0 : v[LANES * d->row[r] + lane];
 }
 
-/* The work array of a point holds values, tangents, and a flag per cell: 1 if the cell is nonzero. */
+/* The work array of a point contains values, then tangents, then a flag per cell: 1 if the cell is nonzero. */
 static double *tangents_of(const tr_scene *s, double *w) { return w + s->point.scratch; }
 static char *cells_of(const tr_scene *s, double *w) { return (char *)(tangents_of(s, w) + LANES * s->directions->vectors); }
 
-/* Compute the values at a point; out receives the program's outputs. a, extra and out may be 0 if the program does not use them. */
+/* Compute the values at a point. out receives the outputs of the program. a, extra and out may be null pointers if the program does
+ * not use them. */
 void tr_parts_d_point(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       double *out) {
   const tr_scene *s = scene_of(c);
@@ -122,8 +124,8 @@ void tr_parts_d_point(const double *x, const double *y, const double *c, const d
   memset(tangents_of(s, w), 0, sizeof(tr_vec) * d->vectors), memset(cells_of(s, w), 0, d->cells);
 }
 
-/* Derivatives at the point of the last ``d_point`` along `count` combinations of the directions. Row k of `sizes` (stride next)
- * holds a factor for each direction. Row k of `out` (stride next_out) receives the derivatives. */
+/* Derivatives at the point of the last ``d_point``, along `count` combinations of the directions. Row k of `sizes` (stride next)
+ * contains a factor for each direction. Row k of `out` (stride next_out) receives the derivatives. */
 void tr_parts_d_along(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       int count, const double *sizes, size_t next, double *out, size_t next_out) {
   const tr_scene *s = scene_of(c);

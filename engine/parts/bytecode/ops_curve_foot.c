@@ -3,7 +3,8 @@
 
 #include "interpreter.h"
 
-/* Position, first and second derivative (2 each) at parameter u of a piece: start, end, arc length to the start, coefficients. */
+/* Position, first derivative and second derivative (2 each) at parameter u of a piece. A piece consists of start, end, arc length
+ * to the start, and coefficients. */
 static void at_piece(const double *piece, double u, double *at) {
   for (int k = 0; k < 2; ++k) {
     const double x = u - piece[0], *c = piece + 3 + 4 * k;
@@ -13,7 +14,7 @@ static void at_piece(const double *piece, double u, double *at) {
   }
 }
 
-/* Newton's method. The foot on the chord of each piece is a candidate start; the candidate nearest to the point is used. */
+/* Find the foot by Newton's method. Each piece offers the foot on its chord as a start; the start nearest to the point is used. */
 void tr_op_curve_foot(double *const *a, const int *how) {
   enum { ROW = 11, ROUNDS = 50 };
   const double *p = a[0], around = a[1][0], *rows = a[1] + 1, *of = rows;

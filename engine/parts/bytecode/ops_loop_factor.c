@@ -1,5 +1,5 @@
 /* Builtin ops for many loops with friction (theory, "Friction along the recursion"). One op eliminates the friction of a cut joint
- * from the equations of its loop. Others factor and solve the unsymmetric equations of all loops by sparse LU. */
+ * from the equations of its loop. Two others factor and solve the unsymmetric equations of all loops by sparse LU. */
 #include <math.h>
 
 #include "interpreter.h"
@@ -12,7 +12,7 @@ void tr_op_transposed_product(double *const *a, const int *how) {
     }
 }
 
-/* B (n×m) ← A⁻¹ B by elimination with row exchange, n ≤ 3. Overwrites A; returns its determinant. */
+/* B (n×m) ← A⁻¹ B by elimination with row exchange, n ≤ 3. Overwrites A. Returns the determinant of A. */
 static double eliminate(int n, int m, double *A, double *B) {
   double det = 1.0;
   for (int k = 0; k < n; ++k) {
@@ -37,8 +37,8 @@ static double eliminate(int n, int m, double *A, double *B) {
   return det;
 }
 
-/* Friction of a cut joint. The linearised law η = e + D f and the reactions f = p0 + P λ − Pw η give (E + D Pw) η = e + D p0 + D P
- * λ. */
+/* Eliminate the friction of a cut joint. The linearised law is η = e + D f, and the reactions are f = p0 + P λ − Pw η. It follows
+ * that (E + D Pw) η = e + D p0 + D P λ. */
 void tr_op_cut_joint_friction(double *const *a, const int *how) {
   const int nv = how[0], needs = how[1], rows = how[2];
   double A[9], B[3 * (3 + 6 + 1)];
@@ -57,8 +57,8 @@ void tr_op_cut_joint_friction(double *const *a, const int *how) {
   memcpy(a[6], B + nv * (nv + rows), sizeof(double) * nv);
 }
 
-/* Factor S = L U in the order of elimination. L and Uᵀ store only structural nonzeros, below the diagonal. The diagonal of L holds
- * 1/pivot. a[3] receives the pivots, indexed by row of S. */
+/* Factor S = L U in the order of elimination. L and Uᵀ store only structural nonzeros, which are below the diagonal. The diagonal
+ * of L contains 1/pivot. a[3] receives the pivots, indexed by row of S. */
 void tr_op_factor_loops(double *const *a, const int *how) {
   const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1;
   const double *S = a[0];

@@ -1,7 +1,7 @@
-"""Bytecode programs: calls of ops with the slots that they read and write.
+"""Bytecode programs: calls of ops, with the slots that these calls read and write.
 
-A call is a sequence of integers. First come the op's number, the count of operands and the count of integers. Then follow space
-and offset of each operand, then the integers. ``interpreter.c`` executes programs."""
+A call is a sequence of integers. The first three are the op's number, the number of operands and the number of integers. The space
+and the offset of each operand follow, and then the integers. ``interpreter.c`` executes programs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 
 class Space(IntEnum):
-    """The arrays that hold slots: arguments of a kernel's functions, constants K of the scene, scratch T."""
+    """The arrays that contain slots: arguments of a kernel's functions, constants K of the scene, scratch T."""
 
     K = 0
     P = 1
@@ -38,42 +38,43 @@ class Space(IntEnum):
 
 
 LANES = 4
-"""Count of directions along which a program of tangents differentiates at once."""
+"""Number of directions along which a program of tangents differentiates at once."""
 
 
 @dataclass(frozen=True)
 class Slot:
-    """Contiguous numbers of an array: array, first index, count."""
+    """Contiguous numbers of an array, given by the array, the first index and the count."""
 
     space: Space
     at: int
     size: int
 
     def slice(self, first: int, size: int) -> Slot:
-        """A part of the slot. IndexError if the part exceeds the slot."""
+        """A part of the slot. Raises IndexError if the part exceeds the slot."""
         if not 0 <= first <= first + size <= self.size:
             raise IndexError(f"{first}+{size} of {self}")
         return Slot(self.space, self.at + first, size)
 
 
 class Builtin(IntEnum):
-    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring lists operands; then integers and the
-    operation."""
+    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring lists the operands; after a semicolon, the
+    integers; after a colon, the operation."""
 
     ZERO = 0
     """out; n: write n zeros."""
     COPY = 1
-    """in, out; n."""
+    """in, out; n: out = in."""
     GATHER = 2
-    """parameters, constants K, out; n, then n indices. A negative index i selects constant −1 − i."""
+    """parameters, constants K, out; n, then n indices: out = the selected numbers. An index i ≥ 0 selects parameter i; a negative
+    index selects constant −1 − i."""
     ADD = 3
     """in, out; n: out += in."""
     COMBINE = 4
     """in, columns, z, out; n, count, stride: out = in + Σ columns[k] z[k]."""
     SELECT = 5
-    """in, out; n, then n indices."""
+    """in, out; n, then n indices: out[i] = in[index i]."""
     SCALE = 6
-    """in, factor (1), out; n."""
+    """in, factor (1), out; n: out = factor · in."""
     ADD_DOT = 7
     """a, b, out (1); n, sign: out += sign · aᵀb."""
 
@@ -82,32 +83,33 @@ class Builtin(IntEnum):
     ADD_COLUMNS = 9
     """columns, numbers, out; n, count: out += Σ columns[k] numbers[k], n numbers per column."""
     ADD_STRIDED_COLUMNS = 10
-    """Operands of ADD_COLUMNS; n, count, stride of the columns."""
+    """columns, numbers, out; n, count, stride of the columns: out += Σ columns[k] numbers[k]."""
     ADD_TRANSPOSED_PRODUCT = 11
     """columns A, column b, out; n, count of A, stride of A: out += Aᵀb."""
     MIRRORED_PRODUCT = 12
     """columns A, columns B, out, transposed out; n, count of A, count of B, strides of A, B, outs, whether to overwrite out (else
-    add), whether out is a diagonal block: out = AᵀB. In a diagonal block only the upper triangle is computed, then mirrored."""
+    add), whether out is a diagonal block: out = AᵀB, and its transpose. In a diagonal block, only the upper triangle is computed
+    and then mirrored."""
     WRENCH_COLUMNS = 13
-    """columns g, columns h (6 each), out; size of a column of out, offsets of g and h in the column, count, indices of the columns
-    of g and h. The rest of out is zero."""
+    """columns g, columns h (6 each), out; size of a column of out, offsets of g and h in this column, count, indices of the columns
+    of g and h: copy g and h to out. The rest of out is zero."""
     TRANSPOSED_PRODUCT = 14
     """columns A, columns B, out; n, count of A, count of B, strides of A, B, out, whether to overwrite out (else add): out =
     AᵀB."""
     CUT_JOINT_FRICTION = 15
-    """D, columns Pw, columns P, p0, outputs M = (E + D Pw)⁻¹, −M D P, −M D p0, determinant of E + D Pw; freedoms, reaction
-    components, count of columns P."""
+    """D, columns Pw, columns P, p0, outputs M = (E + D Pw)⁻¹, −M D P, −M D p0, determinant of E + D Pw; number of freedoms, of
+    reaction components, of columns P."""
     FACTOR_LOOPS = 16
     """S, outputs L, U and pivots; n rows, order of elimination, start of each pivot's nonzeros, rows of these nonzeros
-    (``system.structure.loop_matrix_fill``)."""
+    (``system.structure.loop_matrix_fill``): S = L U."""
     SOLVE_LOOPS = 17
-    """L, U, g, out; integers as FACTOR_LOOPS: out = −S⁻¹ g."""
+    """L, U, g, out; integers as in FACTOR_LOOPS: out = −S⁻¹ g."""
     CURVE_PIECE = 18
-    """x (1), starts of all pieces and their coefficients (4 each), out (5); count of pieces: out = start and coefficients of the
+    """x (1), starts of all pieces and their coefficients (4 each), out (5); number of pieces: out = start and coefficients of the
     piece that contains x."""
     CURVE_FOOT = 19
-    """p (2), curve, out (11); count of pieces. The curve is its period (0 if open), then for each piece: start, end, arc length to
-    the start, coefficients (4, 4)."""
+    """p (2), curve, out (11); number of pieces: out = the foot of p on the curve. The numbers of a curve are its period (0 if it is
+    open), then for each piece: start, end, arc length to the start, coefficients (4, 4)."""
 
 
 BUILTINS = len(Builtin)
@@ -115,7 +117,7 @@ BUILTINS = len(Builtin)
 
 @dataclass
 class Program:
-    """The calls of one function of a scene. scratch: count of numbers in T."""
+    """The calls of one function of a scene. scratch: number of doubles in T."""
 
     code: list[int] = field(default_factory=list)
     scratch: int = 0
@@ -128,7 +130,7 @@ class Program:
         self.code += numbers
 
     def scratch_slot(self, size: int) -> Slot:
-        """Allocate a slot in T. Its values are valid during one execution."""
+        """Allocate a slot in T. Its values are valid during one execution of the program."""
         self.scratch += size
         return Slot(Space.T, self.scratch - size, size)
 

@@ -1,7 +1,7 @@
-"""Accelerations under given multipliers, and their derivatives along directions.
+"""Accelerations under given multipliers, and derivatives of these accelerations along directions.
 
-The recursion that computes accelerations also computes their derivatives. For this, its forces are the derivatives of the body
-balances at fixed accelerations. So the recursion itself needs no tangents (theory, "Jacobians on parts")."""
+The recursion that computes accelerations also computes their derivatives. For this purpose, its forces are the derivatives of the
+body balances at fixed accelerations. The recursion itself therefore needs no tangents (theory, "Jacobians on parts")."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import elements
 
 COUNTERPARTS = ("outward", "moved", "carry")
-"""Body functions that ``body_balance`` has, too."""
+"""Body functions that ``body_balance`` also provides."""
 
 
 class DifferentiableScene(ScenePasses):
@@ -42,12 +42,12 @@ class DifferentiableScene(ScenePasses):
             super().body_call(program, i, function, **operands)
 
     def reduced_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
-        """Call a function of the primitive with which the recursion computes the accelerations of body i."""
+        """Call a function of body i's primitive. The recursion computes accelerations with this primitive."""
         SceneTables.body_call(self, program, i, function, **operands)
 
 
 class AccelerationTangents:
-    """Writes motions, q̈, Ż and N into a program, and differentiates them along ``directions``.
+    """Writes motions, q̈, Ż and N into a program, and differentiates these values along ``directions``.
 
     active: rows of cut joints with a multiplier. redundant: whether the wrenches that cut joints transmit are needed."""
 
@@ -79,7 +79,7 @@ class AccelerationTangents:
                     self.add_wrenches(c, g, self.scene.force_on(self.program, b, self.moving, self.program.scratch_slot))
 
     def add_wrenches(self, c: CutJointSlots, g: str, out: Slot) -> None:
-        """Add the wrenches g of a cut joint's multipliers and friction (−η) to ``out``."""
+        """Add to ``out`` the wrenches g that a cut joint's multipliers and friction (−η) cause."""
         for k in range(c.joint.kind.rows):
             if c.joint.rows + k in self.rows:
                 z = Slot(Space.Z, self.rows[c.joint.rows + k], 1)
@@ -94,7 +94,7 @@ class AccelerationTangents:
         return out
 
     def _effort(self, j: Joint, m: BodySlots) -> Slot:
-        """Forces along all freedoms of a tree joint: of devices, friction and rows of light freedoms."""
+        """Forces along all freedoms of a tree joint. They come from devices, friction, and rows of light freedoms."""
         light = [c for c in self.system.light_rows_of(j) if c.rows in self.rows]
         if not j.friction and not light:
             return m.effort
@@ -134,7 +134,7 @@ class AccelerationTangents:
                            qdd=free_of(self.qdd, j), Zo=self.Z[i], N=self.N[i], known=known)  # fmt: skip
 
     def _follow(self) -> None:
-        """Write the derivatives of body balances (``less``) and joint balances (``along``) at fixed accelerations, then the
+        """Write the derivatives of body balances (``less``) and joint balances (``along``) at fixed accelerations. Then write the
         derivatives of the accelerations."""
         program, s, count = self.program, self.scene, len(self.system.bodies)
         fixed, less = ([program.scratch_slot(6) for _ in range(count)] for _ in range(2))
@@ -162,7 +162,7 @@ class AccelerationTangents:
         self._solve(self.directions, fixed, less, along)
 
     def _solve(self, d: Directions, fixed: list[Slot], less: list[Slot], along: Slot) -> None:
-        """Write the tangents of q̈, Ż and N by the recursion, with the derivatives of the balances as forces."""
+        """Write the tangents of q̈, Ż and N by the recursion. The derivatives of the balances serve as forces."""
         program, s, count = self.program, self.scene, len(self.system.bodies)
         y, fq = program.scratch_slot(self.system.nv), program.scratch_slot(self.system.nv)
         Z, nothing = [program.scratch_slot(6) for _ in range(count)], program.scratch_slot(6)

@@ -1,8 +1,8 @@
-"""Forward-mode differentiation of a program. The program ``point`` computes values, and stores those that the tangents need. The
-program ``along`` computes the derivatives along four directions at once (theory, "Jacobians on parts").
+"""Forward-mode differentiation of a program. The program ``point`` computes values, and stores the values that tangents need. The
+program ``along`` computes derivatives along four directions at once (theory, "Jacobians on parts").
 
-Each number that a direction may change has a tangent: a vector of its four derivatives. Tangents are grouped into *cells*:
-contiguous numbers that every call uses together. A call whose input cells are all zero is skipped, and its outputs are zero."""
+A tangent is the vector of the four derivatives of a number that a direction may change. Tangents are grouped into *cells*:
+contiguous numbers that every call uses together. A call whose input cells are all zero is skipped; its outputs are then zero."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from trunnion.parts.primitives.primitive_cache import tangents
 from trunnion.parts.primitives.primitive_keys import AROUND, KEPT, Primitive
 
 BODIES = "p_"
-"""Prefix of body functions without tangents; ``accelerations`` differentiates their results."""
+"""Prefix of the names of body functions without tangents. ``accelerations`` differentiates the results of these functions."""
 LONGEST = 36
-"""Largest size of an operand of a function with this prefix."""
+"""Largest size of an operand of a function with the prefix ``BODIES``."""
 B = Builtin
 
 
 @dataclass
 class TangentCall:
-    """A call in the program ``along``. operands: pairs of a slot and a flag, True for the slot's tangent, False for its value; the
-    slot None is a zero tangent. ins, outs, added: tangents that the call reads, writes, adds to."""
+    """A call in the program ``along``. operands: pairs of a slot and a flag; True means the slot's tangent, False its value, and
+    None in place of the slot a zero tangent. ins, outs, added: tangents that the call reads, writes, and adds to."""
 
     function: int
     operands: list[tuple[Slot | None, bool]]
@@ -36,7 +36,7 @@ class TangentCall:
 
 @dataclass
 class ValueCall:
-    """A call in the differentiated program. outs: operands that the call writes. added: the outs to which the call adds."""
+    """A call in the differentiated program. outs: operands that the call writes. added: those outs to which the call adds."""
 
     function: int
     names: tuple[str, ...]
@@ -45,7 +45,7 @@ class ValueCall:
     added: set[str]
     numbers: list[int]
     read: list[Slot] = field(default_factory=list)
-    """Slots whose values tangents read."""
+    """Slots whose values the tangents read."""
 
 
 ADDING = {B.ADD, B.ADD_DOT, B.ADD_ROW_DOTS, B.ADD_COLUMNS, B.ADD_STRIDED_COLUMNS}
@@ -53,7 +53,7 @@ ADDING = {B.ADD, B.ADD_DOT, B.ADD_ROW_DOTS, B.ADD_COLUMNS, B.ADD_STRIDED_COLUMNS
 
 
 def _builtin_sizes(which: int, numbers: Sequence[int]) -> dict[str, int]:
-    """Sizes of the operands of a builtin op, the output last. Constants have size 0."""
+    """Sizes of the operands of a builtin op, with the output last. Constants have size 0."""
     n, k = numbers[0], numbers[1] if len(numbers) > 1 else 0
     span = (k - 1) * numbers[2] if which in (B.ADD_ROW_DOTS, B.ADD_STRIDED_COLUMNS) and k else 0
     return {
@@ -92,8 +92,8 @@ class SlotSet:
 
 @dataclass
 class Directions:
-    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program whose scratch holds stored
-    values. seeded: slots that directions change. numbers: whether directions also change parameters."""
+    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program in whose scratch values are
+    stored. seeded: slots that directions change. numbers: whether directions also change parameters."""
 
     scene: SceneTables
     scratch: Program
@@ -114,8 +114,8 @@ class Directions:
     # -- calls --------------------------------------------------------------------------------------------------------------
 
     def follow(self, program: Program, first: int = 0) -> int:
-        """Differentiate the calls of a program from index ``first`` on; returns the index of its end. If directions change
-        parameters, differentiates the new calls of ``prepare`` first."""
+        """Differentiate the calls of a program from index ``first`` on. Returns the index of the program's end. If directions
+        change parameters, the new calls of ``prepare`` are differentiated first."""
         if self.numbers and program is not self.scene.prepare:
             self._prepared = self.follow(self.scene.prepare, self._prepared)
         code, at = program.code, first
@@ -167,7 +167,7 @@ class Directions:
 
     def _derive_part(self, g: ValueCall) -> None:
         numbers = g.operands.get("numbers")
-        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # time may change them
+        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # time may change numbers
         at, along = primitive.operands
         moving = [n for n in g.names if n not in g.outs and g.operands[n] in self.active]
         if not moving:
@@ -194,7 +194,7 @@ class Directions:
         return None
 
     def _still(self, g: ValueCall) -> None:
-        """Differentiate a call whose input tangents are zero: its output tangents are zero."""
+        """Record a call whose input tangents are zero; its output tangents are also zero."""
         outs = [g.operands[n] for n in g.outs if n not in g.added]
         if outs:
             self.calls.append(TangentCall(B.COPY, [], [], [], outs, []))
@@ -208,7 +208,7 @@ class Directions:
     def _derive_builtin(self, g: ValueCall) -> None:
         a, b, out = (g.operands.get(n) for n in ("a", "b", "out"))
         assert out is not None
-        if not out.size:  # a product without rows, of a joint without constraints
+        if not out.size:  # product without rows: the joint has no constraints
             return None
         ins = [x for x in (a, b) if x is not None and x in self.active]
         if not ins or g.function in (B.CURVE_PIECE, B.CURVE_FOOT):  # the selected piece has no first-order effect
@@ -230,7 +230,8 @@ class Directions:
 
     def linear(self, function: int, operands: Sequence[tuple[Slot, bool]], ins: Iterable[Slot], outs: Iterable[Slot],
                added: Iterable[Slot] = (), numbers: Sequence[int] = ()) -> None:  # fmt: skip
-        """Append a call of an op that is linear in its tangents (flag True). ``point`` has no counterpart of this call."""
+        """Append a call of an op that is linear in its tangents, which have the flag True. ``point`` has no counterpart of this
+        call."""
         outs, added = [b for b in outs if b.size], [b for b in added if b.size]
         ins = [b for b in ins if b.size and b in self.active]
         spots = [(b if not v or b in self.active or b in [*outs, *added] else None, v) for b, v in operands]
@@ -240,7 +241,8 @@ class Directions:
     # -- the program of values -----------------------------------------------------------------------------------------------------
 
     def point(self, program: Program, outs: Iterable[Slot] = ()) -> None:
-        """Write the calls whose values tangents or ``outs`` need, in order; then the calls that store values for tangents."""
+        """Write the calls whose values are needed by tangents or ``outs``, in order. Then write the calls that store values for
+        tangents."""
         needed, later, live = SlotSet(), SlotSet(), []
         for b in outs:
             needed.add(b)

@@ -1,4 +1,4 @@
-"""Program of F = ẏ and of the multipliers' residuals R, and its Jacobian (theory, "Jacobians on parts")."""
+"""Program of F = ẏ and of the residuals R of the multipliers, and the Jacobian of both (theory, "Jacobians on parts")."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 
 class JacobianProgram(AccelerationTangents):
-    """Writes F and R into OUT. The redundant variant appends κ and its change by friction. size: count of all these numbers."""
+    """Writes F and R into OUT. The redundant variant appends κ and the change of κ by friction. size: number of doubles in OUT."""
 
     def __init__(
         self, scene: DifferentiableScene, program: Program, active: Sequence[int], directions: Directions, redundant: bool = False
@@ -33,11 +33,11 @@ class JacobianProgram(AccelerationTangents):
 
     @property
     def between(self) -> int:
-        """Count of numbers between F and R."""
+        """Number of doubles between F and R."""
         return 0
 
     def write(self) -> None:
-        """Write everything after the accelerations."""
+        """Write everything that follows the accelerations."""
         system, program = self.system, self.program
         nq, nv = system.nq, system.nv
         coordinate_rates(self.scene, program, Slot(Space.Y, nq, nv), Slot(Space.OUT, 0, nq))
@@ -71,7 +71,7 @@ class JacobianProgram(AccelerationTangents):
         self.scene.call(self.program, own, **{**element_operands(self.scene, self.program, e), "N": N, "r": rates, **operands})
 
     def _close(self, at: int) -> None:
-        """Write the residuals R_λ: accelerations along the constraint rows of cut joints."""
+        """Write the residuals R_λ, which are accelerations along the constraint rows of cut joints."""
         for c in self.closed:
             n = c.joint.kind.rows
             out = self.program.scratch_slot(n)
@@ -106,7 +106,7 @@ class JacobianProgram(AccelerationTangents):
         return out
 
     def _transmitted(self, j: Joint) -> Slot:
-        """Force and torque on a joint's outboard part (6)."""
+        """Force and torque (6) on the outboard part of a joint."""
         out = self.program.scratch_slot(6)
         m = self.motion(j)
         self.scene.outboard_wrench(self.program, j, m, self.scene.zeros if j.cut else self.N[j.child], out)
@@ -124,7 +124,7 @@ class JacobianProgram(AccelerationTangents):
         return out
 
     def _share(self, shares: ScaledReactions) -> None:
-        """Write the scaled reactions κ and their change by friction."""
+        """Write the scaled reactions κ, and the change of κ by friction."""
         program, where = self.program, {j.name: self.motion(j) for j in self.system.joints}
         transmitted = {j.name: self._transmitted(j) for j in shares.joints}
         shares.write(program, where, self.moving, lambda j: transmitted[j.name], Slot(Space.OUT, self.size, shares.size))
@@ -141,7 +141,7 @@ class JacobianProgram(AccelerationTangents):
 
 
 def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool) -> TangentTables:
-    """Write the program ``point``; returns the tangents of [F; R; κ; change of κ by friction] with respect to [y, t, z]."""
+    """Write the program ``point``. Returns the tangents of [F; R; κ; change of κ by friction] with respect to [y, t, z]."""
     system = scene.system
     ny, nz = system.nq + system.nv + len(system.bristles), len(active) + system.neta
     changes = [*each(Space.Y, ny), time(scene), *each(Space.Z, nz)]
@@ -154,12 +154,13 @@ def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool)
 
 
 def each(space: Space, count: int, first: int = 0) -> list[Change]:
-    """One direction for each of ``count`` numbers of a space."""
+    """Directions that change one number each, for ``count`` numbers of a space."""
     return [[(Slot(space, first + i, 1), -1)] for i in range(count)]
 
 
 def time(scene: ScenePasses) -> Change:
-    """Direction of time. t changes at rate 1. The rate of each number of a table, except the last, is the next number."""
+    """Direction of time. t itself changes at rate 1. Each number of a table, except the last, changes at the rate given by the next
+    number."""
     at, tables = scene.system.external, range(scene.system.tables)
     numbers = [(NOW, -1), *[(at.table(k) + i, at.table(k) + i + 1) for k in tables for i in range(TABLE - 1)]]
     return [(Slot(Space.X, i, 1), rate) for i, rate in numbers]
@@ -171,7 +172,7 @@ def changed(changes: Sequence[Change]) -> list[Slot]:
 
 
 def _order(scene: DifferentiableScene) -> list[int]:
-    """Order of the columns [y, t, z]: coordinates and rates of each joint together."""
+    """Order of the columns [y, t, z] in which coordinates and rates of each joint stand together."""
     system = scene.system
     out: list[int] = []
     for j in system.tree:

@@ -1,5 +1,5 @@
 """Derivatives beyond the Jacobian. The linear unit differentiates rates and columns with respect to inputs and states. The
-sensitivity unit also differentiates with respect to parameters."""
+sensitivity unit differentiates with respect to parameters, too."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from trunnion.system.structure.friction_joint_indices import Element
 
 @dataclass
 class DerivedUnit:
-    """A scene with its tangents. values: count of differentiated numbers."""
+    """A scene with its tangents. values: number of differentiated doubles."""
 
     scene: DifferentiableScene
     tangents: TangentTables
@@ -32,7 +32,7 @@ class DerivedUnit:
 
 
 def states(system: System) -> int:
-    """Count of states."""
+    """Number of states."""
     return system.nq + system.nv + len(system.bristles)
 
 
@@ -46,8 +46,8 @@ def linear_rates(system: System, active: Sequence[int]) -> DerivedUnit:
 
 
 def linear_columns(system: System, chosen: list[Column]) -> DerivedUnit:
-    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals, and values that only the runtime
-    computes, count as constants."""
+    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals are treated as constants. So are values
+    that only the runtime computes."""
     multipliers = each(Space.Z, system.rows + system.neta)
     changes = [*_signals(system), *each(Space.Y, states(system)), *multipliers, *each(Space.A, system.nv)]
     return _columns(system, [c if c.quantity.instantaneous else None for c in chosen], changes, False)
@@ -79,8 +79,8 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds powers, the rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, and the distance of
-    each hook from its release."""
+    """Adds to F and R: powers, rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, and the
+    distance of each hook from its release."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -108,7 +108,8 @@ class _Motion(JacobianProgram):
         self.size += self.system.latches
 
     def _hold(self, e: Element) -> None:
-        """Write (friction ratio − 1) of each pair as if the pair were at rest; −1 for a law without static friction."""
+        """Write (friction ratio − 1) of each pair, computed as if the pair were at rest. For a law without static friction, write
+        −1."""
         pairs, program, s = e.friction.sliders, self.program, self.scene
         hold = program.scratch_slot(3 * len(pairs))
         if e.sets:
@@ -129,7 +130,7 @@ class _Motion(JacobianProgram):
 
 
 def held_alone(which: FrictionKey) -> Primitive:
-    """Static friction capacity without its derivative."""
+    """The primitive of the static friction capacity, without derivatives."""
     return friction.held(which, True)
 
 
@@ -151,7 +152,7 @@ def _columns(system: System, chosen: Sequence[Column | None], changes: list[Chan
 
 
 def _unit(scene: DifferentiableScene, d: Directions, changes: list[Change], count: int) -> DerivedUnit:
-    """If directions change parameters, ``point`` also writes the values."""
+    """Finish a unit. If directions change parameters, ``point`` also writes the values."""
     point, outs = scene.program("point"), [Slot(Space.OUT, i, 1) for i in range(count)]
     point.code.clear()
     d.point(point, outs if d.numbers else ())

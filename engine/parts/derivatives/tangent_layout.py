@@ -10,20 +10,20 @@ from trunnion.parts.bytecode.program import LANES, Builtin, Slot, Space
 from trunnion.parts.derivatives.forward_mode import Directions, SlotSet, TangentCall
 
 Change = list[tuple[Slot, int]]
-"""A direction: pairs of a slot that changes, and the index in x of the slot's rate of change (−1: rate 1)."""
+"""A direction: pairs of a slot that changes, and the index in x of this slot's rate of change (−1: rate 1)."""
 
 
 @dataclass
 class TangentTables:
-    """The numbers and tables of ``tr_directions``."""
+    """The counts and tables of ``tr_directions``."""
 
     sizes: dict[str, int]
     tables: dict[str, Sequence[int]]
 
 
 def tangent_tables(d: Directions, changes: Sequence[Change], outs: Sequence[Slot], order: Sequence[int] = ()) -> TangentTables:
-    """Tables of the directions ``changes`` and of the outputs ``outs``. order: order in which the directions are evaluated;
-    directions that reach the same cells should be adjacent."""
+    """Tables of the directions ``changes`` and of the outputs ``outs``. order: order in which the directions are evaluated.
+    Directions that reach the same cells should be adjacent."""
     reached = [b in d.active for b in outs]
     w = _Cells(d, [*[b for c in changes for b, _ in c], *[b for b, r in zip(outs, reached, strict=True) if r]])
     first = [0, *accumulate(len(c) for c in changes)]
@@ -34,10 +34,10 @@ def tangent_tables(d: Directions, changes: Sequence[Change], outs: Sequence[Slot
 
 
 class _Cells:
-    """Positions of tangents and cells, and the program that uses them."""
+    """Positions of tangents and cells, and the program that uses these positions."""
 
     def __init__(self, d: Directions, outside: Sequence[Slot]):
-        """outside: slots that directions change, and output slots. They get tangents even if no call uses these tangents."""
+        """outside: output slots, and slots that directions change. These slots get tangents even if no call uses them."""
         self.used, begins = SlotSet(), SlotSet()
         d.calls = [c for c in d.calls if c.ins or any(b in d.active for b in c.outs)]
         calls = [[*c.ins, *c.outs, *c.added] for c in d.calls]
@@ -67,11 +67,11 @@ class _Cells:
         self.code = [i for c in d.calls for i in self._call(c)]
 
     def at(self, b: Slot) -> tuple[int, int]:
-        """Tangent and cell of a slot's first number."""
+        """Indices of the tangent and the cell of a slot's first number."""
         return self.vector[b.space][b.at], self.cell[b.space][b.at]
 
     def _cells(self, b: Slot) -> list[int]:
-        """First cell of a slot, and count of its cells."""
+        """Index of a slot's first cell, and number of its cells."""
         first, last = self.cell[b.space][b.at], self.cell[b.space][b.at + b.size - 1]
         return [first, last - first + 1]
 

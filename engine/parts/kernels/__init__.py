@@ -1,1 +1,1 @@
-"""Programs and tables as the kernel of one scene."""
+"""The programs and tables of a scene, assembled to its kernel."""

@@ -26,7 +26,7 @@ P = ctypes.c_void_p
 
 
 def _room(s: DifferentiableScene, found: TangentTables) -> int:
-    """Doubles in the work array of a point: values, tangents, flags of cells."""
+    """Number of doubles in the work array of a point: values, tangents, flags of cells."""
     return s.programs["point"].scratch + LANES * found.sizes["vectors"] + found.sizes["cells"] // 8 + 1
 
 
@@ -47,7 +47,8 @@ def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> 
 
 
 class Sensitivities:
-    """The functions of the motion and of the columns (``outputs``) in a sensitivity unit (``kernel.units.sensitivity_unit``)."""
+    """The functions of a sensitivity unit: those of the motion, and those of the columns (``outputs``). See
+    ``kernel.units.sensitivity_unit``."""
 
     def __init__(self, system: System, parameters: int, active: Sequence[int], chosen: list[Column], quadratures: bool):
         self.keep: list[Any] = []
@@ -80,7 +81,7 @@ class Sensitivities:
             self._prepare(scene, p, out)
 
     def point(self, *operands: int) -> None:
-        """Compute all values of the motion."""
+        """Compute all values of the motion at a point."""
         x, y, c, z, w, f = operands
         self._point(x, y, c, z, None, None, w, f)
 
@@ -90,11 +91,11 @@ class Sensitivities:
         self._follow((x, y, c, z, None, None, w), seeds, out)
 
     def output_point(self, *operands: int) -> None:
-        """Compute all columns."""
+        """Compute all columns at a point."""
         self._point(*operands)
 
     def outputs_along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
-        """Write derivatives of the columns."""
+        """Write derivatives of the columns along the rows of ``seeds`` into the rows of ``out``."""
         self._follow(now, seeds, out)
 
     def _follow(self, now: Sequence[int | None], seeds: np.ndarray, out: np.ndarray) -> None:
@@ -103,6 +104,6 @@ class Sensitivities:
 
 
 def _at(a: np.ndarray) -> int:
-    """Address of a contiguous, writable array. A run needs hundreds of thousands of addresses, and ``a.ctypes`` takes four times
-    as long."""
+    """Address of a contiguous, writable array. ``a.ctypes`` would take four times as long, and a run needs hundreds of thousands of
+    addresses."""
     return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0

@@ -1,4 +1,4 @@
-"""A bytecode kernel: programs and tables of one scene, in memory. Only missing primitives are compiled."""
+"""A bytecode kernel: programs and tables of one scene, in memory. Primitives are compiled only if they are missing."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, tables_o
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip
 RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
-"""Additional functions of a kernel whose friction is solved along the recursion."""
+"""Additional functions of a kernel that solves friction along the recursion."""
 COUPLING = ("shift",)
-"""Additional function of such a kernel if the scene has loops."""
+"""Additional function of such a kernel, for a scene with loops."""
 
 
 @dataclass
 class PartsKernel(Kernel):
-    """A kernel whose tables are in memory. keep: the arrays that the tables point to."""
+    """A kernel whose tables are in memory. keep: the arrays to which the tables point."""
 
     units: dict[str, UnitDescription]
     tables: dict[str, Any]
@@ -68,7 +68,7 @@ class PartsKernel(Kernel):
 
 
 def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> PartsKernel:
-    """The kernel of a scene with these columns. redundant: whether to build the variant with the scaled reactions."""
+    """The kernel of a scene with these columns. redundant: whether to build the variant with scaled reactions."""
     started = time.perf_counter()
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
@@ -87,8 +87,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to those of the remaining rows,
-    which the motion leaves undetermined."""
+    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to those of the other rows, which
+    the motion leaves undetermined."""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)
@@ -106,7 +106,8 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 def _kernel_unit(
     system: System, parameters: int, active: Sequence[int], redundant: bool, many: bool = False
 ) -> tuple[UnitDescription, Maps]:
-    """many: whether the loops have so many rows that friction is solved along the recursion, as in trees."""
+    """Build the unit of the kernel. many: whether the loops have so many rows that friction is solved along the recursion, as in
+    trees."""
     rubbed = bool(system.frictional) and (many or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)

@@ -1,4 +1,4 @@
-"""Tables of a bytecode kernel as C text, for exported models, with the primitives that its programs call."""
+"""Tables of a bytecode kernel as C text for exported models, with the primitives that its programs call."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from trunnion.runtime.abi.record_definition import Record
 
 OPERANDS = "(double*const*,const int*)"
 PER_LINE = 30
-"""Integers on a line of C text."""
+"""Number of integers on a line of C text."""
 
 
 def parts_texts(units: Iterable[UnitDescription]) -> dict[str, str]:
-    """C text of all primitives that the units call, sorted by name. "long_parts" holds the primitives with other compiler flags
-    (``c_compiler.part_flags``), "parts" the rest. Scenes of one kind have equal texts."""
+    """C text of all primitives that the units call, sorted by name. "long_parts" contains the primitives that need other compiler
+    flags (``c_compiler.part_flags``), and "parts" the others. Scenes of the same kind have equal texts."""
     primitives: dict[str, Primitive] = {}
     for of in chain.from_iterable(_scenes(u.scene) for u in units):
         primitives |= {name: of.scene.primitive_of[name] for name in called(of) if name in of.scene.primitive_of}
@@ -36,7 +36,7 @@ def parts_texts(units: Iterable[UnitDescription]) -> dict[str, str]:
 
 
 def _functions(text: str) -> dict[str, str]:
-    """The functions of a primitive by name, each with the helper functions that it calls."""
+    """The functions of a primitive by name. Each text includes the helper functions that the function calls."""
     out, pieces = {}, ""
     for piece in re.split(r"(?<=\n}\n)", text.replace(VECTOR, "")):
         pieces += piece
@@ -55,8 +55,8 @@ def called(of: DifferentiatedScene) -> list[str]:
 
 
 def _numbers(code: Sequence[int], head: int) -> Iterator[int]:
-    """Numbers of the ops that a program calls. head: count of integers at the start of a call. A program of tangents has three
-    more: the counts of inputs, outputs and added outputs. Two integers follow for each of these."""
+    """Numbers of the ops that a program calls. head: number of integers at the start of a call. A program of tangents has three
+    more integers there: the numbers of inputs, outputs and added outputs. Two integers follow for each of these."""
     at = 0
     while at < len(code):
         yield code[at]
@@ -68,7 +68,7 @@ def _scenes(of: DifferentiatedScene) -> list[DifferentiatedScene]:
 
 
 def unit_text(unit: UnitDescription, name: str) -> str:
-    """C text of a table and of all arrays that it points to."""
+    """C text of a table, and of all arrays to which the table points."""
     scene, arrays = _scene(unit.scene, "scene"), []
     values: dict[str, Any] = dict.fromkeys(unit.record.names, 0) | unit.numbers
     values |= {field: f"tr_parts_{function}" for field, function in unit.functions.items()}
@@ -95,7 +95,7 @@ def _records(name: str, record: Record, rows: Sequence[tuple[Any, ...]]) -> str:
 
 
 def _scene(of: DifferentiatedScene, name: str) -> list[str]:
-    """C text of a scene, preceded by the arrays to which it points."""
+    """C text of a scene, after the text of the arrays to which the scene points."""
     s, out = of.scene, []
     used = set(called(of))
     functions = [*(f"tr_op_{b.name.lower()}" for b in Builtin), *(f if f in used else "0" for f in s.functions)]

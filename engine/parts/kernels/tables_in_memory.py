@@ -19,7 +19,7 @@ from trunnion.runtime.abi.kernel_records import DIRECTIONS, SCENE
 
 @lru_cache(maxsize=1)
 def interpreter() -> ctypes.CDLL:
-    """The interpreter's library: the installed one, or one that this machine compiles once."""
+    """The library of the interpreter. If it is not installed, this machine compiles it once."""
     found = prebuilt_libraries.library("interpreter")
     if found:
         return found
@@ -27,7 +27,7 @@ def interpreter() -> ctypes.CDLL:
 
 
 def _addresses(s: SceneTables) -> Any:
-    """Addresses of all ops by number: builtin ops, then primitives."""
+    """Addresses of all ops, by number: first builtin ops, then primitives."""
     own = (ctypes.c_void_p * BUILTINS).in_dll(interpreter(), "tr_builtin_ops")
     used = {primitive.first: primitive for primitive in s.primitive_of.values()}
     found_in = dict(zip(used, libraries(list(used.values())), strict=True))
@@ -37,7 +37,7 @@ def _addresses(s: SceneTables) -> Any:
 
 
 def table(unit: UnitDescription, keep: list[Any]) -> Any:
-    """The record of a unit. keep: receives the arrays that the record points to."""
+    """The record of a unit. keep receives the arrays to which the record points."""
     functions = {field: _address(f"tr_parts_{name}") for field, name in unit.functions.items()}
     made = unit.record.ctype(**unit.numbers, scene=ctypes.addressof(_scene(unit.scene, keep)), **functions)
     for name, values in unit.integers.items():
@@ -54,7 +54,7 @@ def _address(name: str) -> int:
 
 
 def _integers(values: Sequence[int], keep: list[Any]) -> int:
-    """Address of an array of these integers, followed by a zero."""
+    """Address of an array with these integers and a final zero."""
     array = np.array([*values, 0], np.intc)
     keep.append(array)
     address: int = array.ctypes.data

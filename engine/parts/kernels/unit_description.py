@@ -1,4 +1,4 @@
-"""Contents of a kernel's table. ``tables_in_memory`` writes them into memory, ``tables_as_c`` as C text."""
+"""Contents of a kernel's table. ``tables_in_memory`` writes the contents into memory, ``tables_as_c`` as C text."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.runtime.abi.record_definition import Record
 
 @dataclass
 class DifferentiatedScene:
-    """A scene with its programs and tangents. beside: a second scene, whose constants follow those of the first."""
+    """A scene with its programs and tangents. beside: another scene, whose constants follow those of the first scene."""
 
     scene: SceneTables
     tangents: TangentTables | None = None

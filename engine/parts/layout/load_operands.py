@@ -1,4 +1,4 @@
-"""Primitives of loads between two bodies, and their operands."""
+"""Primitives of loads between two bodies, and the operands of these primitives."""
 
 from __future__ import annotations
 
@@ -16,6 +16,6 @@ def joining(load: Load, what: str) -> Primitive:
 
 
 def ends(s: SceneTables, load: Load, moving: list[BodySlots]) -> dict[str, Slot]:
-    """Operands: numbers of the load, motions of its two bodies."""
+    """Operands of the primitive: numbers of the load, and motions of its two bodies."""
     motions = [s.ground if b == GROUND else moving[b].motion for b in load.bodies]
     return {"numbers": s.numbers(load.leaves), "a": motions[0], "b": motions[1]}

@@ -11,8 +11,8 @@ from trunnion.parts.bytecode.program import Slot, Space
 
 @dataclass
 class Maps:
-    """Counts of numbers in the maps, and where each kind begins (``kernel.units.stepping_unit``). active: count of rows of cut
-    joints with a multiplier; ne: friction multipliers; nn: reaction components; held: whether the maps contain Q."""
+    """Sizes of the maps, and the start of each kind of map (``kernel.units.stepping_unit``). active: number of rows of cut joints
+    with a multiplier. ne: number of friction multipliers. nn: number of reaction components. held: whether the maps contain Q."""
 
     active: int
     ne: int
@@ -23,11 +23,12 @@ class Maps:
 
     @property
     def columns(self) -> int:
-        """Count of multipliers. The friction multipliers are last."""
+        """Number of multipliers. The friction multipliers are last."""
         return self.active + self.ne
 
     def at(self, name: str) -> int:
-        """Start of S, Se, g0, N, rates, Q, kappa or end. The first column of N, Q and kappa is the part without multipliers."""
+        """Index at which S, Se, g0, N, rates, Q or kappa starts; "end": total size. The first column of N, Q and kappa is the part
+        without multipliers."""
         return self._places[name]
 
     @cached_property
@@ -38,13 +39,14 @@ class Maps:
         return dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
 
     def N(self, column: int) -> Slot:
-        """Reaction components that multiplier ``column`` causes. Column −1 is the part without multipliers."""
+        """Slot of the reaction components that a unit of multiplier ``column`` causes. Column −1 is the part without
+        multipliers."""
         return Slot(Space.MAPS, self.at("N") + self.nn * (1 + column), self.nn)
 
     def Q(self, column: int) -> Slot:
-        """Accelerations of the freedoms of frictional joints, with columns as in ``N``."""
+        """Slot of the accelerations of the freedoms of frictional joints, with columns as in ``N``."""
         return Slot(Space.MAPS, self.at("Q") + self.ne * (1 + column), self.ne if self.held else 0)
 
     def kappa(self, column: int) -> Slot:
-        """Scaled reactions, with columns as in ``N``."""
+        """Slot of the scaled reactions, with columns as in ``N``."""
         return Slot(Space.MAPS, self.at("kappa") + self.nkappa * (1 + column), self.nkappa)

@@ -12,11 +12,11 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 POINTER = 1
-"""Doubles at the start of the constants C; they hold the address of the scene."""
+"""Number of doubles at the start of the constants C. These doubles contain the address of the scene."""
 STILL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 9)
 """Motion of the ground (``MOTION``)."""
 BODY = 10
-"""Count of a body's parameters: mass, mass centre (3), inertia (6). They are the last numbers of the body's primitive."""
+"""Number of a body's parameters: mass, mass centre (3), inertia (6). They are the last numbers of the body's primitive."""
 
 
 @dataclass
@@ -27,15 +27,15 @@ class SceneTables:
     constants: list[float] = field(default_factory=list)
     functions: dict[str, int] = field(default_factory=dict)
     primitive_of: dict[str, Primitive] = field(default_factory=dict)
-    """For each op's name, the primitive that contains the op."""
+    """For the name of each op, the primitive that contains this op."""
     programs: dict[str, Program] = field(default_factory=dict)
     nc: int = POINTER
     rubbed: bool = False
-    """Whether friction is solved along the recursion, also on loops."""
+    """Whether friction is solved along the recursion, in loops as well."""
     bare: bool = False
     """Whether a cut joint without devices computes only the outputs that its constraint needs."""
     multipliers: int = 0
-    """Number of multipliers of the cut joints' rows; these precede the friction multipliers."""
+    """Number of multipliers of the rows of cut joints. These multipliers precede the friction multipliers."""
 
     def __post_init__(self) -> None:
         self.prepare = self.program("prepare")
@@ -70,7 +70,7 @@ class SceneTables:
         return Slot(Space.K, len(self.constants) - len(values), len(values))
 
     def numbers(self, leaves: Iterable[Leaf]) -> Slot:
-        """A slot with these values. If one of them is a parameter, ``prepare`` gathers the values."""
+        """A slot with these values. If any of the values is a parameter, ``prepare`` gathers the values."""
         leaves = list(leaves)
         if not any(isinstance(x, Param) for x in leaves):
             return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
@@ -85,18 +85,18 @@ class SceneTables:
         return out
 
     def function(self, primitive: Primitive, name: str) -> int:
-        """Number of an op of a primitive."""
+        """Number of an op that belongs to a primitive."""
         if name not in self.functions:
             for n in primitive.operands:
                 self.functions[n], self.primitive_of[n] = BUILTINS + len(self.functions), primitive
         return self.functions[name]
 
     def own_function(self, name: str) -> int:
-        """Number of an op of the interpreter that is not in the table of builtin ops."""
+        """Number of an op that the interpreter provides outside the table of builtin ops."""
         return self.functions.setdefault(name, BUILTINS + len(self.functions))
 
     def call(self, program: Program, primitive: Primitive, name: str = "", /, **operands: Slot) -> None:
-        """Call an op of a primitive (its first by default) with operands by name."""
+        """Call an op of a primitive, by default its first op, with operands given by name."""
         name = name or primitive.first
         program.call(self.function(primitive, name), [operands[p] for p in primitive.operands[name]])
 
@@ -130,7 +130,7 @@ class SceneTables:
         return own.slice(own.size - BODY, BODY)
 
     def work(self, i: int) -> int:
-        """Count of motion values that body i's primitive stores."""
+        """Number of motion values that the primitive of body i stores."""
         return self.body_primitives[i].sizes["work"]
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
@@ -140,7 +140,7 @@ class SceneTables:
         )
 
     def acceleration(self, Z: Sequence[Slot], b: int) -> Slot:
-        """Ż of a body or the ground. The ground's acceleration ``base`` is minus gravity, in place of gravity forces."""
+        """Ż of a body or of the ground. The ground has the acceleration ``base``, minus gravity, which replaces gravity forces."""
         return self.base if b == GROUND else Z[b]
 
     def parent(self, i: int) -> int:

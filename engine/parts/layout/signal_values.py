@@ -1,4 +1,4 @@
-"""Values of single signals at one instant, computed by the same primitives as in a run."""
+"""Values of single signals at one instant. The same primitives compute them as in a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.system.structure.parameter_table import Leaf, Param
 
 
 def motion(s: Signal, external: External, p: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Position, rate and acceleration that a drive prescribes. p: values of parameters; x: external values (``External``)."""
+    """Position, rate and acceleration that a drive prescribes. p: values of the parameters. x: external values (``External``)."""
     if s.kind == "table":
         at = external.table(s.index)
         return x[at : at + 3]

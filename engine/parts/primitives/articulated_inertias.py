@@ -1,8 +1,8 @@
-"""Articulated inertias with friction: a Newton step on η − law(N(η)) as one more pass over the bodies (theory, "Friction along the
+"""Articulated inertias with friction: a Newton step on η − law(N(η)) is one more pass over the bodies (theory, "Friction along the
 recursion").
 
-A friction law depends only on the reaction of its own joint. With the derivative K = ∂law/∂N ∂N/∂(reaction) and the remainder e,
-the balance along the joint's freedoms is (Πᵀ + K) N = Q − e. The reduction (27)–(42) then projects with Πᵀ + K instead of Πᵀ, and
+A friction law depends only on the reaction of its own joint. Let K = ∂law/∂N ∂N/∂(reaction) be its derivative, and e the remainder.
+The balance along the joint's freedoms is then (Πᵀ + K) N = Q − e. The reduction (27)–(42) projects with Πᵀ + K instead of Πᵀ, and
 articulated inertias become unsymmetric. For a freedom held at rest, Π has a zero column; the joint transmits its friction."""
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from trunnion.recursion.masses_and_forces import Mass
 from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, skew, zeros
 
 NARROW = ("turned", "borne", "grip", "moves", "pivot", "slim")
-"""Operands. turned: sum of the inertias from outboard bodies (6×6, column-major). borne: operand ``turned`` of the inboard body, to
-which the body adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 at rest. pivot:
-determinant of the joint's block. slim: stored values."""
+"""Names of operands. turned: sum of the inertias from outboard bodies (6×6, column-major). borne: operand ``turned`` of the inboard
+body, to which the body adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 at
+rest. pivot: determinant of the joint's block. slim: stored values."""
 Functions = tuple[list[Input], list[Output]]
 
 
@@ -60,8 +60,8 @@ def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX],
 
 
 def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage: int) -> Functions:
-    """The outward step of the accelerations. Inputs: Ż of the inboard body, y, F̄. Outputs: q̈, Ż, the joint's reaction N, and
-    Πᵀ N plus rotor forces."""
+    """The outward step of the accelerations. Inputs: Ż of the inboard body, y, F̄. Outputs: q̈, Ż, the joint's reaction N, and the
+    sum of Πᵀ N and rotor forces."""
     Z, y, F = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - V @ carried
@@ -73,9 +73,9 @@ def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage:
 
 
 def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str], stage: int) -> list[Functions]:
-    """``press`` reduces a force column f inward, to y = P⁻¹ (Πᵀ + K) f and the column on the inboard body. ``sense`` reduces a row
-    r of the constraint equations inward, to r Π and the row on the inboard body. ``press`` and ``sense`` are transposes only
-    without friction. ``swing`` computes outward the accelerations that force columns cause."""
+    """Functions for loops. ``press`` reduces a force column f inward, to y = P⁻¹ (Πᵀ + K) f and the column on the inboard body.
+    ``sense`` reduces a row r of the constraint equations inward, to r Π and the row on the inboard body. ``press`` and ``sense``
+    are transposes of each other only without friction. ``swing`` computes outward the accelerations that force columns cause."""
     f, r, Z, y = SX.sym("f", 6), SX.sym("r", 6), SX.sym("Zc", 6), SX.sym("ys", step.Pi.size2())
     pressed, along, carried = answer @ f, Pi.T @ r, Gamma(step.lever, Z)
     qdd = y - V @ carried
@@ -89,7 +89,7 @@ def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str]
 
 
 def _inverse(P: SX) -> tuple[SX, SX]:
-    """Inverse and determinant of a joint's unsymmetric block. Up to three freedoms by cofactors, else by elimination
+    """Inverse and determinant of a joint's unsymmetric block. Up to three freedoms, cofactors give the inverse; beyond, elimination
     without pivoting. A joint with friction has at most three freedoms."""
     n = P.size1()
     if n == 0:

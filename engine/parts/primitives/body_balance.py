@@ -1,6 +1,6 @@
-"""Balance of a body with known accelerations. Each term is a primitive of its own, so that each has tangents (``tangents``).
+"""Balance of a body with known accelerations. Each term is a separate primitive, so that each term has tangents (``tangents``).
 
-In this module, ``work`` holds a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
+In this module, ``work`` contains a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT
 
 
 def _walked(which: BodyKey) -> tuple[PrimitiveSymbols, SX, Motion, Step]:
-    """Symbols of a body's joint, symbols of the inboard body's motion, and the body's motion and step."""
+    """Symbols of a body's joint and of the inboard body's motion; motion and step of the body."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     a_body(count)
@@ -36,7 +36,8 @@ def _named(which: BodyKey, what: str) -> str:
 
 @cache
 def outward(which: BodyKey) -> Primitive:
-    """numbers, coordinates, rates and prescribed accelerations of the joint, motion of the inboard body → motion, pose, work."""
+    """Inputs: numbers, coordinates, rates and prescribed accelerations of the joint; motion of the inboard body. Outputs: motion,
+    pose, work."""
     sym, carrier, motion, step = _walked(which)
     ins = {"numbers": sym.p, "q": sym.q, "v": sym.v, "known": sym.known, "carrier": carrier}
     pose = ca.vertcat(ca.vec(ca.densify(step.Ein)), ca.vec(ca.densify(step.Eout)), ca.densify(step.s))
@@ -47,7 +48,7 @@ def outward(which: BodyKey) -> Primitive:
 
 
 def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
-    """Symbols of work: all, lever, Π, w."""
+    """Symbols of work: all its numbers, then lever, Π and w."""
     pattern = _walked(which)[3].Pi.sparsity()
     all_of = SX.sym("work", 9 + pattern.nnz())
     return all_of, all_of[:3], SX(pattern, all_of[3:-6]), all_of[-6:]
@@ -55,7 +56,7 @@ def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
 
 @cache
 def moved(which: BodyKey) -> Primitive:
-    """work, Ż of the inboard body, q̈ of the free freedoms → Ż."""
+    """Inputs: work, Ż of the inboard body, q̈ of the free freedoms. Output: Ż."""
     all_of, lever, Pi, w = _kept(which)
     Z, a = SX.sym("Z", 6), SX.sym("a", Pi.size2())
     return expression_primitive(_named(which, "moved"), {"work": all_of, "Z": Z, "qdd": a}, {"Zo": Gamma(lever, Z) + Pi @ a + w})
@@ -63,7 +64,7 @@ def moved(which: BodyKey) -> Primitive:
 
 @cache
 def carry(which: BodyKey) -> Primitive:
-    """work, reaction on the body (6) → wrench of this reaction on the inboard body, added to the operand."""
+    """Inputs: work, reaction on the body (6). Adds to the output the wrench of this reaction on the inboard body."""
     all_of, lever, _, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(_named(which, "carry"), {"work": all_of, "N": N}, {"up": GammaT(lever, N)}, ["up"])
@@ -71,8 +72,8 @@ def carry(which: BodyKey) -> Primitive:
 
 @cache
 def turned(which: BodyKey) -> Primitive:
-    """work, reaction on the body (6) → wrench of this reaction on the inboard body, and its forces along the free freedoms. Both
-    are subtracted from the operands."""
+    """Inputs: work, reaction on the body (6). Subtracts from the outputs the wrench of this reaction on the inboard body, and the
+    forces of this reaction along the free freedoms."""
     all_of, lever, Pi, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(
@@ -82,8 +83,8 @@ def turned(which: BodyKey) -> Primitive:
 
 @cache
 def weigh(sign: int) -> Primitive:
-    """numbers of a body (mass, centre 3, inertia 6), motion, wrench on the body (6), Ż → sign (M Ż − F), added to the operand. F
-    includes the wrench and the velocity forces."""
+    """Inputs: numbers of a body (mass, centre 3, inertia 6), motion, wrench on the body (6), Ż. Adds sign (M Ż − F) to the output.
+    F includes the wrench and the velocity forces."""
     count = ParameterCounter()
     body = a_body(count)
     sym, motion = PrimitiveSymbols(count.count), SX.sym("motion", MOTION)

@@ -38,7 +38,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, symmetric, zero
 
 OPERANDS = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort",
             "up", "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq", *NARROW)  # fmt: skip
-"""Operands of all functions. Each function takes the operands that it uses, in this order."""
+"""Operands of all functions. A function takes only operands that it uses, in this order."""
 FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved", "onward", "narrow",
              "pull", "push", "press", "sense", "swing")  # fmt: skip
 NARROWS, CROSSES = FUNCTIONS.index("narrow"), FUNCTIONS.index("press")
@@ -47,8 +47,8 @@ AT = {name: f"a[{i}]" for i, name in enumerate(OPERANDS)}
 
 @cache
 def body_primitive(which: BodyKey) -> Primitive:
-    """Build the primitive from the symbolic functions that also build compiled scenes. sizes: counts of numbers, of constants
-    computed from these numbers, and of values that each pass stores."""
+    """Build the primitive from the symbolic functions that also build compiled scenes. sizes: number of parameters, of constants
+    computed from these parameters, and of values that each pass stores."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     spun = count.take(kind.nv) if which.rotors else ()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
@@ -90,7 +90,8 @@ def _pose(step: Step) -> list[SX]:
 
 
 def _column(art: Articulated, step: Step) -> tuple[list[Input], list[Output]]:
-    """Reduction of a force column: wrench f on the body (6), and forces along the free freedoms (``effort``)."""
+    """Reduction of a force column, which consists of the wrench f on the body (6) and the forces along the free freedoms
+    (``effort``)."""
     f, g = SX.sym("f", 6), SX.sym("g", step.Pi.size2())
     fq = step.Pi.T @ f + g
     y = art.solve(fq)
@@ -100,7 +101,7 @@ def _column(art: Articulated, step: Step) -> tuple[list[Input], list[Output]]:
 
 
 def _outward(art: Articulated, step: Step, stage: int) -> tuple[list[Input], list[Output]]:
-    """The outward step. It includes the known accelerations w in stages 4 and 9, but not in stage 5 (force column)."""
+    """The outward step. Stages 4 and 9 include the known accelerations w; stage 5, for force columns, does not."""
     Z, y, f = SX.sym("Z", 6), SX.sym("y", step.Pi.size2()), SX.sym("F", 6)
     carried = Gamma(step.lever, Z)
     qdd = y - art.solve(art.MPi.T @ carried)
@@ -112,7 +113,8 @@ def _outward(art: Articulated, step: Step, stage: int) -> tuple[list[Input], lis
 
 
 def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], list[Output]]]:
-    """Three functions. 1: N += M Ż − F of the body alone; F includes the wrench ``force``. 2: N handed inward. 3: Ż from q̈."""
+    """Three functions. The first adds M Ż − F of the body alone to N, where F includes the wrench ``force``. The second carries N
+    inward. The third computes Ż from q̈."""
     Z, f, N = SX.sym("Z", 6), SX.sym("f", 6), SX.sym("N", 6)
     moved = ca.vertcat(mass.M11 @ Z[:3] + mass.M12 @ Z[3:], mass.M12.T @ Z[:3] + mass.M22 @ Z[3:])
     own = moved - velocity_force(mass, motion.omega) - f
@@ -125,13 +127,13 @@ def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], 
 
 
 def _with_own_operands(which: BodyKey, text: str) -> tuple[str, dict[str, tuple[str, ...]]]:
-    """The text with the operands of each function renumbered from 0, and the names of each function's operands."""
+    """The text, with the operands of each function renumbered from 0. Also the names of each function's operands."""
     operands, out, pieces = {}, [], ""
     for function in re.split(r"(?<=\n}\n)", text):
         pieces += function
         found = re.search(rf"^void {which.name}_(\w+)\(", function, re.MULTILINE)
         if not found:
-            continue  # a helper of the function that follows
+            continue  # a helper function; the function that calls it follows
         used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]\[", pieces)})
         number = {str(i): n for n, i in enumerate(used)}
         out.append(re.sub(r"\ba\[(\d+)\]\[", lambda m, number=number: f"a[{number[m.group(1)]}][", pieces))  # type: ignore[misc]

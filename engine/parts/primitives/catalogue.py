@@ -1,9 +1,9 @@
-"""Catalogue of the primitives that an installation precompiles, so that scenes need no compiler.
+"""Catalogue of the primitives that an installation precompiles. Scenes that need only these primitives need no compiler.
 
-The declarations of joint types, contact elements, laws and columns decide the list. Rare cases are left out: two prescribed
-freedoms of a planar joint; one or two prescribed freedoms of a free body; Adams' approximation with laws other than ``COMPARED``;
-friction on redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads
-with unusual laws; rotors, except on hinges, guides and balls."""
+The declarations of joint types, contact elements, laws and columns determine the list. It omits rare cases: two prescribed freedoms
+of a planar joint; one or two prescribed freedoms of a free body; Adams' approximation with laws other than ``COMPARED``; friction
+on redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads with
+unusual laws; rotors, except on hinges, guides and balls."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from trunnion.system.structure.friction_joint_indices import everything
 Recipe = tuple[Any, ...]
 """Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
 MANY = 3
-"""A joint with this many freedoms may have none, one or all of them prescribed. With more freedoms: none or all. With fewer
-freedoms: any subset."""
+"""If a joint has this number of freedoms, none, one or all of them may be prescribed. With more freedoms, none or all may be
+prescribed; with fewer, any subset."""
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
-"""Laws with which Adams' approximation is compared: each law that smooths another law, and the smoothed law."""
+"""Laws that the catalogue combines with Adams' approximation: each law that smooths another law, and the smoothed law."""
 SIDES = (False, True)
 PINS = (PIN_IN, PIN_OUT)
 DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic", "through")
 
 
 def every() -> Iterator[Recipe]:
-    """All recipes without repetition, then the recipes of the tangents that Jacobian and linear units use."""
+    """All recipes without repetition, followed by the recipes of the tangents that Jacobian units and linear units use."""
     recipes = dict.fromkeys(chain(_small(), _columns(), _bodies(), _cuts(), _frictions()))
     yield from recipes
     yield from (
@@ -56,12 +56,12 @@ SMOOTH = {
     "signal", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward",
     "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
 }  # fmt: skip
-"""Functions whose primitives have tangents for all arguments."""
+"""Functions whose primitives have tangents for all their arguments."""
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue has tangents of a primitive. Tangents of contact columns are limited to usual laws: their code is as
-    long as all other code, and columns are seldom linearised."""
+    """Whether the catalogue contains tangents of a primitive. Tangents of contact columns are limited to usual laws: their code is
+    as long as all other code together, and columns are seldom linearised."""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
@@ -70,7 +70,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It does for Coulomb's law without
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It does so for Coulomb's law without
     a curve over speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
@@ -111,7 +111,7 @@ def _contacts(which: FrictionKey) -> Recipe:
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
-    """Sets of freedoms of a joint that may be prescribed together. A bodiless joint has only the empty set."""
+    """Sets of freedoms of a joint that may be prescribed together. For a bodiless joint, only the empty set."""
     if kind.bodiless:
         return [()]
     able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
@@ -135,8 +135,9 @@ def _bodies() -> Iterator[Recipe]:
 
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
-    """Whether the catalogue has inertias along the freedoms of a joint of this type, ``which`` of them prescribed. Every free one
-    may be light. Rotors turn prescribed ones of hinges, guides and balls too, as motors and imported files use them."""
+    """Whether the catalogue contains inertias along the freedoms of a joint of this type, with the freedoms ``which`` prescribed.
+    Every free freedom may be light. On hinges, guides and balls, rotors may also turn prescribed freedoms, because motors and
+    imported files use this."""
     plain = kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
     return plain or len(which) < kind.nv
 
@@ -165,29 +166,31 @@ def _frictions() -> Iterator[Recipe]:
 
 
 def _laws(kind: JointKind) -> list[str]:
-    """Friction laws that the catalogue has for joints of this type."""
+    """Friction laws that the catalogue contains for joints of this type."""
     return [name for name, law in LAWS.items() if usual(name) or not (kind.pitched or kind.bodiless)]
 
 
 def usual(law: str) -> bool:
-    """Whether the catalogue has the law also for pitched and bodiless joints: set-valued laws, and the laws in ``COMPARED``."""
+    """Whether the catalogue contains the law also for pitched and bodiless joints. It does for set-valued laws, and for the laws in
+    ``COMPARED``."""
     return LAWS[law].sets or law in COMPARED
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
-    """All fits of a joint: which part is inside, and which part has the ends of the contact."""
+    """All fits of a joint. A fit states which part is inside, and which part has the ends of the contact."""
     pins = pins[:1] if kind.bodiless else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
 
 
 def overlaps(kind: JointKind) -> bool:
-    """Whether parts of joints of this type may touch along their overlap."""
+    """Whether the parts of joints of this type may touch along an overlap."""
     return bool(kind.friction) and any(s.ends == OVERLAP for s in CONTACTS[kind.friction].sizes)
 
 
 def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> list[tuple[str, ...]]:
-    """Sets of friction parameters that a scene may give: all required parameters, with any subset of the optional parameters."""
+    """Sets of friction parameters that a scene may give. Each set contains all required parameters and a subset of the optional
+    parameters."""
     usual = LAWS[law].sets and not adams
     sizes = [s for s in CONTACTS[contact].sizes if s.ends in ("", ends)]
     declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
@@ -201,7 +204,7 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:
     """All required parameters and those in ``always``, with each subset of the optional parameters. A parameter with
-    ``needed_with`` is added with the parameter named there."""
+    ``needed_with`` is included together with the parameter named there."""
     loose = [n for n in declared if not n.needed and n.default is None and not n.needed_with and n.name not in always]
     for some in chain.from_iterable(combinations(loose, k) for k in range(len(loose) + 1)):
         names = {n.name for n in some}

@@ -1,4 +1,4 @@
-"""Primitives of output columns, from their definition in ``trunnion.columns``."""
+"""Primitives of output columns, built from the definitions in ``trunnion.columns``."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from trunnion.recursion.vector_algebra import SX, zeros
 from trunnion.system.structure.friction_joint_indices import everything
 
 Symbols = tuple[dict[str, SX], Any]
-"""Symbols of an operand's slots by name, and the argument that the column's expression receives."""
+"""Symbols of an operand's slots, by name, and the argument that the column's expression receives for this operand."""
 
 
 @cache
 def column(kind: str, structures: tuple[Hashable, ...]) -> Primitive:
-    """The primitive of a column kind: operands of the kind's expression, then outputs (names begin with ``OUT``). structures: for
-    each operand, data that decide the code in addition to its name (``parts.programs.column_operand_slots``). The primitive's sizes
-    are those of its outputs."""
+    """The primitive of a column kind. Its operands are those of the kind's expression, then outputs, whose names begin with
+    ``OUT``. structures: for each operand, data that determine the code in addition to the operand's name
+    (``parts.programs.column_operand_slots``). The sizes of the primitive are those of its outputs."""
     declared = REGISTRY[kind]
     inputs: dict[str, SX] = {}
     arguments: dict[str, Any] = {}
@@ -43,7 +43,7 @@ def column(kind: str, structures: tuple[Hashable, ...]) -> Primitive:
 
 
 def _plain(name: str, operand: Operand, structure: Hashable) -> Symbols:
-    """A vector. If a joint decides the vector's size, ``structure`` is this size."""
+    """A vector. If a joint determines the size of the vector, ``structure`` is this size."""
     value = SX.sym(name, structure if isinstance(structure, int) else operand.size)
     return {name: value}, value
 

@@ -23,7 +23,7 @@ from trunnion.system.structure.parameter_table import Param
 
 
 class FrictionSymbols(PrimitiveSymbols):
-    """Symbols of a joint's friction: numbers, modes of its pairs, states of its law."""
+    """Symbols of a joint's friction: its numbers, the modes of its pairs, the states of its law."""
 
     def __init__(self, which: FrictionKey, more: int = 0):
         f = _friction(which)
@@ -43,7 +43,7 @@ class FrictionSymbols(PrimitiveSymbols):
 
 
 class _Evaluation:
-    """Symbols of a joint's friction, reaction N and rates; laws, numbers and wrench as expressions of these symbols. inputs:
+    """Symbols of a joint's friction, reaction N and rates. Laws, numbers and wrench are expressions of these symbols. inputs:
     numbers, N, rates, modes, states. arguments: the arguments of a contact element's functions."""
 
     def __init__(self, which: FrictionKey, velocity: str = "r", soft: bool = False):
@@ -55,13 +55,14 @@ class _Evaluation:
         self.inputs = {"numbers": sym.p, "N": self.N, velocity: rates, "modes": sym.modes, "b": sym.b}
 
     def by_loads(self, values: SX) -> SX:
-        """Derivative of values with respect to N, column-major."""
+        """Derivative of ``values`` with respect to N, column-major."""
         return ca.vec(by_loads(values, self.element, self.N))
 
 
 @cache
 def law(which: FrictionKey, alone: bool) -> Primitive:
-    """Inputs → η in order of the freedoms, ∂η/∂N (unless ``alone``), a ``tr_sliding`` per pair."""
+    """Inputs: those of ``_Evaluation``. Outputs: η in the order of the freedoms, ∂η/∂N (unless ``alone``), and a ``tr_sliding`` per
+    pair."""
     at = _Evaluation(which)
     contact, ls = at.element.contact, at.laws
     values = ca.vertcat(*contact.friction(*at.arguments))
@@ -75,7 +76,8 @@ def law(which: FrictionKey, alone: bool) -> Primitive:
 
 @cache
 def residual(which: FrictionKey) -> Primitive:
-    """Inputs, η, accelerations of the freedoms → residuals of η: η − law(N, rates), or the acceleration of a pair at rest."""
+    """Inputs: those of ``_Evaluation``, η, accelerations of the freedoms. Output: residuals of η. A residual is η − law(N, rates),
+    or for a pair at rest the acceleration."""
     at, nv = _Evaluation(which), which.joint.kind.nv
     e, eta, acc = at.element, SX.sym("eta", nv), SX.sym("acc", nv)
     out = [eta[k] - value for k, value in enumerate(e.contact.friction(*at.arguments))]
@@ -88,7 +90,8 @@ def residual(which: FrictionKey) -> Primitive:
 
 @cache
 def held(which: FrictionKey, alone: bool) -> Primitive:
-    """numbers, N, u, modes, states → a ``tr_hold`` per pair, and (unless ``alone``) ∂(capacity)/∂N of each pair."""
+    """Inputs: those of ``_Evaluation``, with u in place of the rates. Outputs: a ``tr_hold`` per pair, and (unless ``alone``)
+    ∂(capacity)/∂N of each pair."""
     at = _Evaluation(which, "u")
     e = at.element
     found = e.contact.held(at.wrench, [at.rates[i] for i in e.eta], at.laws, at.numbers, e.friction.adams)
@@ -99,7 +102,8 @@ def held(which: FrictionKey, alone: bool) -> Primitive:
 
 @cache
 def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple[int, ...]) -> Primitive:
-    """Pose of a joint, ∂law/∂N (a row per freedom) → ∂law/∂N ∂N/∂(reaction on the child) of the free freedoms (n×6)."""
+    """Inputs: pose of a joint, and ∂law/∂N with a row per freedom. Output: ∂law/∂N ∂N/∂(reaction on the child), with a row per free
+    freedom (n×6)."""
     reaction = SX.sym("N", 6)
     ins, rows = pin_components(kind, forward, fit, needs, reaction)
     dN = SX.sym("dN", REGISTRY_OF_JOINTS[kind].nv, len(needs))
@@ -110,15 +114,15 @@ def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple
 
 @cache
 def drift(which: FrictionKey) -> Primitive:
-    """Inputs → rates of the law's states, 1/s."""
+    """Inputs: those of ``_Evaluation``. Output: rates of the law's states, 1/s."""
     at = _Evaluation(which)
     return expression_primitive(f"{which.name}_drift", at.inputs, {"out": at.element.contact.drifts(*at.arguments)})
 
 
 @cache
 def pressed(which: FrictionKey, soft: bool) -> Primitive:
-    """Inputs and friction u → change of the joint's first scaled reactions by friction; ∂(change)/∂N, then ∂(change)/∂u. soft:
-    whether the joint has a stiffness, which is then the last number."""
+    """Inputs: those of ``_Evaluation``, and the friction u. Outputs: change of the joint's first scaled reactions by friction;
+    ∂(change)/∂N, then ∂(change)/∂u. soft: whether the joint has a stiffness, which is then the last number."""
     at, u = _Evaluation(which, soft=soft), SX.sym("u", which.joint.kind.nv)
     joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
     e = replace(at.element, joint=joint)
@@ -134,5 +138,5 @@ def _friction(which: FrictionKey) -> FrictionElement:
 
 
 def element_of(which: FrictionKey, needs: tuple[str, ...]) -> Element:
-    """The element of a key, with these reaction components."""
+    """The element of a key, with the reaction components ``needs``."""
     return Element(which.joint, REGISTRY[_friction(which).contact], needs, 0, 0)

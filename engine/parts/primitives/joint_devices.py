@@ -17,17 +17,17 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import Device, Latch, Motor, Signal, Stop
 
 DEVICE = 7
-"""Count of a device's numbers: stiffness and rest position of the spring, damping, stiffness and damping of the stops, lower and
-upper end."""
+"""Number of a device's parameters: stiffness and rest position of the spring, damping, stiffness and damping of the stops, lower
+and upper end."""
 
 LATCH = 6
-"""Count of a latch's numbers: position, side, stiffness, damping, holding force, pitch of the teeth."""
+"""Number of a latch's parameters: position, side, stiffness, damping, holding force, pitch of the teeth."""
 
 
 @cache
 def device(what: str) -> Primitive:
-    """numbers (``DEVICE``), flags of the stops (2), coordinate, rate → ``force`` along the freedom, ``power`` of dampers or
-    ``potential`` energy, added."""
+    """Inputs: numbers (``DEVICE``), flags of the stops (2), coordinate, rate. Adds to the output the ``force`` along the freedom,
+    the ``power`` of dampers, or the ``potential`` energy."""
     sym = Timed(DEVICE)
     q, rate = SX.sym("q"), SX.sym("rate")
     k, rest, damping, stiff, _, lower, upper = ca.vertsplit(sym.p)
@@ -45,8 +45,9 @@ def device(what: str) -> Primitive:
 
 @cache
 def latch(what: str) -> Primitive:
-    """numbers (``LATCH``), flags (hook, pressed), coordinate, rate → ``force``, ``power`` of damping or ``potential`` energy,
-    added. ``depths`` instead computes three depths from numbers, flags, coordinate and release."""
+    """Inputs: numbers (``LATCH``), flags (hook, pressed), coordinate, rate. Adds to the output the ``force``, the ``power`` of
+    damping, or the ``potential`` energy. For ``depths``, the inputs are numbers, flags, coordinate and release, and the output has
+    three depths."""
     sym, flags, q, rate, release = PrimitiveSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
     n = ParameterCounter().take(LATCH)
     x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]
@@ -62,7 +63,7 @@ def latch(what: str) -> Primitive:
 
 @cache
 def motor() -> Primitive:
-    """numbers (stall, no_load), signal, rate → effort of a motor, added."""
+    """Inputs: numbers (stall, no_load), signal, rate. Adds the effort of a motor to the output."""
     sym, signal, rate = PrimitiveSymbols(2), SX.sym("signal"), SX.sym("rate")
     stall, no_load = ParameterCounter().take(2)
     out = motor_force(sym, Motor(stall, no_load, Signal("value")), signal, rate)
@@ -71,7 +72,7 @@ def motor() -> Primitive:
 
 @cache
 def depth(upper: bool) -> Primitive:
-    """End of a stop (1), coordinate → depth by which the stop is compressed."""
+    """Inputs: end of a stop (1), coordinate. Output: depth by which the stop is compressed."""
     end, q = SX.sym("end"), SX.sym("q")
     return expression_primitive(
         f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)}
@@ -80,7 +81,7 @@ def depth(upper: bool) -> Primitive:
 
 @cache
 def push(upper: bool) -> Primitive:
-    """Damping of a stop (1), rate → distance from release (``stop_push``)."""
+    """Inputs: damping of a stop (1), rate. Output: factor of the stop's elastic force, which is 0 at release (``stop_push``)."""
     damping, rate = SX.sym("damping"), SX.sym("rate")
     out = stop_push(damping, -1 if upper else 1, rate)
     return expression_primitive(f"d_push_{'upper' if upper else 'lower'}", {"damping": damping, "rate": rate}, {"out": out})

@@ -16,11 +16,11 @@ from trunnion.parts.primitives.catalogue import Recipe, every
 from trunnion.parts.primitives.primitive_cache import build_primitive, compiled_interpreter, facts_of, facts_symbol, key_of
 
 CHUNK = 150_000
-"""Characters of C that are compiled together: a few seconds of work, so that all processors stay busy."""
+"""Number of characters of C text that are compiled together. They take a few seconds, so that all processors stay busy."""
 
 
 def build(folder: Path, recipes: Iterable[Recipe] | None = None) -> None:
-    """Build all libraries into a folder (``prebuilt_libraries.folder``). recipes: recipes of the primitives, by default the whole
+    """Build all libraries in a folder (``prebuilt_libraries.folder``). recipes: recipes of the primitives; by default, the whole
     catalogue."""
     folder.mkdir(parents=True, exist_ok=True)
     with side_by_side(os.cpu_count() or 2) as submit:
@@ -43,8 +43,8 @@ def build(folder: Path, recipes: Iterable[Recipe] | None = None) -> None:
 
 
 def _chunks(recipes: Iterable[Recipe]) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Pairs of compiler flags and the C text to compile with these flags: primitives and their facts. Equal primitives of several
-    recipes appear once."""
+    """Pairs of compiler flags and of the C text for these flags. A text contains primitives and their facts. If several recipes
+    give equal primitives, the text contains only one of them."""
     texts: dict[str, str] = {}
     begun: dict[tuple[str, ...], list[str]] = {}
     for recipe in recipes:

@@ -28,7 +28,7 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
-"""Count of a signal's numbers by kind. A table has no numbers."""
+"""Number of parameters of a signal, by kind. A table has no parameters."""
 
 
 class Timed(PrimitiveSymbols):
@@ -49,7 +49,7 @@ class Timed(PrimitiveSymbols):
 
 @cache
 def signal(kind: str, moves: bool) -> Primitive:
-    """numbers, time → value of a signal; with ``moves``, also its rate and acceleration."""
+    """Inputs: numbers, time. Output: value of a signal; with ``moves``, also its rate and acceleration."""
     count = ParameterCounter()
     s = Signal(kind, count.take(LEAVES[kind]))
     sym = Timed(count.count)
@@ -60,7 +60,8 @@ def signal(kind: str, moves: bool) -> Primitive:
 
 @cache
 def load(kind: str, body_frame: bool, what: str) -> Primitive:
-    """numbers (point 3), motion, value (3) of a force or torque on a body → ``wrench`` (6) or ``power``, added."""
+    """Inputs: numbers (point 3), motion, value (3) of a force or torque on a body. Adds its ``wrench`` (6) or its ``power`` to the
+    output."""
     sym, motion = Timed(3), SX.sym("motion", MOTION)
     value = SX.sym("value", 3)
     sym.load = lambda s: value[s.index]  # type: ignore[method-assign]
@@ -74,8 +75,8 @@ def load(kind: str, body_frame: bool, what: str) -> Primitive:
 
 @cache
 def spring(what: str) -> Primitive:
-    """Spring-damper: numbers (3, points 3 + 3), two motions → ``wrench`` on both (6 each), ``power`` of its damper or
-    ``potential`` energy, added."""
+    """Spring-damper. Inputs: numbers (3, points 3 + 3), motions of two bodies. Adds to the output the ``wrench`` on both bodies (6
+    each), the ``power`` of the damper, or the ``potential`` energy."""
     count = ParameterCounter()
     numbers = count.take(3)
     points = (count.take(3), count.take(3))
@@ -92,8 +93,8 @@ def spring(what: str) -> Primitive:
 
 @cache
 def bushing(what: str) -> Primitive:
-    """Bushing: numbers (12, points 3 + 3, frames 9 + 9), two motions → ``wrench`` on both (6 each), ``power`` of its damping or
-    ``potential`` energy, added."""
+    """Bushing. Inputs: numbers (12, points 3 + 3, frames 9 + 9), motions of two bodies. Adds to the output the ``wrench`` on both
+    bodies (6 each), the ``power`` of the damping, or the ``potential`` energy."""
     count = ParameterCounter()
     numbers, points, frames = count.take(12), (count.take(3), count.take(3)), (count.take(9), count.take(9))
     sym, a, b = Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
@@ -108,7 +109,8 @@ def bushing(what: str) -> Primitive:
 
 @cache
 def energies() -> Primitive:
-    """numbers of a body (mass, centre 3, inertia 6), gravity (3), motion → kinetic and potential energy, added."""
+    """Inputs: numbers of a body (mass, centre 3, inertia 6), gravity (3), motion. Adds kinetic and potential energy to the
+    output."""
     count = ParameterCounter()
     body: Body = a_body(count)
     sym, motion, g = PrimitiveSymbols(count.count), SX.sym("motion", MOTION), SX.sym("g", 3)
@@ -121,8 +123,8 @@ def energies() -> Primitive:
 
 
 def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[dict[str, SX], SX]:
-    """Symbols of a joint's pose (and of the lengths of overlapping parts), and the components ``needs`` of f_c, m_c from the
-    reaction N (6) on the joint's child."""
+    """Symbols of a joint's pose (and of the lengths of overlapping parts). Also the components ``needs`` of f_c, m_c as expressions
+    of the reaction N (6) on the joint's child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)
@@ -132,7 +134,7 @@ def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N
 
 @cache
 def span() -> Primitive:
-    """Pose, lengths of the inboard and outboard part (2) → half the length of their overlap."""
+    """Inputs: pose, lengths of the inboard and outboard part (2). Output: half the length of their overlap."""
     pose, both = SX.sym("pose", POSE), SX.sym("lengths", 2)
     return expression_primitive(
         "r_span", {"pose": pose, "lengths": both}, {"out": overlap(pose[18:], ca.reshape(pose[:9], 3, 3), both)[1]}
@@ -141,8 +143,8 @@ def span() -> Primitive:
 
 @cache
 def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Reaction N on the child (6), pose (and lengths of overlapping parts) → the components ``needs`` of f_c, m_c; the span is
-    0."""
+    """Inputs: reaction N on the child (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c, m_c,
+    with the span set to 0."""
     N = SX.sym("N", 6)
     ins, out = pin_components(kind, forward, fit, needs, N)
     words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.label, *needs]
@@ -151,7 +153,7 @@ def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive
 
 @cache
 def along(kind: str, forward: bool, k: int) -> Primitive:
-    """N on the child (6), pose, pitch → the force that a joint transmits along freedom k to its outboard part."""
+    """Inputs: N on the child (6), pose, pitch. Output: the force along freedom k that a joint transmits to its outboard part."""
     N, pose, pitch = SX.sym("N", 6), SX.sym("pose", POSE), SX.sym("pitch")
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     f, t = N[:3], N[3:]
@@ -168,14 +170,14 @@ def along(kind: str, forward: bool, k: int) -> Primitive:
 
 @cache
 def at_least() -> Primitive:
-    """value, least → max(value, least)."""
+    """Inputs: value, least. Output: max(value, least)."""
     value, least = SX.sym("value"), SX.sym("least")
     return expression_primitive("s_at_least", {"value": value, "least": least}, {"out": ca.fmax(value, least)})
 
 
 @cache
 def quaternion() -> Primitive:
-    """Quaternion (4), angular rates (3) → rate of the quaternion."""
+    """Inputs: quaternion (4), angular rates (3). Output: rate of the quaternion."""
     q, spin = SX.sym("q", 4), SX.sym("spin", 3)
     rate = quaternion_rate([q[i] for i in range(4)], [spin[k] for k in range(3)])
     return expression_primitive("q_quaternion", {"q": q, "spin": spin}, {"out": rate})
@@ -183,6 +185,6 @@ def quaternion() -> Primitive:
 
 @cache
 def over() -> Primitive:
-    """a, b → a/b."""
+    """Inputs: a, b. Output: a/b."""
     a, b = SX.sym("a"), SX.sym("b")
     return expression_primitive("o_over", {"a": a, "b": b}, {"out": a / b})

@@ -1,4 +1,4 @@
-"""Primitives of joints that close loops, and of scaled reactions, which select the reactions of redundant loops."""
+"""Primitives of joints that close loops, and of scaled reactions. Scaled reactions select the reactions of redundant loops."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from trunnion.system.structure.loop_joints import NO_SIZE
 
 
 def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], cutting.Cut]:
-    """Symbols, inputs and frames of a cut joint, without constraint rows."""
+    """Symbols, inputs and frames of a cut joint, without its constraint rows."""
     n = ParameterCounter()
     frames, points = [n.take(9), n.take(9)], [n.take(3), n.take(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
@@ -47,7 +47,8 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
 
 @cache
 def bearing(kind: str, ground: str) -> Primitive:
-    """Primitive: the angle at which a cam's profile is evaluated, or a point (2) in a curve's plane. Inputs: numbers, motions."""
+    """Primitive of the argument of a curve. Inputs: numbers, motions. Output: the angle at which a cam's profile is evaluated, or a
+    point (2) in a curve's plane."""
     sym, ins, c = _closing(kind, ground)
     at = point_on_curve_constraint.spot(c) if c.joint.kind.follows == "curve" else cam_follower_constraint.bearing(sym, c)
     return expression_primitive(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": at})
@@ -59,10 +60,9 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
 
     Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 3 more for cams: middle of the profile,
     roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
-    Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row),
-    and on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
-    force along each freedom (win, wout, wat); pose; point on the outboard part.
-    bare: a variant with fewer outputs (``BARE``)."""
+    Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
+    on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
+    force along each freedom (win, wout, wat); pose; point on the outboard part. bare: a variant with fewer outputs (``BARE``)."""
     sym, ins, c = _closing(kind, ground)
     cutting.add_rows(sym, c)
     joint = c.joint
@@ -110,7 +110,7 @@ def tie(follower: str, leader: str) -> Primitive:
 
 @cache
 def outboard(forward: bool) -> Primitive:
-    """N on the child (6), pose of a tree joint → force and torque on its outboard part at its point (6)."""
+    """Inputs: N on the child (6), pose of a tree joint. Output: force and torque on the outboard part at its point (6)."""
     N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
     f, t, s = N[:3], N[3:], pose[18:]
     if not forward:
@@ -125,8 +125,8 @@ def _posed() -> tuple[SX, SX, SX, SX, SX]:
 
 @cache
 def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Wrench on the outboard part (6), pose (and lengths of overlapping parts) → the components ``needs`` of f_c, m_c; the span
-    is 0."""
+    """Inputs: wrench on the outboard part (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c,
+    m_c, with the span set to 0."""
     ft, pose, Ein, Eout, s = _posed()
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, True)
     ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
@@ -138,8 +138,9 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
 
 @cache
 def weighed(sign: int) -> Primitive:
-    """Wrench on the outboard part (6), the joint's point (3), motion and numbers of one body, half the trace of the body's inertia
-    → the wrench scaled by mass and inertia (6). Without friction, scaled wrenches select the reactions of redundant loops."""
+    """Inputs: wrench on the outboard part (6), the joint's point (3), motion and numbers of one body, half the trace of the body's
+    inertia. Output: the wrench scaled by mass and inertia (6). Without friction, scaled wrenches select the reactions of redundant
+    loops."""
     count = ParameterCounter()
     body = a_body(count)
     sym, ft, point = PrimitiveSymbols(count.count), SX.sym("ft", 6), SX.sym("point", 3)
@@ -153,8 +154,8 @@ def weighed(sign: int) -> Primitive:
 
 @cache
 def arm(bodies: int) -> Primitive:
-    """Half the trace of the inertia, and the mass, of each body of a joint → half length of the joint's contacts. This length is
-    for joints without friction."""
+    """Inputs: half the trace of the inertia, and the mass, of each body of a joint. Output: half length of the joint's contacts.
+    Joints without friction use this length."""
     spin, mass = SX.sym("spin", bodies), SX.sym("mass", bodies)
     square = sum((spin[k] / mass[k] for k in range(bodies)), SX(0)) / bodies
     return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass}, {"out": PART * ca.sqrt(square + NO_SIZE)})
@@ -162,9 +163,9 @@ def arm(bodies: int) -> Primitive:
 
 @cache
 def sprung(kind: str, fit: Fit, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Primitive:
-    """Wrench on the outboard part (6), pose, sizes of the contact element (and the joint's stiffness), arm → forces of the
-    contacts, modelled as springs. If loops have friction, these forces select the reactions of redundant loops. sizes: names of the
-    sizes; empty without friction."""
+    """Inputs: wrench on the outboard part (6), pose, sizes of the contact element (and the joint's stiffness), arm. Output: forces
+    of the contacts, modelled as springs. If loops have friction, these forces select the reactions of redundant loops. sizes: names
+    of the sizes; empty without friction."""
     ft, pose, Ein, Eout, s = _posed()
     n = ParameterCounter()
     friction = FrictionElement("", "", False, tuple((name, n.take_one()) for name in sizes), ()) if sizes else None

@@ -1,7 +1,8 @@
-"""Precompiled primitives of the bytecode: from the installation, from this machine's cache, or built when needed.
+"""Precompiled primitives of the bytecode. A primitive comes from the installation, from this machine's cache, or is built when
+needed.
 
-A key is the digest of a recipe: module, function and arguments that build the primitive. Only a primitive that is neither installed
-nor cached is derived symbolically and compiled."""
+A key is the digest of a recipe: module, function and arguments that build the primitive. A primitive is derived symbolically and
+compiled only if it is neither installed nor cached."""
 
 from __future__ import annotations
 
@@ -32,8 +33,8 @@ INTERPRETER = [
 
 
 class _LazyModule:
-    """Stands for a module of primitives. Its functions run, and import the symbolic library, only for primitives that are neither
-    installed nor cached."""
+    """Stands for a module of primitives. A function of the module runs, and imports the symbolic library, only for a primitive that
+    is neither installed nor cached."""
 
     def __init__(self, module: str):
         self._module = module
@@ -62,7 +63,7 @@ else:
 
 
 def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
-    """The primitive that a function of a module of primitives builds from these arguments."""
+    """The primitive that a function of a primitives module builds from these arguments."""
     key = key_of(module, name, *arguments)
     found = _installed(key) or _cached(key) or replace(build_primitive(module, name, *arguments), key=key)
     return replace(found, recipe=(module, name, *arguments))
@@ -74,7 +75,7 @@ def key_of(*recipe: Hashable) -> str:
 
 
 def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
-    """Build the primitive symbolically. SceneError if the packages that write and compile C are not installed."""
+    """Build the primitive symbolically. Raises SceneError if the packages that write and compile C are not installed."""
     c_compiler.needed("this scene", f"a part that did not come with the installation ({module}.{name})")
     from trunnion.recursion.casadi_operators import direct_operators
 
@@ -84,7 +85,7 @@ def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
 
 
 def _installed(key: str) -> Primitive | None:
-    """An installed primitive, or None. The installed library also holds the facts of its primitives."""
+    """An installed primitive, or None. The facts of a primitive are in the same library."""
     library = prebuilt_libraries.library("parts")
     if library is None:
         return None
@@ -96,12 +97,12 @@ def _installed(key: str) -> Primitive | None:
 
 
 def facts_symbol(key: str) -> str:
-    """C name of a primitive's facts in a library of many."""
+    """C name of a primitive's facts in a library with many primitives."""
     return f"tr_part_{key}"
 
 
 def facts_of(primitive: Primitive) -> dict[str, Any]:
-    """Operands and sizes of a primitive, as JSON data. Programs need them for calls of the primitive."""
+    """Operands and sizes of a primitive, as JSON data. Programs need these facts to call the primitive."""
     return {"operands": primitive.operands, "sizes": primitive.sizes}
 
 
@@ -111,19 +112,19 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
 
 
 def toolchain() -> tuple[str, ...]:
-    """Compiler, target and flags of primitives."""
+    """Compiler, target and flags with which primitives are compiled."""
     return (c_compiler.compiler_version(), c_compiler.host_target(), c_compiler.cpu_level(), *c_compiler.FLAGS)
 
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of all that influences the code of primitives: sources, symbolic library, compiler."""
+    """Digest of everything that influences the code of primitives: sources, symbolic library, compiler."""
     sources = [f.read_bytes() for f in sorted(FOLDER.rglob("*.py"))]
     return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"), *toolchain())
 
 
 def compiled_interpreter() -> Path:
-    """The interpreter's library, which a machine compiles once."""
+    """The library of the interpreter, which a machine compiles once."""
     name = f"interpreter{c_compiler.library_suffix()}"
     key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *toolchain())
 
@@ -135,7 +136,7 @@ def compiled_interpreter() -> Path:
 
 
 def _facts_folder() -> Path:
-    """Folder with one file of facts for each primitive that these sources built."""
+    """Folder of facts, with one file for each primitive that the present sources have built."""
     return library_cache.entry(f"known-{primitives_key()}", lambda _: None)[0]
 
 
@@ -154,7 +155,7 @@ def _cached(key: str) -> Primitive | None:
 
 
 def _store_facts(primitive: Primitive, library: Path) -> None:
-    """Store the facts of a compiled primitive in a file, atomically."""
+    """Store the facts of a compiled primitive atomically in a file."""
     if not primitive.key:
         return
     temporary = _facts_folder() / f".{primitive.key}-{os.getpid()}"
@@ -185,7 +186,7 @@ def _compile(text: str) -> Path:
 
 
 def _pruned(libraries: set[str]) -> set[str]:
-    """Libraries that the cache has pruned since their primitives were looked up."""
+    """Libraries that were removed from the cache since their primitives were looked up."""
     out = set()
     for library in libraries - {"", str(prebuilt_libraries.path("parts"))}:
         with suppress(OSError):

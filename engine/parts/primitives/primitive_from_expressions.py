@@ -1,4 +1,4 @@
-"""A primitive of one function, from symbolic expressions of its inputs."""
+"""A primitive with a single function, built from symbolic expressions of its inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIGNATURE = "double*const*a,const int*how"
 
 @dataclass(frozen=True)
 class Expressions:
-    """Inputs and outputs of a primitive. added: outputs that add to their slot."""
+    """Inputs and outputs of a primitive. added: those outputs that are added to their slot."""
 
     name: str
     inputs: dict[str, SX]
@@ -28,7 +28,8 @@ class Expressions:
 def expression_primitive(
     name: str, inputs: dict[str, SX], outputs: Mapping[str, SX | Sequence[SX]], added: Sequence[str] = ()
 ) -> Primitive:
-    """The primitive ``name``. Operands: inputs, then outputs, without empty vectors. added: outputs that add to their slot."""
+    """The primitive ``name``. Its operands are the inputs, then the outputs; empty vectors are omitted. added: outputs that are
+    added to their slot."""
     ins = {k: v for k, v in inputs.items() if v.numel()}
     outs = {k: v if isinstance(v, SX) else ca.vertcat(SX(0, 1), *v) for k, v in outputs.items()}
     outs = {k: ca.vec(ca.densify(v)) for k, v in outs.items() if v.numel()}

@@ -1,4 +1,4 @@
-"""Keys that decide the code of primitives: primitives of a body with its joint, and of a joint's friction. This module needs no
+"""Keys that determine the code of primitives: for a body with its joint, and for a joint's friction. This module does not need the
 symbolic library."""
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.parameter_table import Leaves, Param
 
 POSE = 21
-"""Count of numbers of a joint's pose: inboard and outboard frame in the world (9 each, column-major), s = p_out − p_in (3)."""
+"""Number of doubles of a joint's pose: inboard and outboard frame in the world (9 each, column-major), and s = p_out − p_in (3)."""
 AROUND = "d_"
 """Prefix of operands that are tangents."""
 VECTOR = "typedef double tr_vec __attribute__((vector_size(32),aligned(8)));\n"
-"""First line of C text with tangents (``runtime/base/compiler.h``)."""
+"""First line of a C text with tangents (``runtime/base/compiler.h``)."""
 PIECE, PIECE_SIZE = "piece", 5
-"""``PIECE``: operand for the active piece of a cam's profile (start, 4 coefficients), or for the foot on a curve. ``PIECE_SIZE``:
-size of a piece."""
+"""``PIECE``: name of the operand for the active piece of a cam's profile (start, 4 coefficients), or for the foot on a curve.
+``PIECE_SIZE``: size of a piece."""
 OUT = "out_"
 """Prefix of the outputs of a column primitive."""
 PIN_OUT, PIN_IN = "pin_out", "pin_in"
-"""Structures of the column operand ``reaction_arm``: whether the outboard or the inboard part is the pin."""
+"""Structures of the column operand ``reaction_arm``. They state whether the outboard or the inboard part is the pin."""
 KEPT = "kept"
-"""Operand of the values that tangents store at a point."""
+"""Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
-"""Outputs of a cut joint's primitive by variant: all (None), or those that stepping ("moving") or closure ("closed") needs. The
-last two variants are for joints without forces along their freedoms."""
+"""Outputs of a cut joint's primitive, by variant. None means all outputs; "moving" has those that stepping needs, and "closed"
+those that closure needs. Only joints without forces along their freedoms use the last two variants."""
 
 
 @dataclass(frozen=True)
 class Primitive:
-    """A precompiled primitive: one op, or several that share code.
+    """A precompiled primitive: one op, or several ops that share code.
 
-    operands: names of each op's operands, in order. sizes: counts of numbers by kind. key: digest of the recipe. library: path.
-    recipe: module, function and arguments that build the primitive. Only a primitive built in this process has a text (C text)
-    and, if it is one op, expressions."""
+    operands: names of the operands of each op, in order. sizes: numbers of doubles, by kind. key: digest of the recipe. library:
+    path. recipe: module, function and arguments that build the primitive. text (C text) and expressions exist only in the process
+    that built the primitive; expressions also require that it is a single op."""
 
     operands: Mapping[str, tuple[str, ...]]
     sizes: Mapping[str, int] = field(default_factory=dict)
@@ -54,13 +54,13 @@ class Primitive:
 
     @property
     def first(self) -> str:
-        """Name of the first op. The name is unique among all primitives."""
+        """Name of the first op, which is unique among all primitives."""
         return next(iter(self.operands))
 
 
 @dataclass(frozen=True)
 class BodyKey:
-    """Decides the primitive of a body and its joint.
+    """Determines the primitive of a body and its joint.
 
     forward: direction of the recursion across the joint. driven: freedoms with prescribed motion. rubbed: whether friction is
     solved along the recursion. looped: whether there are also multipliers of loops. rotors: whether freedoms turn rotor
@@ -81,14 +81,14 @@ class BodyKey:
 
     @property
     def free(self) -> int:
-        """Count of freedoms that are not prescribed."""
+        """Number of freedoms that are not prescribed."""
         return REGISTRY[self.kind].nv - len(self.driven)
 
 
 @dataclass(frozen=True)
 class FrictionKey:
-    """Decides the primitives of a joint's friction: the joint without names, values and offsets, and the reaction components
-    that it needs."""
+    """Determines the primitives of a joint's friction. It consists of the joint, without names, values and offsets, and of the
+    reaction components that the friction needs."""
 
     joint: Joint
     needs: tuple[str, ...]
@@ -99,7 +99,7 @@ class FrictionKey:
         f = self.joint.friction
         assert f is not None
         words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
-        curve = {name for pair in BY_SPEED[1:] for name in pair}  # BY_SPEED[0] represents the curve
+        curve = {name for pair in BY_SPEED[1:] for name in pair}  # BY_SPEED[0] already represents the curve
         return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers if name not in curve)]))
 
 
@@ -111,7 +111,7 @@ def rubbing(e: Element) -> FrictionKey:
     numbers = ParameterCounter()
     bound = tuple(i - first for i in f.bound)
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.take_one()) for name, _ in f.numbers), sliders, bound)
-    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # which part has the ends changes operands, not code
+    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # the part that has the ends changes operands, not code
     fit = Fit(e.joint.fit.pin_out and e.contact.count > 0, ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
@@ -136,5 +136,6 @@ class ParameterCounter:
 
 
 def sized(contact: str) -> tuple[str, ...]:
-    """Labels of a contact element's sizes that decide how its contacts carry load, whether a scene gives these sizes or not."""
+    """Labels of those sizes of a contact element that determine how its contacts carry load, whether or not a scene gives these
+    sizes."""
     return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

@@ -14,11 +14,11 @@ from trunnion.system.structure.bodies_and_joints import Body, Device, Fit, Joint
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 PRESCRIBED = Device(drive=Signal("value", (0.0,)))
-"""Device of a freedom with prescribed motion. The drive is arbitrary."""
+"""Device of a freedom with prescribed motion. The choice of the drive has no effect."""
 
 
 class PrimitiveSymbols(Symbols):
-    """Symbols of a primitive with this count of numbers. Coordinates and rates include those of prescribed freedoms."""
+    """Symbols of a primitive with ``numbers`` parameters. Coordinates and rates include those of prescribed freedoms."""
 
     def __init__(self, numbers: int, kind=None):
         self.p = SX.sym("p", numbers)
@@ -47,7 +47,7 @@ class PrimitiveSymbols(Symbols):
 
 
 def a_joint(numbers: ParameterCounter, kind: str, forward: bool, driven: Sequence[int], pitched: bool, freedoms: int) -> Joint:
-    """A tree joint whose frames, points and pitch are numbers of the primitive (18, 3 and, with a pitch, 1)."""
+    """A tree joint whose frames (18), point (3) and, if any, pitch (1) are numbers of the primitive."""
     inb: Any = numbers.take(9)
     out: Any = numbers.take(9)
     point = numbers.take(3)
@@ -57,5 +57,5 @@ def a_joint(numbers: ParameterCounter, kind: str, forward: bool, driven: Sequenc
 
 
 def a_body(numbers: ParameterCounter) -> Body:
-    """A body whose mass, mass centre and inertia are numbers of the primitive (1, 3 and 6)."""
+    """A body whose mass (1), mass centre (3) and inertia (6) are numbers of the primitive."""
     return Body("", numbers.take_one(), numbers.take(3), numbers.take(6), False, (), 0, 0)

@@ -1,6 +1,6 @@
 """Tangents of primitives: derivatives along four directions of their inputs at once.
 
-Op ``…_at`` computes values that depend on the point alone. Op ``…_along`` is linear in the directions; each of its numbers is a
+Op ``…_at`` computes values that depend only on the point. Op ``…_along`` is linear in the directions; each of its numbers is a
 vector of four. Body functions that are already linear become vector functions."""
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from trunnion.recursion.vector_algebra import SX
 APART = {"sliding", "dN", "out_watched"}
 """Outputs without derivatives."""
 FIXED = {"flags", "modes", PIECE}
-"""Inputs that change only at events, or that have no first-order effect."""
+"""Inputs that change only at events, or whose changes have no first-order effect."""
 
 
 @cache
 def tangent(module: str, function: str, which: tuple[Hashable, ...], numbers: bool = False) -> Primitive:
-    """Tangents of the one-op primitive that a function of a module builds from ``which``. numbers: whether directions also change
-    the operand ``numbers``.
+    """Tangents of the primitive with one op that a function of a module builds from ``which``. numbers: whether directions also
+    change the operand ``numbers``.
 
-    sizes: sizes of all inputs, outputs and stored values. "out NAME" marks an output, "added NAME" an output that adds to its
-    slot."""
+    sizes of the result: sizes of all inputs, outputs and stored values. "out NAME" marks an output, "added NAME" an output that is
+    added to its slot."""
     expressions: Expressions = getattr(import_module(f"trunnion.parts.primitives.{module}"), function)(*which).expressions
     seeded = [n for n in expressions.inputs if n not in FIXED and (numbers or n != "numbers")]
     outs = {n: v for n, v in expressions.outputs.items() if n not in APART}
@@ -54,7 +54,7 @@ def tangent(module: str, function: str, which: tuple[Hashable, ...], numbers: bo
 
 
 def _numbered(name: str, text: str, every: list[str], sizes: dict[str, int]) -> Primitive:
-    """The two ops, each with its operands renumbered."""
+    """A primitive of the two ops, each with its operands renumbered."""
     pieces = re.split(r"(?<=\n}\n)", text)
     functions: dict[str, list[str]] = {f"{name}_at": [], f"{name}_along": []}
     for piece in pieces:
@@ -73,14 +73,14 @@ def _numbered(name: str, text: str, every: list[str], sizes: dict[str, int]) -> 
 
 
 def vectors(text: str) -> str:
-    """The text of an op in which variables and zeros are vectors instead of doubles."""
+    """The text of an op, with vectors instead of doubles for variables and zeros."""
     text = re.sub(r"\bdouble (?=v\d|s_)", "tr_vec ", text).replace("double*restrict s_", "tr_vec*restrict s_")
     text = text.replace(":0.0)", ":(tr_vec){0.0})")
     return re.sub(r"^(.*\]\+?=)(0\.0|\(-0\.0\));$", r"\1(tr_vec){0.0};", text, flags=re.MULTILINE)
 
 
 LINEAR = {"column": ("effort", "fc", "yc", "fq", "up"), "response": ("Z", "yc", "fc", "qdd", "Zo", "N")}
-"""Operands in which a body's function is linear: all except stored values."""
+"""Operands in which a body's function is linear: all operands except stored values."""
 
 
 @cache

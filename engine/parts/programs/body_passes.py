@@ -19,7 +19,7 @@ class ScenePasses(JointForces):
     # -- the pass outward ---------------------------------------------------------------------------------------------------
 
     def outward(self, program: Program, allocate: Allocate, forces: bool = True) -> list[BodySlots]:
-        """Write the motions of all bodies, from the ground outward. forces: whether to write device forces and loads too."""
+        """Write the motions of all bodies, from the ground outward. forces: whether to write device forces and loads, too."""
         out: list[BodySlots] = []
         bias = allocate(6 * (len(self.system.bodies) + 1))
         for i, j in enumerate(self.system.tree):
@@ -40,7 +40,7 @@ class ScenePasses(JointForces):
         return out
 
     def rates_of(self, program: Program, j: Joint, allocate: Allocate) -> tuple[Slot, Slot, Slot]:
-        """Coordinates and rates of all freedoms of a tree joint, and its prescribed accelerations."""
+        """Coordinates and rates of all freedoms of a tree joint, and the joint's prescribed accelerations."""
         states = state_coordinates(j)
         own_q, own_v = Slot(Space.Y, j.q0, len(states)), Slot(Space.Y, self.system.nq + j.v0, len(j.free))
         if not j.driven:
@@ -76,7 +76,8 @@ class ScenePasses(JointForces):
             self.motor(program, d, rate, out.slice(k, 1))
 
     def closed(self, program: Program, moving: list[BodySlots], allocate: Allocate, forces: bool = True) -> list[CutJointSlots]:
-        """Write the cut joints, from the motions of all bodies. forces: whether to add their device forces to the bodies."""
+        """Write the cut joints, from the motions of all bodies. forces: whether to add the device forces of these joints to the
+        bodies."""
         return [self._row(program, j, moving, allocate, forces) for j in self.system.cuts]
 
     def _row(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
@@ -114,7 +115,7 @@ class ScenePasses(JointForces):
         return made
 
     def outboard_wrench(self, program: Program, j: Joint, m: BodySlots | CutJointSlots, N: Slot, out: Slot) -> None:
-        """Write force and torque on a joint's outboard part. For a cut joint, write only the part that its devices cause. N:
+        """Write force and torque on a joint's outboard part. For a cut joint, write only the contribution of its devices. N:
         reaction of a tree joint."""
         if isinstance(m, CutJointSlots):
             program.zero(out)
@@ -128,7 +129,7 @@ class ScenePasses(JointForces):
         return qdd.slice(j.v0 + j.free.index(k), 1) if k in j.free else m.known.slice(k, 1)
 
     def force_on(self, program: Program, b: int, moving: list[BodySlots], allocate: Allocate) -> Slot:
-        """The slot of the wrench on a body, zero at first. Loads and devices add to it."""
+        """The slot of the wrench on a body, which is zero at first. Loads and devices add to it."""
         if moving[b].force is self.zeros:
             moving[b].force = allocate(6)
             program.zero(moving[b].force)
@@ -154,8 +155,8 @@ class ScenePasses(JointForces):
     def balance(
         self, program: Program, moving: list[BodySlots], Z: list[Slot], closed: list[CutJointSlots], rows: dict[int, int]
     ) -> list[Slot]:
-        """Write the reaction N of every body from the balance of each body. rows: maps each row that has a multiplier to its index
-        in z."""
+        """Write the reaction N of every body, from the balance of the body. rows: maps each row with a multiplier to its index in
+        z."""
         N = [program.scratch_slot(6) for _ in Z]
         for i, out in enumerate(N):
             program.zero(out)
@@ -170,8 +171,8 @@ class ScenePasses(JointForces):
         return N
 
     def drive_effort(self, program: Program, j: Joint, k: int, m: BodySlots, N: Slot, out: Slot) -> None:
-        """Write the effort of a drive: transmitted force along the freedom, minus device forces, plus η (the friction force is
-        −η), plus the inertia force of the rotor."""
+        """Write the effort of a drive. It is the transmitted force along the freedom, minus device forces, plus η (the friction
+        force is −η), plus the inertia force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(program, loads_and_scalars.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
@@ -235,7 +236,7 @@ class ScenePasses(JointForces):
             program.call(Builtin.ADD_DOT, [half, momentum, kinetic], [1, 1])
 
     def applied(self, program: Program, load: Load, m: BodySlots, allocate: Allocate) -> dict[str, Slot]:
-        """Operands of the primitives of a force or torque."""
+        """Operands for the primitives of a force or torque."""
         value = allocate(3)
         for k, s in enumerate(load.vector):
             program.copy(self.value(program, s, allocate), value.slice(k, 1))

@@ -1,5 +1,5 @@
-"""Operands of output columns as slots: one method for each operand in ``trunnion.columns.operands``. A pass that an operand needs
-is written when the first column needs the pass."""
+"""Operands of output columns as slots. There is one method for each operand in ``trunnion.columns.operands``. A pass is written
+when the first column needs this pass."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from trunnion.system.structure.parameter_table import Leaves
 
 class Provided(NamedTuple):
     """An operand. slots: a slot for each operand of the primitive; the key "" stands for the name of the column's operand.
-    structure: data that decide the primitive's code, in addition to the operand's name."""
+    structure: data that determine the primitive's code, in addition to the operand's name."""
 
     slots: dict[str, Slot]
     structure: Hashable = None
 
 
 def sized(slot: Slot) -> Provided:
-    """A vector whose size follows from a joint's structure."""
+    """A vector whose size is determined by a joint's structure."""
     return Provided({"": slot}, slot.size)
 
 
@@ -66,7 +66,7 @@ class ColumnOperands:
         return j, self._closed[name] if j.cut else moving[j.child]
 
     def accelerations(self) -> list[Slot]:
-        """Ż of all bodies."""
+        """Ż of each body."""
         moving = self.moving()
         if not self._Z:
             for i, j in enumerate(self.system.tree):
@@ -77,21 +77,21 @@ class ColumnOperands:
         return self._Z
 
     def reactions(self) -> list[Slot]:
-        """N of all bodies."""
+        """N of each body."""
         if not self._N:
             Z = self.accelerations()
             self._N = self.scene.balance(self.program, self.moving(), Z, list(self._closed.values()), self._every_row)
         return self._N
 
     def once(self, key: Hashable, size: int, make: Callable[[Slot], None]) -> Slot:
-        """The slot of this key. The first request calls ``make`` to write its values."""
+        """The slot of this key. The first request calls ``make``, which writes its values."""
         if key not in self._made:
             self._made[key] = self.program.scratch_slot(size)
             make(self._made[key])
         return self._made[key]
 
     def numbers(self, key: Hashable, leaves: Leaves) -> Slot:
-        """The slot of this key for numbers of the scene. The first request gathers the numbers."""
+        """The slot of this key for numbers of the scene, which the first request gathers."""
         if key not in self._made:
             self._made[key] = self.scene.numbers(leaves)
         return self._made[key]

@@ -14,7 +14,7 @@ from trunnion.parts.programs.column_operand_slots import ColumnOperands, Provide
 
 
 class ColumnPrograms(ColumnOperands):
-    """Slots of columns, from their definitions in ``trunnion.columns``. A kind is evaluated once for each subject."""
+    """Slots of columns, from the definitions in ``trunnion.columns``. Each kind is evaluated once per subject."""
 
     def __init__(self, scene: ScenePasses, program: Program):
         super().__init__(scene, program)
@@ -25,7 +25,7 @@ class ColumnPrograms(ColumnOperands):
         return self.output(column.kind, column.subject, column.quantity.output).slice(column.place, 1)
 
     def write(self, chosen: Sequence[Column | None]) -> None:
-        """Copy columns to OUT. One call copies contiguous slots."""
+        """Copy columns to OUT, with one call for contiguous slots."""
         first, source = 0, None
         for i, column in enumerate([*chosen, None]):
             value = self.value(column) if column else None
@@ -41,7 +41,7 @@ class ColumnPrograms(ColumnOperands):
         return self.output(CONTACT.name, (joint,), "watched")
 
     def output(self, kind: str, subject: tuple, name: str) -> Slot:
-        """An output of a kind's expression. A kind that selects a value has one output, named ""."""
+        """An output of a kind's expression. If a kind only selects a value, its single output has the name ""."""
         if (kind, subject) not in self._evaluated:
             self._evaluated[kind, subject] = self._evaluate(kind, subject)
         return self._evaluated[kind, subject][name]

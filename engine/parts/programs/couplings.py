@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from trunnion.parts.layout.scene_tables import SceneTables
 
 OF = ("inb", "out", "inb2", "out2")
-"""Operands: motions of the inboard and outboard body of the follower's joint, then of the leader's joint."""
+"""Names of operands: motions of the inboard and outboard body of the follower's joint, then of the leader's joint."""
 
 
 def piece(s: SceneTables, program: Program, profile: Profile, bearing: Primitive, /, **operands: Slot) -> Slot:
-    """The active piece of a cam's profile. bearing: primitive that computes the angle at which the profile is evaluated."""
+    """The active piece of a cam's profile. bearing: primitive of the angle at which the profile is evaluated."""
     angle, out = program.scratch_slot(1), program.scratch_slot(PIECE_SIZE)
     s.call(program, bearing, angle=angle, **operands)
     kept = s.constant([*profile.starts, *(x for each in profile.pieces for x in each)])
@@ -29,7 +29,7 @@ def piece(s: SceneTables, program: Program, profile: Profile, bearing: Primitive
 
 
 def foot(s: SceneTables, program: Program, curve: Curve, spot: Primitive, /, **operands: Slot) -> Slot:
-    """The foot of a point on a curve. spot: primitive that computes the point in the curve's plane."""
+    """The foot of a point on a curve. spot: primitive of the point in the curve's plane."""
     at, out = program.scratch_slot(2), program.scratch_slot(FOOT)
     s.call(program, spot, angle=at, **operands)
     rows = [[p.start, p.end, p.way, *p.e2, *p.e3] for p in curve.pieces]
@@ -38,13 +38,13 @@ def foot(s: SceneTables, program: Program, curve: Curve, spot: Primitive, /, **o
 
 
 def light(s: SceneTables, j: Joint) -> CutJointSlots:
-    """The slots of the row of a light freedom, whose force acts along the freedom."""
+    """The slots for the row of a light freedom. The force of this row acts along the freedom."""
     blocks = dict.fromkeys(("phi", "rate", "xi"), s.zeros.slice(0, 1)) | dict.fromkeys(ENDS[:2], s.zeros)
     return CutJointSlots(j, s.zeros, s.zeros, s.zeros, blocks, s.zeros)
 
 
 def tied(s: SceneTables, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate) -> CutJointSlots:
-    """The slots of a coupling of two tree joints' freedoms."""
+    """The slots of a coupling between freedoms of two tree joints."""
     assert j.mimic is not None
     both = [s.system.tree[i] for i in (j.mimic.follower, j.mimic.leader)]
     leaves = [x for one in both for x in (*one.inb_frame, *one.out_frame, *one.inb_point, *one.out_point)]

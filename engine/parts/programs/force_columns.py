@@ -1,7 +1,7 @@
 """Columns of the affine maps. The unit force of each multiplier is reduced inward, from its joint to the ground. An outward pass
 over the branch then computes accelerations and reactions.
 
-Every column uses the same calls per body, on shared scratch. The results are copied into the maps."""
+Every column uses the same calls per body, in shared scratch. The results are copied into the maps."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from trunnion.system.structure.friction_joint_indices import Element
 
 
 class ForceColumns:
-    """Writes into a program how the maps follow from a unit of each multiplier. block: slot of the accelerations that these units
-    cause (nv each), which stage 2 reads."""
+    """Writes calls that compute the maps from a unit of each multiplier. block: slot of the accelerations that these units cause
+    (nv each), which stage 2 reads."""
 
     def __init__(self, stepping: StepPasses, program: Program, block: Slot):
         self.stepping, self.program, self.block = stepping, program, block
@@ -43,7 +43,7 @@ class ForceColumns:
                 self._of_friction(e, k)
 
     def _force(self, i: int) -> Slot:
-        """Slot of the force column on a body. The slot of the ground is unused."""
+        """Slot of the force column on a body. The slot for the ground is not used."""
         return self.forces.slice(6 * (i if i != GROUND else len(self.system.bodies)), 6)
 
     def _column(self, i: int) -> list[int]:
@@ -74,13 +74,13 @@ class ForceColumns:
         return one.code
 
     def _transmitted(self, j: Joint, N: Slot) -> tuple[list[int], Slot]:
-        """Calls that compute the wrench on a joint's outboard part, and the slot of this wrench."""
+        """Calls that compute the wrench on a joint's outboard part; also the slot of this wrench."""
         one, ft = Program(), self.program.scratch_slot(6)
         self.scene.outboard_wrench(one, j, self.stepping.moving[j.child], N.slice(6 * j.child, 6), ft)
         return one.code, ft
 
     def _of_row(self, column: int, row: int) -> None:
-        """Write one constraint row of a cut joint, and the generalised forces that its multiplier causes."""
+        """Write one constraint row of a cut joint, and the generalised forces that a unit of its multiplier causes."""
         c = next(c for c in self.stepping.closed if c.joint.rows <= row < c.joint.rows + c.joint.kind.rows)
         k, program, m, nv = row - c.joint.rows, self.program, self.maps, self.system.nv
         self._empty()
@@ -109,7 +109,7 @@ class ForceColumns:
         self._keep(column)
 
     def _of_friction(self, e: Element, k: int) -> None:
-        """Write the column of friction along freedom k of a joint. The column of a prescribed freedom is 0."""
+        """Write the column of friction along freedom k of a joint. If the freedom is prescribed, the column is 0."""
         program, m, j = self.program, self.maps, e.joint
         column = m.active + e.eta[0] + k
         self._empty()
@@ -137,13 +137,13 @@ class ForceColumns:
         self.program.zero(own)
 
     def _empty(self) -> None:
-        """Zero the slots of the current column."""
+        """Set the slots of the current column to zero."""
         self.own, self.branch = {}, []
         for block in (self.y, self.fq, self.forces, self.rows, *([self.held] if self.maps.held else [])):
             self.program.zero(block)
 
     def _move(self, begin: list[int], column: int) -> None:
-        """Write the inward pass from the bodies on which the force acts, then the outward pass over all bodies that move."""
+        """Write the inward pass from the bodies on which the force acts. Then write the outward pass over all bodies that move."""
         program = self.program
         path, branch = self._way(begin)
         for i in path:
@@ -176,13 +176,14 @@ class ForceColumns:
             self.stepping.shares.write(self.program, self.where, self.stepping.moving, self._shared, self.maps.kappa(column))
 
     def _shared(self, j: Joint) -> Slot | None:
-        """Wrench that a joint transmits in the column; None: zero."""
+        """Wrench that a joint transmits in the present column; None means zero."""
         if j.cut:
             return self.own.get(j.name)
         return self.transmitted[j.child][1] if j.child in self.branch else None
 
     def _way(self, begin: list[int]) -> tuple[list[int], list[int]]:
-        """Bodies on the paths from ``begin`` to the ground, outermost first; and all bodies of the branches with these paths."""
+        """Bodies on the paths from ``begin`` to the ground, outermost first. Also all bodies of the branches that contain these
+        paths."""
         path: set[int] = set()
         for i in begin:
             while i != GROUND:

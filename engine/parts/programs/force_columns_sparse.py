@@ -1,5 +1,5 @@
-"""Columns of the affine maps of a scene without friction in which few loops share bodies (theory, "Loops by structure"). The
-columns of a loop extend over the loop's own path. S has nonzero blocks only between loops whose paths share bodies."""
+"""Columns of the affine maps for a scene without friction in which few loops share bodies (theory, "Loops by structure"). The
+columns of a loop extend only over the path of this loop. S has nonzero blocks only between loops whose paths share bodies."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SparseForceColumns:
             loop.respond(program, Slot(Space.Z, 0, self.maps.columns), out)
 
     def _add_loop(self, r: LoopPath) -> None:
-        """Write a loop's columns, its rows of g0, and its blocks of S: the diagonal block and those with earlier loops."""
+        """Write a loop's columns, its rows of g0, and its blocks of S: the diagonal block, and the blocks with earlier loops."""
         program, m, c, own = self.program, self.maps, r.closed, r.own
         g0 = Slot(Space.MAPS, m.at("g0") + r.rows[0], len(r.rows))
         program.call(Builtin.SELECT, [c.blocks["xi"], g0], [len(own), *own])
@@ -64,7 +64,7 @@ class SparseForceColumns:
                                  fq=along, fc=r.on(r.pressed, i, k), up=r.on(r.pressed, self.scene.parent(i), k))  # fmt: skip
 
     def _couple(self, r: LoopPath, other: LoopPath) -> None:
-        """Write the blocks of S between two loops, if their paths share bodies."""
+        """Write the blocks of S between two loops if their paths share bodies."""
         a, into, across = self.maps.active, len(other.rows), len(r.rows)
         upper, lower = (Slot(Space.MAPS, a * j[0] + i[0], 0) for i, j in ((other.rows, r.rows), (r.rows, other.rows)))
         shared = [run for run in r.runs(other) if run[2]]

@@ -36,11 +36,11 @@ class JointForces(SceneTables):
         return out
 
     def value(self, program: Program, s: Signal | None, allocate: Allocate) -> Slot:
-        """Value of the signal of a load or effort; zero for None."""
+        """Value of the signal of a load or effort; zero if the signal is None."""
         return self.zeros.slice(0, 1) if s is None else self._signal(program, s, allocate, False).slice(0, 1)
 
     def device(self, program: Program, d: Device, what: str, q: Slot, rate: Slot, out: Slot) -> None:
-        """Add force, power or potential energy of a freedom's spring, damper, stops and latch."""
+        """Add the force, power or potential energy of a freedom's spring, damper, stops and latch."""
         if d.latch is not None:
             operands = self.latch(program, d.latch)
             self.call(program, joint_devices.latch(what), q=q, rate=rate, out=out, **operands)
@@ -81,5 +81,5 @@ class JointForces(SceneTables):
 
     @staticmethod
     def acts(j: Joint) -> bool:
-        """Whether devices act along a joint's freedoms. Drives and friction do not count."""
+        """Whether devices act along a joint's freedoms, apart from drives and friction."""
         return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor or d.latch for d in j.devices)

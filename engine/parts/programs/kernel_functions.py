@@ -15,11 +15,11 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 from trunnion.system.structure.parameter_table import Leaf
 
 SLIDING = 3
-"""Count of numbers in a ``tr_sliding`` and in a ``tr_hold``."""
+"""Numbers of doubles in a ``tr_sliding`` and in a ``tr_hold``."""
 
 
 def write(s: ScenePasses, redundant: bool = False) -> None:
-    """Write all programs of this module for a kernel. redundant: whether to write ``pressed`` too."""
+    """Write all programs of this module for a kernel. redundant: whether to write ``pressed``, too."""
     if redundant:
         _pressed(s)
     for alone in (False, True):
@@ -32,7 +32,7 @@ def write(s: ScenePasses, redundant: bool = False) -> None:
 
 
 def _states(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
-    """Operands of an element: numbers, modes, bristle states. The bristle states follow the rates in R."""
+    """Operands of an element: numbers, modes, bristle states. In R, the bristle states follow the rates."""
     operands = element_operands(s, program, e, *more)
     if e.friction.bristles:
         rates = sum(o.joint.kind.nv for o in elements(s.system))
@@ -69,7 +69,7 @@ def _held(s: ScenePasses, alone: bool) -> None:
 
 
 def _pressed(s: ScenePasses) -> None:
-    """Write the change that friction causes in the scaled reactions of joints on loops."""
+    """Write the change that friction causes in the scaled reactions of joints in loops."""
     program, at, dn = s.program("pressed"), 0, 0
     for e, _, count in rubbing_on_loops(s.system):
         n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
@@ -113,8 +113,8 @@ def _events(s: ScenePasses) -> None:
 
 
 def _depths(s: ScenePasses, program: Program, d: Device, q: Slot, rate: Slot) -> None:
-    """Write the depths by which stops and latch are compressed. Behind all depths, write how far each stop is from release, and how
-    far a hook is lifted."""
+    """Write the depths by which stops and a latch are compressed. After all depths, write for each stop the factor of its elastic
+    force (0 at release), and for a hook the excess of its signal over the release value."""
     for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
         if bound is not None and d.stop:
             out = Slot(Space.OUT, d.stop.flags[upper], 1)
@@ -138,7 +138,7 @@ def _energy(s: ScenePasses) -> None:
 
 
 def write_shares(scene: ScenePasses) -> int:
-    """Write the program of the scaled reactions; returns their count."""
+    """Write the program of the scaled reactions. Returns the number of these reactions."""
     program, shares = scene.program("kappa"), ScaledReactions(scene)
     if shares.size:
         rows = ColumnPrograms(scene, program)
@@ -149,7 +149,7 @@ def write_shares(scene: ScenePasses) -> int:
 
 
 def write_contacts(scene: ScenePasses) -> int:
-    """Write the program of all contact forces; returns their count."""
+    """Write the program of all contact forces. Returns the number of contacts."""
     program = scene.program("contacts")
     rows, at = ColumnPrograms(scene, program), 0
     for e in (e for e in elements(scene.system) if e.contact.count):

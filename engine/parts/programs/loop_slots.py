@@ -15,8 +15,9 @@ from trunnion.system.structure.loop_matrix_fill import path
 
 @dataclass
 class CutJointFriction:
-    """Friction of a cut joint with nv freedoms and n multipliers λ. The reaction components that the law needs are f = p0 +
-    ``by_rows`` λ − ``by_friction`` η. The linearised law then gives −η = ``inverse`` (−e) + ``less`` + ``turned`` λ."""
+    """Friction of a cut joint with nv freedoms and n multipliers λ. The law needs the reaction components f = p0 + ``by_rows`` λ −
+    ``by_friction`` η. The linearised law has a remainder e. Elimination of η from this law gives −η = ``inverse`` (−e) + ``less`` +
+    ``turned`` λ."""
 
     element: Element
     by_rows: Slot
@@ -34,7 +35,7 @@ class LoopPath:
 
     rows: indices of the loop's n multipliers in λ. own: indices of these rows among the rows of the cut joint. at: for each body,
     the start of its free rates among the ``size`` free rates of the path. free: for each body, the start of its free rates among
-    all free rates, and their count. y, along: accelerations and forces along the freedoms (size × n each). pressed: force columns
+    all free rates, and their number. y, along: accelerations and forces along the freedoms (size × n each). pressed: force columns
     (6 × n) on each body, then on the ground.
     """
 
@@ -53,7 +54,7 @@ class LoopPath:
 
     @property
     def stride(self) -> int:
-        """Count of numbers of a force column on all bodies."""
+        """Number of doubles of a force column on all bodies."""
         return 6 * (len(self.at) + 1)
 
     def on(self, of: Slot, i: int, k: int) -> Slot:
@@ -65,8 +66,8 @@ class LoopPath:
         return lam.slice(self.rows[0], len(self.rows))
 
     def runs(self, other: LoopPath | None = None) -> list[tuple[int, int, int]]:
-        """Runs of consecutively numbered bodies on the path (with ``other``: on both paths): first body, count of bodies, count of
-        free rates."""
+        """Runs of consecutively numbered bodies on the path; with ``other``, on both paths. Each run has its first body, its number
+        of bodies and its number of free rates."""
         out: list[tuple[int, int, int]] = []
         for i in self.at:
             if other is not None and i not in other.at:
@@ -93,7 +94,8 @@ class LoopPath:
 def path_slots(
     stepping: StepPasses, c: CutJointSlots, rows: list[int], allocate: Allocate
 ) -> tuple[Any, Any, Any, Any, Any, Slot, Slot, Slot]:
-    """Arguments of a LoopPath. The slot y is in W, for other functions of the kernel; ``allocate`` provides all other slots."""
+    """Arguments of a LoopPath. The slot y is in W, where other functions of the kernel can read it. ``allocate`` provides all other
+    slots."""
     tree, at, size, n = stepping.system.tree, {}, 0, len(rows)
     for i in path(stepping.system, c.joint):
         at[i] = size
@@ -106,14 +108,15 @@ def path_slots(
 
 @dataclass
 class FrictionLoop(LoopPath):
-    """A loop in a mechanism with friction. sensed: rows of the loop's constraint equations on the bodies, laid out as ``pressed``;
-    friction makes the two differ. friction: friction of the loop's cut joint."""
+    """A loop in a mechanism with friction. sensed: rows of the loop's constraint equations on the bodies, in the layout of
+    ``pressed``; with friction, the two differ. friction: friction of the loop's cut joint."""
 
     sensed: Slot
     friction: CutJointFriction | None = None
 
     def meet(self, program: Program, other: FrictionLoop, S: Slot, stride: int) -> None:
-        """Write the blocks of S between this loop and ``other`` (or itself), if a body with freedoms is on both paths."""
+        """Write the blocks of S between this loop and ``other``, which may be the same loop, if a body with freedoms is on both
+        paths."""
         shared = [run for run in self.runs(other) if run[2]]
         for one, two in ((self, other), (other, self)) if other is not self else ((self, self),):
             out = S.slice(one.rows[0] + stride * two.rows[0], 1)

@@ -1,4 +1,4 @@
-"""Operands that several programs share: friction elements, lengths of overlaps, coordinate rates."""
+"""Operands that several programs use: friction elements, lengths of overlaps, coordinate rates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.system.structure.parameter_table import Leaf
 
 
 def element_operands(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
-    """Operands of an element's primitives during a step: numbers (then ``more``), modes, bristle states."""
+    """Operands of an element's primitives during a step: numbers (including ``more``), modes, bristle states."""
     f, system = e.friction, s.system
     modes = Slot(Space.X, system.external.mode(f.sliders[0].flag), 0)
     out = {"numbers": _numbers(s, program, f, more), "modes": modes}
@@ -25,7 +25,7 @@ def element_operands(s: ScenePasses, program: Program, e: Element, *more: Leaf) 
 
 
 def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequence[Leaf]) -> Slot:
-    """Parameters of an element. Parameters that depend on time or an input are evaluated
+    """Parameters of an element. Those that depend on time or on an input are evaluated
     (``recursion.complement_equation_terms``)."""
     fixed = s.numbers([*(0.0 if isinstance(x, Signal) else x for _, x in f.numbers), *more])
     if not f.varies:
@@ -51,19 +51,19 @@ def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequenc
 
 
 def lengths_of(s: ScenePasses, j: Joint) -> dict[str, Slot]:
-    """Operand with the lengths of two parts that touch along their overlap. For other joints, there is no such operand."""
+    """Operand with the lengths of two parts that touch along their overlap. Other joints have no such operand."""
     f = j.friction
     return {"lengths": s.numbers([f.number(n.name) for n in LENGTHS])} if f and j.fit.ends == OVERLAP else {}
 
 
 def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], pose: Slot, out: Slot) -> None:
-    """Write the span of an overlap into reaction components that include it."""
+    """Write the span of an overlap into the reaction components, if they include a span."""
     if SPAN in needs:
         s.call(program, loads_and_scalars.span(), pose=pose, out=out.slice(needs.index(SPAN), 1), **lengths_of(s, j))
 
 
 def write_pin(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], ft: Slot, pose: Slot, out: Slot) -> None:
-    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. The span is set to 0."""
+    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. Sets the span to 0."""
     if needs:
         s.call(program, loop_joint.pin(j.kind_name, j.fit, tuple(needs)), ft=ft, pose=pose, out=out, **lengths_of(s, j))
 

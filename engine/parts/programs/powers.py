@@ -17,7 +17,7 @@ def write_powers(
     s: ScenePasses, program: Program, motion_of: Callable[[Joint], tuple[Slot, Slot]], moving: list[BodySlots],
     N: Sequence[Slot], space: Space, at: int = 0,
 ) -> None:  # fmt: skip
-    """Write powers, W: friction of each joint, dampers, drives, loads. motion_of: returns the coordinates and rates of a joint; N:
+    """Write powers, W: friction of each joint, dampers, drives, loads. motion_of: returns the coordinates and rates of a joint. N:
     reaction of each body, needed only for drives."""
     system = s.system
     count = len(system.frictional) + 1 + GIVING

@@ -1,5 +1,5 @@
 """Programs that solve friction along the recursion, without maps. They compute motion, articulated inertias with ∂law/∂N
-(``articulated_inertias``), reactions to friction, and ẏ. This module handles trees; ``recursive_friction_loops`` adds loops."""
+(``articulated_inertias``), reactions to friction, and ẏ. This module treats trees; ``recursive_friction_loops`` adds loops."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element
 
 INERTIA = 36
-"""Count of numbers of an unsymmetric inertia."""
+"""Number of doubles of an unsymmetric inertia."""
 
 
 class RecursiveFriction:
-    """Writes these programs after those of ``stepping``, for a scene with friction."""
+    """Writes the programs of this module after those of ``stepping``, for a scene with friction."""
 
     def __init__(self, stepping: StepPrograms):
         self.stepping, self.scene, self.system = stepping, stepping.scene, stepping.system
@@ -36,7 +36,7 @@ class RecursiveFriction:
         stepping.write_derivative(self.scene.program("derive"), self.qdd, self.Z)
 
     def _begin(self) -> None:
-        """Write motion and forces, like the start of stage 1, and the rates."""
+        """Write motion and forces, like the start of stage 1, and then the rates."""
         program = self.scene.program("begin")
         program.code += self.stepping.begun.code
         program.scratch = self.stepping.begun.scratch
@@ -48,7 +48,7 @@ class RecursiveFriction:
         coordinate_rates(self.scene, program, Slot(Space.Y, nq, self.system.nv), Slot(Space.DY, 0, nq))
 
     def _own(self, j: Joint, which: Space, program: Program) -> Slot:
-        """The part of an array of friction multipliers that belongs to a joint's free freedoms."""
+        """The part of an array of friction multipliers that belongs to the free freedoms of a joint."""
         all_of = Slot(which, min(self.element[j.child].eta), j.kind.nv)
         if len(j.free) == j.kind.nv:
             return all_of
@@ -84,7 +84,7 @@ class RecursiveFriction:
             self.coupled.narrow(program)
 
     def _along(self, program: Program, j: Joint, m: BodySlots, less: Slot | None) -> Slot:
-        """Forces along a joint's free freedoms: device forces, and the remainder −e (``less``) of the linearised friction law."""
+        """Forces along a joint's free freedoms: device forces plus the remainder −e (``less``) of the linearised friction law."""
         if less is not None and not self.scene.acts(j):
             return less
         out = program.scratch_slot(len(j.free))
@@ -94,7 +94,7 @@ class RecursiveFriction:
         return out
 
     def _respond(self) -> None:
-        """Write the reaction components N, the transmitted forces along freedoms minus device forces, and the accelerations."""
+        """Write the reaction components N, the accelerations, and the transmitted forces along freedoms minus device forces."""
         program, s, scene = self.scene.program("respond"), self.stepping, self.scene
         count = len(self.system.bodies)
         handed = program.scratch_slot(6 * (count + 1))
@@ -117,7 +117,7 @@ class RecursiveFriction:
             self.coupled.found(program, self.Z)
 
     def _outward(self, program: Program) -> list[Slot]:
-        """Write accelerations and reactions from y and F; returns each joint's reaction along its free freedoms."""
+        """Write accelerations and reactions from y and F. Returns the reaction of each joint along its free freedoms."""
         s, scene, out = self.stepping, self.scene, []
         for i, j in enumerate(self.system.tree):
             fq, carrier = program.scratch_slot(len(j.free)), scene.acceleration(self.Z, scene.parent(i))

@@ -1,9 +1,9 @@
-"""Multipliers of cut joints in programs that solve friction along the recursion. The columns and rows of a loop extend over its own
-path (theory, "Friction along the recursion").
+"""Multipliers of cut joints in programs that solve friction along the recursion. The columns and rows of a loop extend only over
+the path of this loop (theory, "Friction along the recursion").
 
-With friction, the response to a multiplier is not the transpose of its row of the constraint equations. So force columns and
-constraint rows are stored separately, and S is unsymmetric. A cut joint's own friction changes only the columns of its
-multipliers."""
+With friction, the response to a multiplier is not the transpose of its row of the constraint equations. Force columns and
+constraint rows are therefore stored separately, and S is unsymmetric. The friction of a cut joint itself changes only the columns
+of its multipliers."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from trunnion.system.structure.loop_matrix_fill import fill, rows_by_loop
 
 
 class LoopFriction:
-    """The loops of a scene whose friction is solved along the recursion. slim: values that ``narrow`` stores for each body. y
-    (nv), F (6 per body): results of the inward pass, to which this class adds the effect of the loops' multipliers."""
+    """The loops of a scene whose friction is solved along the recursion. slim: values that ``narrow`` stores for each body. y (nv),
+    F (6 per body): results of the inward pass; this class adds the effect of the loops' multipliers to these results."""
 
     def __init__(self, stepping: StepPasses, slim: list[Slot], y: Slot, F: list[Slot]):
         self.stepping, self.slim, self.y, self.F = stepping, slim, y, F
@@ -65,8 +65,8 @@ class LoopFriction:
     # -- with the laws' derivatives -----------------------------------------------------------------------------------------
 
     def narrow(self, program: Program) -> None:
-        """Write columns, rows and the factors of S, with the laws' derivatives. The pivots of the elements and of S follow the
-        pivots of the bodies."""
+        """Write columns, rows and the factors of S with the laws' derivatives. Among the pivots, those of bodies come first, then
+        those of elements, then those of S."""
         count, dn, at = len(self.stepping.elements), {}, 0
         program.copy(self.scene.constant([1.0] * count), self.pivots)
         for e in self.stepping.elements:
@@ -82,7 +82,7 @@ class LoopFriction:
         program.call(Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], self.listed)
 
     def _wrenches(self, program: Program, loop: FrictionLoop, dn: dict[str, Slot]) -> None:
-        """Write columns and rows on the two bodies of the cut joint. Columns and rows differ by the cut joint's own friction."""
+        """Write columns and rows on the two bodies of the cut joint. The friction of this joint makes columns and rows differ."""
         c, j, r = loop.closed, loop.closed.joint, loop.friction
         how = [loop.stride, loop.offsets[j.inb], loop.offsets[j.out], len(loop.own), *loop.own]
         for out in (loop.pressed, loop.sensed):
@@ -115,7 +115,7 @@ class LoopFriction:
     # -- solution for the multipliers -----------------------------------------------------------------------------------------
 
     def forces(self, program: Program) -> list[Slot]:
-        """Wrench on each body, including the known part of the cut joints' friction."""
+        """Wrench on each body. It includes the known part of the friction of cut joints."""
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             r = loop.friction
@@ -133,14 +133,14 @@ class LoopFriction:
                 program.call(Builtin.ADD_COLUMNS, [c.blocks[w], less, self._own(program, found, body)], [6, c.joint.kind.nv])
 
     def _own(self, program: Program, found: list[Slot], i: int) -> Slot:
-        """Slot of the wrench on a body. Before the first change, the wrench is copied to a new slot."""
+        """Slot of the wrench on a body. Before its first change, the wrench is copied to a new slot."""
         if found[i] is self.stepping.moving[i].force:
             found[i] = program.scratch_slot(6)
             program.copy(self.stepping.moving[i].force.slice(0, 6), found[i])
         return found[i]
 
     def solve(self, program: Program) -> None:
-        """Write λ from S λ + g = 0, where g follows from the accelerations y without multipliers. Add the effect of λ to y and
+        """Write λ from S λ + g = 0, where g follows from the accelerations y without multipliers. Then add the effect of λ to y and
         F."""
         base = len(self.system.bodies)
         for loop in self.loops:
@@ -159,8 +159,8 @@ class LoopFriction:
         self._add(program, self.lam)
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
-        """If all loops share bodies, correct the multipliers once by the remaining residual. Returns whether there is a correction.
-        For a ladder with a hundred rungs, the condition number of S is 1e8."""
+        """If all loops share bodies, correct the multipliers once by the remaining residual. Returns whether this was done.
+        Example: for a ladder with a hundred rungs, the condition number of S is 1e8."""
         if self.refines:
             self._left(program, self.gap, Z)
             program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, self.gap, self.more], self.listed)
@@ -169,7 +169,7 @@ class LoopFriction:
         return self.refines
 
     def _add(self, program: Program, lam: Slot) -> None:
-        """Add the effect of these multipliers to y and F."""
+        """Add the effect of the multipliers ``lam`` to y and F."""
         for loop in self.loops:
             loop.respond(program, lam, self.y)
             for first, count, _ in loop.runs():
@@ -187,7 +187,7 @@ class LoopFriction:
                 self._told(program, loop, lam, loop.friction.eta, Z)
 
     def _told(self, program: Program, loop: FrictionLoop, lam: Slot, less: Slot, Z: list[Slot]) -> None:
-        """Write reaction components and accelerations of a cut joint from multipliers and −η (``less``)."""
+        """Write reaction components and accelerations of a cut joint, from multipliers and −η (``less``)."""
         r, c = loop.friction, loop.closed
         assert r is not None
         nv, needs, first = c.joint.kind.nv, len(r.element.needs), min(r.element.eta)
@@ -204,7 +204,7 @@ class LoopFriction:
     # -- given multipliers, and shift of rates --------------------------------------------------------------------------------
 
     def given(self, program: Program) -> list[Slot]:
-        """Wrench on each body, including given multipliers λ and friction forces −η."""
+        """Wrench on each body. It includes given multipliers λ and friction forces −η."""
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             c, j, lam = loop.closed, loop.closed.joint, self._given(loop)
@@ -219,7 +219,7 @@ class LoopFriction:
         return Slot(Space.U, self.system.neta + loop.rows[0], len(loop.rows))
 
     def gaps(self, program: Program, Z: list[Slot]) -> None:
-        """Write the residuals of all rows under accelerations Ż, after the accelerations of the freedoms. Also write the reaction
+        """Write the residuals of all rows under accelerations Ż, behind the accelerations of the freedoms. Also write the reaction
         components and accelerations of cut joints with friction."""
         self._left(program, Slot(Space.A, self.system.neta, self.active), Z)
         for loop in self.loops:
@@ -238,7 +238,7 @@ class LoopFriction:
                     program.call(Builtin.ADD_DOT, [c.row(which, row), z, own.slice(k, 1)], [6, 1])
 
     def shift(self, program: Program) -> None:
-        """Write the rates (nv) of least norm in the mass metric that change the rows by −gap."""
+        """Write the rates (nv) that change the rows by −gap and have the least norm in the mass metric."""
         nv = self.system.nv
         program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, Slot(Space.U, 0, self.active), self.lam], self.listed)
         y, Z = program.scratch_slot(nv), [program.scratch_slot(6) for _ in self.system.bodies]

@@ -1,4 +1,4 @@
-"""Scaled reactions of joints on loops, which select the reactions of redundant loops (``recursion.redundant_loop_reactions``)."""
+"""Scaled reactions of joints in loops, which select the reactions of redundant loops (``recursion.redundant_loop_reactions``)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.system.structure.loop_joints import NO_SIZE, loop_joints, rows_of,
 
 
 class ScaledReactions:
-    """Writes the scaled reactions of a scene. size: their count."""
+    """Writes the scaled reactions of a scene. size: number of these reactions."""
 
     def __init__(self, scene: ScenePasses):
         self.scene, self.system = scene, scene.system
@@ -27,7 +27,7 @@ class ScaledReactions:
         self._arms = {j.name: self._arm(j) for j in self.joints} if self.rubs else {}
 
     def at(self, name: str) -> int:
-        """Start of a joint's scaled reactions."""
+        """Index of the first scaled reaction of a joint."""
         names = list(self.rows)
         return sum(self.rows[n] for n in names[: names.index(name)])
 
@@ -39,7 +39,7 @@ class ScaledReactions:
         ft: Callable[[Joint], Slot | None],
         out: Slot,
     ) -> None:
-        """Write all scaled reactions. ft: returns the wrench that a joint transmits to its outboard part; None means zero."""
+        """Write all scaled reactions. ft: returns the wrench that a joint transmits to its outboard part, or None for zero."""
         at = 0
         for j in self.joints:
             own = out.slice(at, self.rows[j.name])
@@ -77,7 +77,7 @@ class ScaledReactions:
             at += 6
 
     def _point(self, program: Program, j: Joint, here: BodySlots | CutJointSlots) -> Slot:
-        """A joint's point on its outboard part, world (3)."""
+        """The point of a joint on its outboard part, in world coordinates (3)."""
         if isinstance(here, CutJointSlots):
             return here.blocks["point"]
         origin = here.motion.slice(9, 3)

@@ -1,4 +1,4 @@
-"""Passes that the programs of a step share: motion, inward reduction, transmitted wrenches."""
+"""Passes that several programs of a step use: motion, inward reduction, transmitted wrenches."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from trunnion.system.structure.loop_matrix_fill import fill
 
 
 class StepPasses:
-    """The outward and inward pass at the start of stage 1. active: rows of cut joints with a multiplier; redundant: whether the
-    maps contain the scaled reactions."""
+    """Writes the outward and inward pass at the start of stage 1. active: rows of cut joints with a multiplier. redundant: whether
+    the maps contain the scaled reactions."""
 
     def __init__(self, scene: ScenePasses, active: Sequence[int] = (), redundant: bool = False):
         self.scene, self.system = scene, scene.system
@@ -59,9 +59,9 @@ class StepPasses:
     def write_inward(
         self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
     ) -> tuple[Slot, list[Slot]]:
-        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies, by default those
-        of the scene. Returns y (nv), the accelerations of the freedoms on an inboard body with Ż = 0, and the wrench on each body
-        (6)."""
+        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies; by default,
+        those of the scene. Returns y (nv), and the wrench on each body (6). y are the accelerations of the freedoms if the inboard
+        body has Ż = 0."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
         handed = [program.scratch_slot(HANDED) for _ in range(n + 1)]
@@ -88,7 +88,7 @@ class StepPasses:
         return qdd, Z, N
 
     def write_rates(self, program: Program) -> None:
-        """Write the rates of frictional joints' freedoms and the states of their laws."""
+        """Write the rates of the freedoms of frictional joints, and the states of their laws."""
         m, states = self.maps, len(self.system.bristles)
         for e in self.elements:
             nv = e.joint.kind.nv
@@ -110,13 +110,14 @@ class StepPasses:
         return ft
 
     def along_cut(self, program: Program, c: CutJointSlots, Z: Sequence[Slot], out: Slot) -> None:
-        """Add to ``out``, accelerations of a cut joint's freedoms, the part that the accelerations Z of its two bodies cause."""
+        """``out`` contains accelerations of a cut joint's freedoms. Add the part that the accelerations Z of its two bodies
+        cause."""
         for which, z in zip(("win", "wout"), Z, strict=True):
             program.call(Builtin.ADD_ROW_DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
 
     def pin_of_cut(self, program: Program, e: Element, ft: Slot, out: Slot, whole: bool = True) -> None:
         """Write the components of f_c, m_c that a cut joint's law needs, from the wrench on the joint's outboard part. whole:
-        whether this is the full wrench, not that of one multiplier."""
+        whether this is the full wrench; otherwise it is the wrench of one multiplier."""
         j, pose = e.joint, self.closing(e.joint).pose
         write_pin(self.scene, program, j, e.needs, ft, pose, out)
         if whole:

@@ -1,4 +1,4 @@
-"""Programs of stage 1 (maps of the multipliers) and stage 2 (accelerations for known multipliers)."""
+"""Programs of stage 1 (maps of the multipliers) and of stage 2 (accelerations for known multipliers)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class StepPrograms(StepPasses):
         self._derivative(second if self.maps.columns else first)
 
     def _columns(self, program: Program) -> None:
-        """Write the columns of all multipliers. If few loops share bodies, each column extends only over its loop's path."""
+        """Write the columns of all multipliers. If few loops share bodies, a column extends only over the path of its loop."""
         if self.scene.bare:
             self.apart: SparseForceColumns | None = SparseForceColumns(self, program)
             return
@@ -39,7 +39,7 @@ class StepPrograms(StepPasses):
     # -- maps ---------------------------------------------------------------------------------------------------------------
 
     def _known(self, program: Program) -> None:
-        """Write the rates, and the parts of N and Q without multipliers."""
+        """Write the rates, and those parts of N and Q that do not depend on multipliers."""
         bodies = range(len(self.system.bodies))
         qdd, Z, N = self.accelerate(program, self.y, self.F, "accelerations", bodies, self.scene.base)
         m = self.maps
@@ -58,7 +58,7 @@ class StepPrograms(StepPasses):
             self.shares.write(program, self.where(), self.moving, lambda j: ft[j.name], m.kappa(-1))
 
     def _known_of_cut(self, program: Program, e: Element, Z: list[Slot], out: Slot, held: Slot) -> None:
-        """Write the reaction components that a cut joint's devices cause, and the accelerations of the joint's freedoms."""
+        """Write the reaction components that the devices of a cut joint cause, and the accelerations of the joint's freedoms."""
         j, c = e.joint, self.closing(e.joint)
         self.pin_of_cut(program, e, self.transmitted(program, j, []), out)
         if self.maps.held:
@@ -85,7 +85,7 @@ class StepPrograms(StepPasses):
         self.write_derivative(program, qdd, Z)
 
     def write_derivative(self, program: Program, qdd: Slot, Z: list[Slot]) -> None:
-        """From accelerations, write the part of ẏ that follows the coordinate rates, and the powers."""
+        """From accelerations, write the powers, and the part of ẏ that follows the coordinate rates."""
         system, s = self.system, self.scene
         nq, nv, nb = system.nq, system.nv, len(system.bristles)
         program.copy(qdd, Slot(Space.DY, nq, nv))

@@ -1,5 +1,5 @@
-"""Structural zeros of loop equations: rows that need no multiplier, and absent couplings by friction. The maps with all rows are
-evaluated at random states. An entry that vanishes at every state is a structural zero."""
+"""Structural zeros of loop equations: rows that need no multiplier, and couplings by friction that are absent. The maps with all
+rows are evaluated at random states. An entry that vanishes at every state is a structural zero."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
 
 ROUND_OFF = 1e-12
-"""Largest round-off of a sum that is zero in exact arithmetic. The terms are of order one; with oblique axes, they cancel only in
-the sum."""
+"""Largest round-off of a sum that is zero in exact arithmetic. Its terms are of order one, and with oblique axes they cancel only
+in the sum."""
 TRIALS = 3
-"""Count of random states. At a single state a nonzero entry may vanish by chance."""
+"""Number of random states. At a single state, a nonzero entry may vanish by chance."""
 
 
 class StructureProbe:
-    """Maps of a scene with all rows at random states. table: record of the scene's kernel; call: calls a function of this
+    """Maps of a scene with all rows, at random states. table: record of the scene's kernel. call: calls a function of this
     kernel."""
 
     def __init__(self, system: System, table: Any, maps: Maps, call: Callable[..., None]):
@@ -60,8 +60,8 @@ class StructureProbe:
         return [int(k) for k in np.flatnonzero(filled)]
 
     def coupled(self, active: list[int]) -> bool:
-        """Whether friction couples the multipliers of inactive rows, which the motion leaves undetermined, to the others
-        (``redundancy.inactive_rows_couple``)."""
+        """Whether friction couples the multipliers of inactive rows to the other multipliers. The motion leaves those of inactive
+        rows undetermined (``redundancy.inactive_rows_couple``)."""
         inactive = [k for k in range(self.maps.active) if k not in active]
         return bool(inactive) and any(self._couples(maps, turns, inactive) for maps, turns in self.made)
 

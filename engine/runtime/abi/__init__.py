@@ -1,5 +1,5 @@
-"""Enumerations and records that the C runtime and Python share, and the C header generated from them. Their numbers, sizes and
-layouts are declared here only."""
+"""Enumerations and records that the C runtime and Python share, and the C header generated from these declarations. Numbers, sizes
+and layouts are declared here only."""
 
 from trunnion.runtime.abi.enumerations import (
     LINE,

@@ -9,7 +9,7 @@ EVENT_KINDS = 16
 """Number of event counters: a power of two above the largest EventKind."""
 
 STRANDS = 24
-"""Largest number of cases of an ensemble that are in progress at once."""
+"""Largest number of cases that an ensemble processes at once."""
 
 CASE_SETTINGS = Record("tr_case_settings", "Settings of one case. They replace those of the batch.", """
 double rtol

@@ -1,4 +1,5 @@
-"""The C header ``tr_abi.h``, and the number by which kernels, runtime and Python verify that they use the same header."""
+"""The C header ``tr_abi.h``, and the ABI's number. By this number, kernels, runtime and Python verify that they use the same
+header."""
 
 from __future__ import annotations
 
@@ -42,7 +43,7 @@ def sizes() -> str:
 
 @lru_cache(maxsize=1)
 def body() -> str:
-    """The header without its include guard and the ABI's number."""
+    """The header, except its include guard and the ABI's number."""
     return "\n".join([sizes(), *(e.c_text() for e in ENUMERATIONS), *(r.c_text() for r in records())])
 
 

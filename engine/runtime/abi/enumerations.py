@@ -6,7 +6,7 @@ from trunnion.runtime.abi.record_definition import Named
 
 
 class Status(Named):
-    """Result of a call into the runtime. From FAIL_NOT_FINITE on, the reason why a run ends or is rejected."""
+    """Result of a call into the runtime. FAIL_NOT_FINITE and all later members state why a run ends or is rejected."""
 
     OK = 0
     MORE = 1, "step budget used up: call again"
@@ -48,9 +48,9 @@ class EventKind(Named, prefix="TR_EV_"):
 
 
 class PairState(Named):
-    """Flag of the mode of a sliding pair. Under a law with a kink the pair is in the proportional or in the saturated zone. Under
-    a set-valued law it sticks, slips, or (a ball only) spins inside its friction cone without sliding. For a law whose only kink
-    is at rest the flag stays 0, and only the direction of friction changes."""
+    """Flag of the mode of a sliding pair. Under a law with a kink, the pair is in the proportional or in the saturated zone. Under
+    a set-valued law, it sticks or slips; a ball may also spin inside its friction cone without sliding. Under a law whose only kink
+    is at rest, the flag stays 0, and only the direction of friction changes."""
 
     STUCK = 0
     SLIPS = 1
@@ -111,7 +111,7 @@ class Post(Named, prefix="TR_POST_"):
 
 
 class Wants(Named, prefix="TR_WANTS_"):
-    """Bits that say what a set of columns needs from the runtime in addition to the kernel."""
+    """Bits that state what a set of columns needs from the runtime, besides the kernel."""
 
     CONTRACTION = 1, "the contraction number in every row"
     AUDIT = 2, "residuals of loops and friction equations, and the verdict, in every row"
@@ -174,8 +174,8 @@ class Breaks(Named, prefix="TR_BREAKS_"):
 
 
 class Overrun(Named, prefix="TR_OVERRUN_"):
-    """Outcome of a bounded step. Members from BY_IMPULSES on state how the rest of the step was computed after a limit was reached
-    or a failure occurred."""
+    """Outcome of a bounded step. After a reached limit or a failure, the members from BY_IMPULSES on state how the rest of the step
+    was computed."""
 
     NONE = 0, "completed within its limits"
     BY_IMPULSES = 1, "completed by one impulse step"

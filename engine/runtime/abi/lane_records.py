@@ -1,4 +1,4 @@
-"""Records of requests to the SIMD lanes, in which cases of a batch step together."""
+"""Records of requests to the SIMD lanes, which step cases of a batch together."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Declarations that C and Python share: enumerations and records, with their C text and Python readers.
 
-A record's fields are written once, one on each line, as ``C declaration : meaning``. The C struct, the ``ctypes`` structure, the
-NumPy type and the checks of names follow.
+A record's fields are written once, one per line, as ``C declaration : meaning``. The C struct, the ``ctypes`` structure, the NumPy
+type and the checks of names are derived from these lines.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ KNOWN: dict[str, Record] = {}
 
 
 class Named(IntEnum):
-    """An enumeration with meanings: ``MEMBER = number, "meaning"``. ``prefix`` begins the names of its
-    members in C."""
+    """An enumeration whose members have meanings: ``MEMBER = number, "meaning"``. The names of its members in C begin with
+    ``prefix``."""
 
     about: str
     prefix: ClassVar[str]
@@ -43,14 +43,14 @@ class Named(IntEnum):
     @classmethod
     def c_text(cls) -> str:
         """The C definition of the enumeration."""
-        named = cls.__members__.items()  # includes aliases
+        named = cls.__members__.items()  # aliases included
         lines = [f"  {cls.prefix}{name} = {m.value}," + (f" /* {m.about} */" if m.about else "") for name, m in named]
         return "\n".join([f"/* {one_line(cls.__doc__)} */", "enum {", *lines, "};\n"])
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a record: C declaration, name, base type ("*": pointer), number of entries, meaning."""
+    """A field of a record: C declaration, name, base type ("*" for a pointer), number of entries, meaning."""
 
     declaration: str
     name: str
@@ -60,7 +60,7 @@ class Field:
 
 
 class Record:
-    """A C struct, declared in C text and read in Python. tag: name; about: meaning; lines: fields, one on each line."""
+    """A C struct, declared in C text and read in Python. tag: its name; about: its meaning; lines: its fields, one per line."""
 
     def __init__(self, tag: str, about: str, lines: str):
         self.tag, self.about = tag, one_line(about)
@@ -76,7 +76,7 @@ class Record:
 
     @cached_property
     def dtype(self) -> np.dtype:
-        """The NumPy type of a record without pointers."""
+        """The NumPy type of the record, which must not have pointers."""
         import numpy as np
 
         places: list[Any] = []
@@ -87,18 +87,18 @@ class Record:
 
     @property
     def numbers(self) -> int:
-        """Number of doubles of a record that contains only doubles."""
+        """Number of doubles of the record, which must contain only doubles."""
         return self.dtype.itemsize // 8
 
     def at(self, name: str) -> int:
-        """Index of a field's first double, in a record that contains only doubles."""
+        """Index of a field's first double in the record, which must contain only doubles."""
         found = self.dtype.fields
         assert found is not None
         return found[name][1] // 8
 
     @property
     def integers(self) -> tuple[str, ...]:
-        """Names of the fields that are single integers."""
+        """Names of those fields that are single integers."""
         return tuple(f.name for f in self.fields if f.base == "int" and "*" not in f.declaration)
 
     def c_text(self) -> str:
@@ -107,23 +107,24 @@ class Record:
         return "\n".join([f"/* {self.about} */", f"typedef struct {self.tag} {{", *lines, f"}} {self.tag};\n"])
 
     def row(self, **values: Any) -> tuple[Any, ...]:
-        """The values of all fields in the record's order. TypeError unless ``values`` names exactly the record's fields."""
+        """The values of all fields in the order of the record. Raises TypeError unless ``values`` names exactly the fields."""
         if set(values) != set(self.names):
             raise TypeError(f"{self.tag}: fields that do not match: {', '.join(sorted(set(values) ^ set(self.names)))}")
         return tuple(values[n] for n in self.names)
 
     def doubles(self, **values: Any) -> list[float]:
-        """The values of all fields in order as doubles, for a record that contains only doubles."""
+        """The values of all fields in order, as doubles. The record must contain only doubles."""
         row = self.row(**values)
         return [float(x) for value in row for x in (value if isinstance(value, tuple) else (value,))]
 
     def initialiser(self, name: str, **values: Any) -> str:
-        """C definition of a constant record ``name``, in which every field is named."""
+        """C definition of a constant ``name`` of this struct, with an initialiser for every named field."""
         self.row(**values)
         return f"const {self.tag} {name}={{{','.join(f'.{n}={values[n]}' for n in self.names)}}};\n"
 
     def table(self, name: str, rows: Iterable[tuple[Any, ...]]) -> str:
-        """C definition of a constant array of records. Without rows it has one zero record, because C allows no empty array."""
+        """C definition of a constant array of records. If ``rows`` is empty, the array has one zero record, because C allows no
+        empty array."""
         body = ",".join("{" + ",".join(map(str, r)) + "}" for r in rows) or "{0}"
         return f"static const {self.tag} {name}[]={{{body}}};\n"
 
@@ -148,5 +149,5 @@ def _ctype(f: Field) -> Any:
 
 
 def one_line(text: str | None) -> str:
-    """A docstring's words on one line."""
+    """The words of a docstring on one line."""
     return " ".join((text or "").split())

@@ -1,5 +1,5 @@
-"""Records of a run: signals and modes, results of a kernel's functions, inputs and settings, events and verdicts. All except
-settings and statistics contain only doubles."""
+"""Records of a run: signals and modes, results of a kernel's functions, inputs and settings, events and verdicts. All records
+except settings and statistics contain only doubles."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from trunnion.runtime.abi.record_definition import Record
 from trunnion.runtime.integrators import METHODS
 
 EVENT_CONTACTS = 6
-"""Largest number of contacts of one pair in an event (a universal joint's cross has four)."""
+"""Largest number of contacts of one pair in an event; the cross of a universal joint has four."""
 
 # -- contents of x: the moment, a signal for each table, a flag for each stop, a mode for each pair ------------------------------
 

@@ -1,4 +1,4 @@
-"""Record of the tangents of a run: a sensitivity unit, the directions of its parameters, and work space."""
+"""Record for the tangents of a run: a sensitivity unit, the directions of its parameters, and work space."""
 
 from __future__ import annotations
 

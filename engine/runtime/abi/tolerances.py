@@ -1,4 +1,4 @@
-"""Constants of the runtime that Python and lanes use, read from ``base/tolerances.h`` and ``base/stick_rule.h``."""
+"""Constants of the runtime that Python and the lanes use. They are read from ``base/tolerances.h`` and ``base/stick_rule.h``."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def _values() -> dict[str, str]:
 
 
 def number(name: str) -> float:
-    """The value of a constant. KeyError for an unknown name."""
+    """The value of a constant. Raises KeyError if the name is unknown."""
     value = _values()[name]
     return number(value) if value in _values() else float(value)
 
 
 def used_by(text: str) -> str:
-    """C definitions that a C text needs: the stick-rule functions that the text names, and the constants that the text or these
-    functions name."""
+    """C definitions that a C text needs. They comprise the functions of the stick rule that the text names, and the constants that
+    the text or these functions name."""
     rule = [f for f in FUNCTION.findall(STICK_RULE.read_text(encoding="utf-8")) if set(re.findall(r"tr_\w+", f)) & _words(text)]
     named = _words(text) | _words("\n".join(rule))
     return "".join(f"{line}\n" for line in [*(f"#define {n} {v}" for n, v in _values().items() if n in named), *rule])

@@ -1,4 +1,4 @@
-/* Access to parts of a block: pairs and their modes, signals, end stops and multipliers. Units, and cancellation of a run. */
+/* Accessors to parts of a block: pairs and their modes, signals, end stops, multipliers. Also units, and cancellation of a run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -9,31 +9,31 @@
 #include "base/vectors.h"
 #include "tr_tables.h"
 
-/* Equation of a multiplier, in the order of the names: friction law; zero acceleration of a held pair; zero friction, because
- * the motion is prescribed; share of a group's load; stored load. */
+/* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: zero
+ * friction, because loops prescribe the motion. SHARE: a share of a group's load. STORED: a stored load. */
 enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED };
 
-/* Source of the stored loads of a group at rest: none (the group shares by the rule), a creep minimisation, or the present
- * multipliers. */
+/* Source of the loads that a group at rest stores. NONE: the group stores no loads and shares by the rule. CREEP: a creep
+ * minimisation. PLACED: the present multipliers. */
 enum { TR_STORES_NONE, TR_STORES_CREEP, TR_STORES_PLACED };
 
-/* Leader of a multiplier that shares a load: the leading multiplier, its pair, and the offset of the derivative of that pair's
- * capacity. */
+/* Leader of a multiplier that shares a load. Fields: index of the leading multiplier, its pair, and the offset in `dhold` of the
+ * derivative of this pair's capacity. */
 typedef struct tr_leader {
   int multiplier, pair, dhold;
 } tr_leader;
 
-/* Passage of a pair through the proportional zone of its law. */
+/* Record of a pair that passes through the proportional zone of its law. */
 typedef struct tr_zone {
   int inside;
   int ncontacts;       /* number of contacts in `before` */
   double entered;      /* time of entry, s */
   double direction[3]; /* sliding direction at the entry */
-  double reversal;     /* time of a reversal inside the zone, s; NaN: none so far */
+  double reversal;     /* time of a reversal inside the zone, s; NaN: no reversal */
   tr_contact before[TR_EVENT_CONTACTS]; /* contacts at the entry */
 } tr_zone;
 
-/* Last value of a column with post-processing (tr_post). For an angle, also its time and its rate at the last end of a step. */
+/* Last value of a column with post-processing (tr_post). For an angle, also the time and the rate at the end of the last step. */
 typedef struct tr_memory {
   int known, rated;
   double value, t, rate;
@@ -41,19 +41,19 @@ typedef struct tr_memory {
 
 #define ASK_AFTER 1e7 /* multiplications between two queries of the host: a few milliseconds, even on slow machines */
 
-/* Work of a bounded step. Maps formed outside evaluations count as evaluations. Each solution of a mode decision counts as an
- * iteration. */
+/* Work of a bounded step, in evaluations and iterations. Maps formed outside evaluations count as evaluations. Each solution of a
+ * mode decision counts as an iteration. */
 static inline long tr_counted_evaluations(const tr_sim *s) { return s->stats.rhs_evaluations + s->stats.maps; }
 static inline long tr_counted_iterations(const tr_sim *s) { return s->stats.newton_iterations + s->stats.solutions; }
 
-/* Whether a bounded step has used up its evaluations or iterations. In that case the run is marked as cancelled. */
+/* Whether a bounded step has used up its evaluations or iterations. If so, marks the run as cancelled. */
 static inline int tr_is_at_bound(tr_sim *s) {
   if (!s->bound.evaluations || (tr_counted_evaluations(s) < s->bound.evaluations && tr_counted_iterations(s) < s->bound.iterations)) return 0;
   return s->ask.cancelled = 1;
 }
 
-/* Add `work` multiplications to the count. Returns whether the bound or the host has cancelled the run. The host is queried
- * every ASK_AFTER multiplications. */
+/* Add `work` multiplications to the count, and query the host every ASK_AFTER multiplications. Returns whether the bound or the
+ * host has cancelled the run. */
 static inline int tr_is_cancelled(tr_sim *s, double work) {
   if (tr_is_at_bound(s)) return 1;
   if (!s->ask.host || s->ask.cancelled || (s->ask.work += work) < ASK_AFTER) return s->ask.cancelled;
@@ -63,7 +63,8 @@ static inline int tr_is_cancelled(tr_sim *s, double work) {
 
 static inline const tr_pair *tr_pair_of(const tr_sim *s, int i) { return s->k->pair + i; }
 
-/* Number of doubles in z: the multipliers [λ active | η]; with recursive friction, the loads N follow. */
+/* Number of doubles in z. z contains the multipliers [λ active | η]; with recursive friction, the loads N follow the
+ * multipliers. */
 static inline int tr_z_length(const tr_sim *s) { return s->k->active + s->k->neta + (s->k->begin ? s->k->nn : 0); }
 static inline double *tr_stored_loads(const tr_sim *s) { return TR_A(s, z) + s->k->active + s->k->neta; }
 
@@ -83,12 +84,13 @@ static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr
 /* Whether a stop is the hook of a latch. Hooks have their own event kinds. */
 static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->nstops - s->k->nlatches; }
 
-/* Whether an end stop is engaged, or the hook of a latch is down. The flag of a ratchet's hook is the number of the engaged
+/* Whether an end stop is engaged, or the hook of a latch is down. For the hook of a ratchet, the flag is the number of the engaged
  * tooth, counted from 1. */
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
-/* Depth of each stop at y, m or rad (hooks: ``recursion/latches.py``). pushes (or 0): for an end stop, its force margin before
- * release inside its reach; for a hook, how far its signal lifts the hook. */
+/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` may be a null pointer. Otherwise, for
+ * an end stop it receives the factor of the elastic force, which is 0 at release; for a hook, the excess of its signal over the
+ * release value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + 1];
@@ -102,7 +104,7 @@ static inline void tr_stop_depths(const tr_sim *s, const double *y, double *dept
 /* The stop whose depth shows whether this hook's latch is pressed. */
 static inline int tr_stop_behind_hook(const tr_sim *s, int hook) { return s->k->presses[hook - (s->k->nstops - s->k->nlatches)]; }
 static inline int tr_mode_flag(const tr_mode *m) { return (int)m->flag; }
-/* Whether a pair is not stuck; for a law with a kink, whether the pair is saturated. */
+/* Whether a pair is not stuck. For a law with a kink: whether the pair is saturated. */
 static inline int tr_is_sliding(const tr_sim *s, int i) { return tr_mode_flag(tr_mode_of(s, i)) != TR_STUCK; }
 static inline int tr_is_set_valued(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_SET; }
 static inline int tr_has_kink_at_rest(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_TURN; }
@@ -120,17 +122,18 @@ static inline int *tr_pair_classes(const tr_sim *s) { return (int *)TR_A(s, pair
 static inline int *tr_stopping_marks(const tr_sim *s) { return (int *)TR_A(s, stopping); }
 static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, leaders); }
 
-/* Number of active rows that constrain a loop. The rows of light freedoms follow them. */
+/* Number of active rows that constrain loops. The rows of light freedoms follow these rows. */
 static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
 
-/* Unit of a constraint row (1 rad, or the length scale); unit of a rate divided by the rate scale. */
+/* Unit of the residual of a constraint row: 1 for rotation (rad), the length scale for translation. Unit of a rate, divided by the
+ * rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
 
 /* Record of a table. `tables` begins with the offsets of all records. */
 static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
 
-/* × the time, at least 1 s: times closer than this are equal. It covers the round-off of sums of steps. */
+/* × the time, at least 1 s: times closer than this are equal. The tolerance covers the round-off of sums of steps. */
 #define SAME_TIME 1e-13
 static inline double tr_time_tolerance(double t) { return SAME_TIME * fmax(1.0, fabs(t)); }
 
@@ -140,7 +143,7 @@ static inline double tr_speed_unit(const tr_sim *s) { return s->set.length * s->
 /* Number of doubles in a state, including integrals and padding. */
 static inline int tr_state_width(const tr_sim *s) { return TR_PAD(s->ny + s->nworks + s->naudit); }
 
-/* Number of pairs and stops. The index of an event is the index of its pair, or nsliders + the index of its stop. */
+/* Number of pairs and stops. An event of a pair has the pair's index; an event of a stop has nsliders + the stop's index. */
 static inline int tr_watched_count(const tr_sim *s) { return s->k->nsliders + s->k->nstops; }
 
 /* Rates of a pair in the current state. Requires maps. */

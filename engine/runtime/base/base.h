@@ -39,18 +39,19 @@ static inline void tr_evaluate_stage2(tr_sim *s, const double *y, const double *
  * outlive the result. */
 static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, double *work);
 
-/* Solve for x, and replace kappa by the residual κ + N x. If `more` (r doubles) is not 0, solve Nᵀ(κ + N x) + more = 0
- * instead. */
+/* Solve for x, and replace kappa by the residual κ + N x. If `more` (r doubles) is not a null pointer, solve Nᵀ(κ + N x) + more =
+ * 0. */
 static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x);
 
 /* Orthonormalise the directions N (m×r) by two Gram–Schmidt passes. Dependent directions become zero. */
 static void tr_orthonormalise(int m, int r, double *N);
 
-/* External input at time t, with τ the time since its communication point. A motion that follows the input u may start at a
- * distance e with the rate ė. The motion q closes this gap with critical damping: q = u + (e + (ė + ω e) τ) exp(−ω τ). */
+/* Evaluate an external input at time t. τ is the time since its communication point. A motion that follows the input u may start at
+ * a distance e from u, with the relative rate ė. The motion q closes this gap with critical damping: q = u + (e + (ė + ω e) τ)
+ * exp(−ω τ). */
 static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out);
 
-/* Number of external inputs. They are the first tables. */
+/* Number of external inputs, which are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
@@ -59,17 +60,17 @@ double tr_break_after(const tr_sim *s, double t);
 /* Form the raw maps of the current state, unless they exist already. */
 static void tr_form_maps(tr_sim *s);
 
-/* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or 0) at the current state y. response: acceleration of each
- * friction's own freedom by a unit of that friction. again: the previous call was at the same state, so its ẏ without impulses
- * is used. */
+/* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or a null pointer) at the current state y. `response`: for each
+ * friction, the acceleration of its own freedom by a unit of that friction. `again`: the previous call was at the same state, so
+ * this call reuses its ẏ without impulses. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
-/* Make y the current state by `begin` of the recursion, without maps. Later functions form maps on demand. Requires the
- * signals. */
+/* Make y the current state by the kernel's function `begin`, which starts the recursion and forms no maps. Later functions form
+ * maps on demand. Requires the signals. */
 static void tr_begin_recursion(tr_sim *s, const double *y, double *dy);
 
-/* Make y the current state and evaluate its maps. With recursive friction, later functions form maps on demand. Evaluates ẏ
- * only if there are no multipliers. Requires the signals. */
+/* Make y the current state and evaluate its maps. With recursive friction, later functions form maps on demand. Evaluates ẏ only
+ * for a mechanism without multipliers. Requires the signals. */
 static void tr_evaluate_maps(tr_sim *s, const double *y);
 
 /* Evaluate the block's signals at time t. */
@@ -78,6 +79,6 @@ static inline void tr_set_time(tr_sim *s, double t);
 /* Set the signals of time t, then call tr_evaluate_maps. */
 static inline void tr_evaluate_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t), tr_evaluate_maps(s, y); }
 
-/* Potential energy at y, J. It is 0 in mechanisms without latches. */
+/* Potential energy at y, J. In mechanisms without latches the result is 0, because only latches use it. */
 static double tr_potential_energy(const tr_sim *s, const double *y);
 #endif

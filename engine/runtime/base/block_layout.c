@@ -1,4 +1,4 @@
-/* Layout of a block: size, arrays, and copy into a larger block. */
+/* Layout of a block: its size, the offsets of its arrays, and the copy into a larger block. */
 #include "base/base.h"
 
 static int tr_max(int a, int b) { return a > b ? a : b; }

@@ -1,15 +1,15 @@
-/* Extensions of C11 that the runtime uses: vectors of four doubles, and inlining. In exported sources, ``portable.h``
- * (fmu/native) defines the same names in plain C. */
+/* Extensions of C11 that the runtime uses: vectors of four doubles, and inlining. In exported sources,
+ * ``portable_compiler_settings.h`` (fmu/native) defines the same names in plain C. */
 #ifndef TR_COMPILER_H
 #define TR_COMPILER_H
 
-/* Lanes (doubles) of a vector. Every array of a block is padded to whole vectors. */
+/* Number of doubles in a SIMD vector. Every array of a block is padded to whole vectors. */
 #define TR_LANES 4
 #define TR_NOUGHT {0.0}
 typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_PAD(n) (((n) + 3) & ~3)
 
-/* A function that is compiled separately for each constant size at its calls, with unrolled loops. */
+/* Marks a function that is compiled separately for each constant size at its calls, with unrolled loops. */
 #define TR_SIZED static inline __attribute__((always_inline))
 #ifdef __clang__
 #define TR_UNROLL _Pragma("clang loop unroll(full)")
@@ -17,8 +17,8 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_UNROLL
 #endif
 
-/* Code between TR_RARE and TR_OFTEN (events, starts, failures) is compiled for size. Inlining it like the stepping loop would
- * take most of the compile time. */
+/* Code between TR_RARE and TR_OFTEN (events, starts, failures) is compiled for size. Inlining this code would take most of the
+ * compile time. */
 #ifdef __clang__
 #define TR_RARE _Pragma("clang attribute push(__attribute__((minsize, noinline)), apply_to = function)")
 #define TR_OFTEN _Pragma("clang attribute pop")
@@ -27,14 +27,15 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_OFTEN
 #endif
 
-/* A part of the stepping loop that is inlined in its only caller. Without this attribute, steps take 1 to 2 percent longer. */
+/* Marks a part of the stepping loop that is inlined in its only caller. Without this attribute, steps take 1 to 2 percent
+ * longer. */
 #define TR_INLINE static inline __attribute__((always_inline))
 
-/* A function that is never inlined, so that the code of steps that do not call it stays the same. */
+/* Marks a function that is never inlined. Steps that do not call the function then keep their machine code. */
 #define TR_APART static __attribute__((noinline))
 
-/* a − b c, with one rounding if the machine has a fused multiply-add. The compiler does the same in loops, but could combine
- * products differently in straight-line code. */
+/* a − b c, with one rounding if the machine has a fused multiply-add. The compiler contracts loops in the same way. In
+ * straight-line code, without this function, it could combine products differently. */
 static inline double tr_multiply_subtract(double a, double b, double c) {
 #ifdef __FMA__
   return __builtin_fma(-b, c, a);

@@ -16,9 +16,9 @@ static inline void tr_exchange_symmetric(int n, int k, int m, double *L) {
   for (int i = m + 1; i < n; ++i) t = ck[i], ck[i] = cm[i], cm[i] = t;
 }
 
-/* Pivoted Cholesky factor of d S d (n×n, S in full storage), in the lower triangle of L, in the order `perm`. The rank is the
- * number of pivots before the first that is too small. The first `base` pivots must exceed `keep`, later pivots `grow`.
- * Returns the rank. */
+/* Pivoted Cholesky factor of d S d (n×n, S in full storage). The lower triangle of L receives the factor, and `perm` the pivot
+ * order. The first `base` pivots must exceed `keep`, later pivots `grow`. Returns the rank: the number of pivots before the first
+ * pivot that is too small. */
 static int tr_cholesky(int n, const double *S, const double *d, double *L, int *perm, int base, double keep, double grow) {
   for (int j = 0; j < n; ++j) {
     const double *from = S + (size_t)j * n, dj = d[j];
@@ -101,10 +101,11 @@ TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
   return 1;
 }
 
-#define TR_LU_WIDE 4 /* columns eliminated from another column in one pass, to reduce memory access to a quarter */
-#define TR_LU_LARGE 16 /* smallest matrix size at which this is faster */
+#define TR_LU_WIDE 4 /* columns eliminated from another column in one pass, which reduces memory access to a quarter */
+#define TR_LU_LARGE 16 /* smallest matrix size at which elimination by four columns is faster */
 
-/* Factorise the columns k ≤ c < end of A, after all earlier columns. Exchanges rows only within these columns. */
+/* Factorise the columns k ≤ c < end of A, from which all earlier columns are already eliminated. Exchanges rows only within these
+ * columns. */
 static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
   for (int c = k; c < end; ++c) {
     double *column = A + (size_t)c * n;
@@ -128,7 +129,7 @@ static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
   return 1;
 }
 
-/* Eliminate the columns k to k + 3 from the column `to`, in the same order as single eliminations. */
+/* Eliminate the columns k to k + 3 from the column `to`, in the order of four single eliminations. */
 static inline void tr_lu_subtract_panel(int n, int k, const double *A, double *to) {
   const double *L0 = A + (size_t)k * n, *L1 = L0 + n, *L2 = L1 + n, *L3 = L2 + n, a = to[k], b = to[k + 1] = tr_multiply_subtract(to[k + 1], L0[k + 1], a);
   const double c = to[k + 2] = tr_multiply_subtract(tr_multiply_subtract(to[k + 2], L0[k + 2], a), L1[k + 2], b);
@@ -144,7 +145,7 @@ static inline void tr_lu_subtract_panel(int n, int k, const double *A, double *t
   for (; i < n; ++i) to[i] = tr_multiply_subtract(tr_multiply_subtract(tr_multiply_subtract(tr_multiply_subtract(to[i], L0[i], a), L1[i], b), L2[i], c), L3[i], d);
 }
 
-/* As tr_lu_sized, for large matrices, four columns at a time. */
+/* As tr_lu_sized, for large matrices: eliminates four columns at a time. */
 static int tr_lu_large(int n, double *A, int *perm) {
   for (int k = 0; k < n; k += TR_LU_WIDE) {
     const int end = k + TR_LU_WIDE < n ? k + TR_LU_WIDE : n;
@@ -162,7 +163,7 @@ static int tr_lu_large(int n, double *A, int *perm) {
   return 1;
 }
 
-/* As tr_lu_sized; the sizes of small mechanisms are compiled separately. */
+/* As tr_lu_sized. The matrix sizes of small mechanisms are compiled separately. */
 static int tr_lu(int n, double *A, int *perm) {
   switch (n) {
     case 2: return tr_lu_sized(2, A, perm);
@@ -217,7 +218,7 @@ TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, d
   }
 }
 
-/* As tr_lu_solve_sized; the sizes of small mechanisms are compiled separately. */
+/* As tr_lu_solve_sized. The matrix sizes of small mechanisms are compiled separately. */
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
   switch (n) {
     case 2: tr_lu_solve_sized(2, A, perm, b); break;

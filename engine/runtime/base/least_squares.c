@@ -1,14 +1,14 @@
-/* Least squares for reactions that redundant loops leave open: minimise |κ + N x|. N (m×r) contains the scaled reactions of
- * the open directions.
+/* Least squares for reactions that redundant loops leave open: minimise |κ + N x|. N (m×r) contains the scaled reactions of the
+ * open directions.
  *
  * The columns are normalised before the Gram matrix is factorised, so that units have no effect. The Gram matrix squares the
  * condition number; two iterative refinements restore the lost digits. A direction involves few joints, so the code skips rows
  * outside the nonzero span of a column. The coefficients of dependent directions are zero. */
 #include "base/base.h"
 
-#define DEPENDENT 1e-12 /* squared remainder of a dependent unit direction; sums of m ≈ 1e3 products are accurate to 1e-14 */
+#define DEPENDENT 1e-12 /* squared remainder of a dependent unit direction; sums of about 1000 products are accurate to 1e-14 */
 #define CORRECTIONS 2 /* iterative refinements */
-#define VANISHED 1e-20 /* × a direction's squared norm: squared norm that orthogonalisation leaves of a dependent direction */
+#define VANISHED 1e-20 /* × a direction's squared norm: a smaller rest after orthogonalisation means a dependent direction */
 
 /* Number of doubles of work space: Gram matrix, scales, right-hand side, pivot order and spans (ints). */
 static int tr_least_squares_doubles(int r) { return r * (r + 4); }

@@ -1,5 +1,5 @@
-/* Tables of the methods, generated from engine/runtime/integrators (``tr_tables.h``). No C file names a method; the number of
- * a method is its index in the table. */
+/* Tables of the methods, generated from engine/runtime/integrators (``tr_tables.h``). No C file names a method. The number of a
+ * method is its index in the table. */
 #ifndef TR_METHODS_H
 #define TR_METHODS_H
 #include "tr_abi.h"
@@ -8,7 +8,8 @@
 /* out = h · (linear combination of the rows of K). A row has n SIMD vectors. */
 typedef void (*tr_combination)(int n, double h, const tr_vec *restrict K, tr_vec *restrict out);
 
-/* An explicit Runge–Kutta method. Rows of K: stages, derivative at the end of the step, extra stages of the dense output. */
+/* An explicit Runge–Kutta method. Rows of K: the stages, the derivative at the end of the step, the extra stages of the dense
+ * output. */
 typedef struct tr_explicit {
   int stages, extra;   /* stages of a step; extra stages of the dense output */
   int errors;          /* error estimators: 1 or 2 */
@@ -16,14 +17,14 @@ typedef struct tr_explicit {
   int ends_in_error;   /* whether an error estimator uses the derivative at the end of the step */
   double stiff_at;     /* h|λ| above which stability limits the step size */
   const double *c;     /* nodes of all rows */
-  const double *lead;  /* stages × stages, by rows: weights by which earlier stages extrapolate the start of Newton's method */
+  const double *lead;  /* stages × stages, by rows: weights that extrapolate earlier stages to a start of Newton's method */
   void (*argument)(int stage, int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   void (*solution)(int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   const tr_combination *error, *dense_row;
 } tr_explicit;
 
-/* A Rosenbrock method (form and names: engine/runtime/integrators/rosenbrock_coefficients.py). Rows of K: f at the start,
- * stages, f at the end. */
+/* A Rosenbrock method; engine/runtime/integrators/rosenbrock_coefficients.py explains form and names. Rows of K: f at the start,
+ * the stages, f at the end. */
 typedef struct tr_rosenbrock {
   int stages;
   double gamma;

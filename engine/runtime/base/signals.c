@@ -1,4 +1,4 @@
-/* Signals of tables and external inputs, and the times of their breaks. */
+/* Signals of tables and external inputs, and the times at which signals have breaks. */
 #include "base/base.h"
 
 static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out) {
@@ -16,11 +16,12 @@ static int tr_input_count(const tr_sim *s) {
   return n;
 }
 
-/* The knot times, which follow a table's head. Values, then second derivatives (spline) or slopes (Hermite pieces), follow the
- * times. */
+/* The knot times, which follow the head of a table. Behind them are the values, then second derivatives (spline) or slopes (Hermite
+ * pieces). */
 static const double *tr_knot_times(const tr_knots *table) { return (const double *)(table + 1); }
 
-/* Signal before the first knot or (last) after the last knot: constant for a held table, else a straight line. */
+/* Signal before the first knot, or after the last knot (`last`). The signal is constant for a held table, otherwise a straight
+ * line. */
 static void tr_extrapolate_table(const tr_knots *table, int last, double t, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, e = last ? n - 1 : 0, a = last ? n - 2 : 0;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;
@@ -31,16 +32,15 @@ static void tr_extrapolate_table(const tr_knots *table, int last, double t, tr_s
   out->value = v[e] + slope * (t - tt[e]), out->first = slope, out->second = out->third = 0.0;
 }
 
-/* Cubic on an interval of duration h with values v and slopes m at both ends, evaluated at time u after the start of the
- * interval. */
+/* Evaluate a cubic at the time u after the start of an interval of duration h. v and m: values and slopes at both ends. */
 static void tr_evaluate_hermite(const double *v, const double *m, double h, double u, tr_signal *out) {
   double rise = (v[1] - v[0]) / h, bend = (3.0 * rise - 2.0 * m[0] - m[1]) / h, twist = (m[0] + m[1] - 2.0 * rise) / (h * h);
   out->value = v[0] + u * (m[0] + u * (bend + u * twist)), out->first = m[0] + u * (2.0 * bend + 3.0 * u * twist);
   out->second = 2.0 * bend + 6.0 * u * twist, out->third = 6.0 * twist;
 }
 
-/* Signal of a table at time t. The time ts selects the interval, so that all evaluations of a step use the same side of a
- * knot. */
+/* Signal of a table at time t. The interval is selected by the time ts. All evaluations of a step pass the same ts, so that they
+ * use the same side of a knot. */
 static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, lo = 0, hi = n - 1;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;
@@ -68,8 +68,8 @@ static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_sig
   }
 }
 
-/* Write time t and `count` signals to x. The moment in x already holds the time inside the step. `tables` begins with the
- * offset of each record. Runs, statics and derivatives use this function, so that all evaluate tables in the same way. */
+/* Write time t and `count` signals to x. x already contains the time inside the step, which selects intervals. `tables` begins with
+ * the offset of each record. Runs, statics and derivatives call this function, so that all evaluate tables in the same way. */
 static inline void tr_evaluate_signals(const double *tables, int count, double t, double *x) {
   tr_moment *now = (tr_moment *)x;
   tr_signal *out = (tr_signal *)(now + 1);

@@ -21,30 +21,30 @@
 typedef struct tr_clock {
   double t;                /* time of the state `y`, s */
   double t_start, t_end;   /* start and end of the run, s */
-  double every, row_next;  /* spacing of rows and time of the next row, s; `every` 0: one row per step */
+  double every, row_next;  /* spacing of rows and time of the next row, s; if `every` is 0, each step writes a row */
   long row_index;          /* number of rows written so far */
   int width;               /* doubles in a row, including time */
-  int nbreaks, next_break; /* times at which a step must end: their number, index of the next */
+  int nbreaks, next_break; /* times at which a step must end: their number, and the index of the next time */
   int status;              /* TR_OK while the run continues */
 } tr_clock;
 
-/* Maps that exist for the current state: none; the kernel's raw maps; also load maps, with λ eliminated; also held maps
- * (accelerations of the sliding freedoms), with λ eliminated. */
+/* Kinds of maps formed for the current state; each kind includes those before. RAW: the kernel's maps. OF_LOADS: also the load
+ * maps, with λ eliminated. HELD: also the accelerations of the sliding freedoms, with λ eliminated. */
 enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD };
 
-/* The present step, and its data for the next step. */
+/* The present step, and data that it leaves for the next step. */
 typedef struct tr_stepping {
   double h;            /* size of the next trial step, s; 0: not yet chosen */
-  double h_slip;       /* step size before a pair entered its proportional zone, reused after the zone, s; 0: none */
+  double h_slip;       /* step size before a pair entered its proportional zone, s, reused after the zone; 0: none */
   double t0, size;     /* start and length of the last accepted step, s */
   double err_old;      /* error of the last accepted step in units of the tolerance; 0: no step yet */
   double jac_t;        /* time at which the Jacobian was evaluated, s */
   double works;        /* error of the columns' works in the last accepted step, in units of the tolerance */
-  double worked;       /* fraction of that step up to which works are integrated for rows */
-  int parts;           /* whether works of that step are integrated in parts (``integrators/quadrature.c``) */
+  double worked;       /* fraction of the last accepted step up to which works are integrated for rows */
+  int parts;           /* whether the works of the last step are integrated in parts (``integrators/quadrature.c``) */
   int method;          /* number of the method in force; never that of method auto */
   int have_k1;         /* whether the first row of K is ẏ at the state `y` */
-  int missed;          /* whether the last step, repeated to end at an event, did not reach the event */
+  int missed;          /* whether the last step was repeated to end at an event, but did not reach the event */
   int have_dense;      /* whether the dense output belongs to the last accepted step */
   int dense_rows;      /* number of rows of the dense output */
   int have_jac;        /* whether the Jacobian at jac_t is valid */
@@ -52,26 +52,26 @@ typedef struct tr_stepping {
   double margin_end;   /* largest violation at the end of the last step, or at the last decision */
   int far_known;       /* whether the violations at the start of the step are stored (``events/event_margin.c``) */
   int mapped;          /* maps that exist for the current state: TR_MAPS_… */
-  int recursive;       /* whether the solution was found without maps; then `acc` and NN belong to the solution */
-  int loads_known;     /* whether z holds the loads of the multipliers behind the multipliers (tr_stored_loads) */
-  int watch;           /* whether tr_rhs calls tr_update_extremes */
+  int recursive;       /* whether the solution was found without maps; `acc` and NN then belong to the solution */
+  int loads_known;     /* whether the loads that follow the multipliers in z are known (tr_stored_loads) */
+  int watch;           /* whether tr_rhs calls tr_update_extremes at each stage */
   int failure;         /* status of the last failed evaluation or projection */
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps that favour a change of method (tr_choose_method) */
-  double stiffness;    /* h |λ| of the accepted step; 0: rows inside it are accurate; NaN: unknown (tr_is_limited_by_stability) */
+  double stiffness;    /* h |λ| of the accepted step; 0: its rows are accurate; NaN: unknown (tr_is_limited_by_stability) */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
-  long moved;          /* number of trial steps up to moved_t */
+  long moved;          /* number of trial steps when the run last progressed */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */
 } tr_stepping;
 
-/* An accepted step waits until its rows are written. Then tr_complete_step completes it. */
+/* Kinds of accepted step that wait until their rows are written. tr_complete_step then completes the step. */
 enum { TR_NOTHING, TR_WHOLE_STEP, TR_STEP_TO_EVENT, TR_IMPULSE_STEP };
 typedef struct tr_waiting {
   int kind;      /* TR_NOTHING, … */
   int which;     /* pair or stop of the event */
-  int captured;  /* whether the step is the last stretch of the pair's sliding (tr_make_capture_step) */
-  int cut;       /* whether the time limit of the call, not the error control, set the length of the step */
+  int captured;  /* whether the step ends a pair's sliding (tr_make_capture_step) */
+  int cut;       /* whether the time limit of the call, not the error control, determined the step length */
   int noted;     /* whether the reversals inside the step are recorded */
-  double theta;  /* end of the waiting step, as a fraction of the trial step; 1: whole */
+  double theta;  /* end of the waiting step, as a fraction of the trial step; 1: the whole step */
   double t;      /* end of the waiting step, s */
   double h;      /* length of the trial step, s */
   double grow;   /* factor for the length of the next step */
@@ -82,26 +82,27 @@ typedef struct tr_loops {
   int rank;            /* largest rank found at accurate states */
   int rank_now;        /* rank of the factor of S */
   int sparse;          /* whether the factor of S is sparse (``constraints/loop_solve.c``) */
-  int open;            /* number of open directions whose reactions friction determines (``constraints/internal_forces.c``) */
-  double least_pivot;  /* smallest pivot within `rank` at the state where `rank` was found */
-  double recursive_pivot; /* root of the smallest pivot of the recursion (``friction/newton_recursive.c``); 0: S is factorised */
+  int open;            /* number of open directions with reactions that friction determines (``constraints/internal_forces.c``) */
+  double least_pivot;  /* smallest pivot within `rank`, at the state that determined `rank` */
+  double recursive_pivot; /* root of the recursion's smallest pivot (``friction/newton_recursive.c``); 0: S is factorised */
   int known;           /* whether `begin` is valid (``stepping/step_limits.c``) */
   double begin, end;   /* independence (tr_loop_independence) at the start and at the end of the step */
-  double least, trend; /* smallest independence at the stages of the step; its change in the last step, 1/s */
+  double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
 } tr_loops;
 
-/* TR_PAST_ENDS: number of step ends with stored speeds (``events/end_of_sliding.c``). TR_WORK_NODES: nodes of the quadrature
- * of works. TR_MIDDLE_ROW: row of K for the powers in the middle of a stiff step; the dense output does not use its stage. */
+/* TR_PAST_ENDS: number of step ends with stored speeds (``events/end_of_sliding.c``). TR_WORK_NODES: nodes of the quadrature of
+ * works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step, because the dense output does not use this
+ * stage. */
 enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1 };
 
 /* Pairs under set-valued laws. */
 typedef struct tr_friction {
   int held;            /* number of pairs held at rest */
   int shared;          /* whether some pairs share their load as a group */
-  int reserve;         /* whether large groups share again, with the largest possible reserve */
-  int stored;          /* TR_STORES_…: whether groups of any size store loads, because the rule has no solution */
-  int from_anywhere;   /* whether Newton's method may use all starts, because the run would end otherwise */
-  double faint;        /* friction below this is round-off of the last capacities, N */
+  int reserve;         /* whether large groups share their load again, with the largest possible reserve */
+  int stored;          /* TR_STORES_…: whether groups of any size store loads, because the sharing rule has no solution */
+  int from_anywhere;   /* whether Newton's method may use all starts, because the run would otherwise end */
+  double faint;        /* N: smaller friction is round-off of the last capacities */
   double eased;        /* fraction of friction that the equations omit (``friction/newton_restarts.c``) */
   double searched;     /* last time at which all starts were tried, s */
   int failed;          /* pair of the event whose decision failed; -1: none */
@@ -110,26 +111,26 @@ typedef struct tr_friction {
   double resumed_t;    /* time of the last failure that the run overcame, s */
   int resumed;         /* number of failures that the run overcame at that time */
   int impending_laws;  /* whether balls of stuck groups share by their friction in the impending motion */
-  double pace;         /* frequency of the fastest load, Hz */
-  long work;           /* iteration count at which the present decision about many pairs ends; 0: unlimited */
-  int undecided;       /* whether the last decision found no solution without a proof that none exists */
+  double pace;         /* frequency of the fastest periodic load, Hz */
+  long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */
+  int undecided;       /* whether the last decision found no solution and could not prove that none exists */
   int freed;           /* pair whose friction is removed (tr_find_obstructing_pair); -1: none */
-  int cutting_pair;    /* pair whose turning direction of sliding has shortened steps; -1: none */
-  int capture;         /* pair whose last stretch of sliding is the next step; -1: none */
-  double capture_h;    /* length of this last stretch, s */
-  double past_t[TR_PAST_ENDS]; /* ends of the last steps, newest first, s; NaN: no such step since the last event */
+  int cutting_pair;    /* sliding pair whose change of direction has shortened steps; -1: none */
+  int capture;         /* pair whose sliding ends in the next step; -1: none */
+  double capture_h;    /* length of this next step, s */
+  double past_t[TR_PAST_ENDS]; /* end times of the last steps, newest first, s; NaN: no such step since the last event */
 } tr_friction;
 
-/* Impulse steps, and the use of impulse steps by method auto. */
+/* Impulse steps, and how method auto uses them. */
 typedef struct tr_moreau {
   double h;            /* length of the step whose impulses are being solved, s; otherwise 0 */
-  double decides;      /* longest step that may decide all modes again, s */
-  int keeps;           /* whether modes stay unchanged even if they violate laws */
+  double decides;      /* longest impulse step that may decide all modes again, s */
+  int keeps;           /* whether modes stay unchanged, even if this violates laws */
   int frozen;          /* whether directions of fast sliding with several components are frozen over a step */
-  double burst_t;      /* start of the window in which events are counted, s */
-  double first_t;      /* time of the first use by method auto, s; -1: never */
+  double burst_t;      /* start of the time window in which events are counted, s */
+  double first_t;      /* time at which method auto first used impulse steps, s; -1: never */
   double failed_t;     /* last time at which no step was possible, s */
-  long burst_events;   /* number of events before that window */
+  long burst_events;   /* number of events before this window */
   int steps, calm;     /* impulse steps since the last change of method; consecutive impulse steps without a mode change */
 } tr_moreau;
 
@@ -137,30 +138,30 @@ typedef struct tr_moreau {
 typedef struct tr_events {
   int count, capacity; /* number of records in the buffer; size of the buffer */
   int chatter;         /* number of consecutive events at nearly the same time */
-  double chatter_t;    /* time of these events, s */
+  double chatter_t;    /* time of the last of these events, s */
   double margin;       /* margin of the next event (``events/event_margin.c``) */
-  int unsure;          /* whether `margin` is below the run's error, or the crossing is too slow for an accurate time */
+  int unsure;          /* whether `margin` is below the run's error, or the slow crossing makes the time of the event inaccurate */
   tr_last last;
 } tr_events;
 
-/* Certificates of the run, and the reason of its failure. */
+/* Certificates and energy balance of the run, and the reason of its failure. */
 typedef struct tr_audit {
-  double contraction, complement; /* largest values so far */
+  double contraction, complement; /* largest contraction factor and largest residual of the complement equations so far */
   double open_t;       /* time of the first decision with several solutions, s; -1: none */
-  double dead_t;       /* time of the first dead centre that a driven motion passes, s; -1: none */
-  int open_pair;       /* pair of this decision */
+  double dead_t;       /* time at which a driven motion first passes a dead centre, s; -1: none */
+  int open_pair;       /* pair of the decision at open_t */
   int fail_detail;     /* component or constraint row of the failure; -1: none */
-  double fail_number;  /* smallest pivot of the loop rows; -1: the loops are not the reason */
+  double fail_number;  /* smallest pivot of the loop rows; -1: the loops did not cause the failure */
   double energy0;      /* energy.residual at the start, J */
   int known;           /* whether the works of every step so far are integrated */
   double begin;        /* kinetic + potential energy − works at the start, J, plus allowed changes */
   double kinetic, potential, taken, given; /* energies and works at the last balance, J */
-  double lost, jump;   /* unexplained energy at the last balance; its largest change between two balances, J */
+  double lost, jump;   /* unexplained energy at the last balance, and its largest change between two balances, J */
   double seen;         /* time of the last balance, s */
-  double most, terms;  /* largest kinetic energy; largest sum of the absolute terms, the scale of round-off, J */
+  double most, terms;  /* largest kinetic energy; largest sum of absolute energy terms, which is the scale of round-off, J */
   double power;        /* largest power of a pair's friction, W */
   double gap;          /* relative position residual of the loops after the last projection */
-  double size[TR_LAWS], pair[TR_LAWS]; /* audit per law: figure of the present step, which may still be refused, and its pair */
+  double size[TR_LAWS], pair[TR_LAWS]; /* per law of the audit: its figure in the present trial step; pair with this figure */
   tr_judgement all;    /* judgement of all accepted steps */
 } tr_audit;
 
@@ -169,48 +170,48 @@ typedef struct tr_places {
   int p, c, co, cj; /* parameters; constants of the kernel, of the unit of columns, of the Jacobian unit */
   int x;            /* signals: moment, tables, stop flags, modes */
   int y, ynew, yold, ytmp, yout, dy; /* states at `t`, after and before the step, of a stage, of a row or probe; ẏ evaluated last */
-  int event_y;      /* state at an event; also directions of open reactions */
+  int event_y;      /* state at an event; also work space for the directions of open reactions */
   int K, kstep;     /* slopes (ẏ) of the stages; rows of the dense output */
   int power, work;  /* powers evaluated last; works from the start of the step to a row inside the step */
   int part_power, impulse_work; /* powers of the last part of an impulse step; impulse works before and after the step */
-  int w, maps;      /* stage 1 of the kernel: values for stage 2; affine maps (``base/map_block_offsets.h``) */
+  int w, maps;      /* results of stage 1 of the kernel: values for stage 2; affine maps (``base/map_block_offsets.h``) */
   int dy_unforced;  /* ẏ without impulses, at the state to which impulses were last applied */
-  int z, zold;      /* present multipliers; multipliers at the start of the step, restored after a refused trial */
+  int z, zold;      /* present multipliers; multipliers at the start of the step, for use after a refused trial */
   int zstart, zend; /* multipliers at the start and at the end of the last trial step (tr_interpolate_multipliers) */
-  int zbeyond;      /* multipliers at the end of that trial step, on a branch that ended at an event inside the step */
+  int zbeyond;      /* multipliers at the end of the last trial step, with the modes before an event inside the step */
   int scale;        /* unit of the error tolerance of each state */
-  int d, S, perm;   /* S of the loops: row scales, factor, pivot order; perm continues with the pivots of `lu` */
-  int T, Np, NN;    /* S⁺Se; load maps N0', Ne' of N = N0' + Ne' η; N */
+  int d, S, perm;   /* loop equations: row scales, factor of S, pivot order; the pivots of `lu` follow in perm */
+  int T, Np, NN;    /* T = S⁺ Se; load maps N0' and Ne' of N = N0' + Ne' η; the loads N */
   int law, dn, sliding; /* results of the laws: η, ∂η/∂N, tr_sliding per pair */
   int lu, r;        /* Newton's method on the complement equations: matrix, residual */
-  int smin, smax;   /* extremes over the stages of a step, per pair (tr_update_extremes) */
+  int smin, smax;   /* smallest and largest values over the stages of a step, per pair (tr_update_extremes) */
   int zone;         /* tr_zone per pair */
   int loop_error;   /* residuals of the loop positions, then of the loop rates */
   int ev, breaks, tables; /* event records; break times; tables of signals */
   int open_lambda, gram, open_kappa; /* open reactions: directions of λ, work space, scaled reactions */
-  int light_S, light_Z, light_D, light_P; /* rows of light freedoms: S of the other rows, S⁻¹ C, D − Cᵀ S⁻¹ C and its pivots */
-  int openV, openQ, openN, openG; /* open directions where joints on loops have friction: λ, the springs' loads Q, N, QᵀQ */
-  int open_amounts, openY; /* amount of each open direction; derivative of the amounts by η */
-  int openF, openP, openB, openE; /* matrix of the equations of the amounts and its pivots; Qᵀ ∂δ/∂N; ∂N/∂η including the amounts */
-  int more, dmore;  /* δ, the change of the springs' loads by friction; ∂δ/∂N and ∂δ/∂η */
+  int light_S, light_Z, light_D, light_P; /* light freedoms, S = [S' C; Cᵀ D]: S', Z = S'⁻¹ C, factor of D − Cᵀ Z, its pivots */
+  int openV, openQ, openN, openG; /* open directions in loops whose joints have friction: λ, spring loads Q, loads N, QᵀQ */
+  int open_amounts, openY; /* amount of each open direction; derivatives of these amounts by η */
+  int openF, openP, openB, openE; /* equations of these amounts: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η including these amounts */
+  int more, dmore;  /* δ, the change of the spring loads by friction; ∂δ/∂N and ∂δ/∂η */
   int post_memory;  /* tr_memory for each column with post-processing */
-  int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; TR_ROW_…, tr_leader and share per multiplier */
+  int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; per multiplier: TR_ROW_…, tr_leader, share */
   int pair_class, class_rates; /* class of coupled pairs (int per pair: 0, or 1 + multiplier of the class); rates of the class */
-  int yeval, dyeval; /* recursion (``friction/newton_recursive.c``): the current state and ẏ there */
-  int moves, dlaw, pivots, less, borne, acc; /* recursion: inputs and outputs of the kernel */
-  int impending_law, impending_dlaw; /* η by the laws in the impending motion of a group; ∂η/∂N */
-  int impending;    /* unit axis of the impending motion of each ball in such groups, at the offsets of its rates */
+  int yeval, dyeval; /* the current state, and ẏ there; for the recursion (``friction/newton_recursive.c``) */
+  int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
+  int impending_law, impending_dlaw; /* balls of groups at rest: η by the laws in the impending motion; ∂η/∂N */
+  int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */
-  int past_speeds, stopping; /* speeds at the ends of the last steps; marks (int per pair): the pair stops with the captured pair */
-  int lever, capture_tried; /* levers of the multipliers; speed at which capture last failed, m/s, per pair */
-  int speed_errors; /* errors of the speeds, m/s, per pair: of the last trial step, then summed over all steps */
-  int violations;   /* violations of pairs and stops: at present, at the start of the step, at the end of the step */
-  int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, which decays */
-  int indicators, end_speed, saved_modes; /* model exchange: event indicators, counts; speeds at the end of sliding; old modes */
-  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, point, matrix, pivots; second Jacobian */
+  int past_speeds, stopping; /* speeds at the ends of the last steps; int per pair: it stops with the captured pair */
+  int lever, capture_tried; /* levers of the multipliers; per pair: speed at the last failed capture, m/s */
+  int speed_errors; /* speed errors per pair, m/s: of the last trial step, then sums over all steps */
+  int violations;   /* violations of pairs and stops: present, at the start of the step, at the end of the step */
+  int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, decaying with time */
+  int indicators, end_speed, saved_modes; /* model exchange: indicators, counts; speeds at the end of sliding; old modes */
+  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, its point, matrix, pivots; second Jacobian */
 } tr_places;
 
-/* Cancellation by the host, which the runtime queries every few milliseconds of work. */
+/* Cancellation by the host. The runtime queries the host every few milliseconds of work. */
 typedef struct tr_asking {
   int (*host)(void); /* function that returns 1 to cancel; 0: no host */
   double work;       /* multiplications since the last query */
@@ -219,7 +220,7 @@ typedef struct tr_asking {
 
 /* Bounds on the statistics of a bounded step (``stepping/realtime_steps.c``). */
 typedef struct tr_bounding {
-  long evaluations, iterations; /* 0: no bound */
+  long evaluations, iterations; /* largest allowed counts; 0: no bound */
   long index;                   /* number of bounded steps since the start of the run */
   int overrun;                  /* outcome of the last bounded step: TR_OVERRUN_… */
 } tr_bounding;
@@ -227,8 +228,8 @@ typedef struct tr_bounding {
 typedef struct tr_sim {
   size_t bytes; /* size of the whole block */
   const tr_kernel *k;
-  const tr_outputs *o;  /* 0: no columns */
-  const tr_jacobian *j; /* 0: not attached */
+  const tr_outputs *o;  /* null pointer: no columns */
+  const tr_jacobian *j; /* null pointer: not attached */
   int ny;               /* nq + nv + nb: doubles in the state without integrals */
   int nworks, naudit;   /* numbers of integrals: works that columns need; sums of the audit (energy taken, energy given) */
   tr_settings set;
@@ -243,14 +244,14 @@ typedef struct tr_sim {
   tr_stats stats;
   tr_asking ask;
   tr_bounding bound;
-  tr_lane *lane; /* lane that serves the requests of this simulation; 0: none */
+  tr_lane *lane; /* lane that serves the requests of this simulation; null pointer: none */
 #ifdef TR_DEBUG
   int valid; /* parts that belong to the current state: TR_HAS_… */
 #endif
   tr_places at;
 } tr_sim;
 
-/* Bytes before the arrays. If the block is aligned to the size of a SIMD vector, each array is. */
+/* Bytes before the arrays. If the block is aligned to the size of a SIMD vector, so is each array. */
 #define TR_HEAD ((sizeof(tr_sim) + 63) / 64 * 64)
 /* An array of the block. */
 #define TR_A(s, field) ((double *)((char *)(s) + TR_HEAD) + (s)->at.field)

@@ -1,23 +1,23 @@
-/* Constants that several files use (runtime, lanes, FMUs, Python: engine/runtime/abi/tolerances.py), with unit and reason. "×
- * x" means that the constant is a factor on x. A constant that only one file uses is at the top of that file. Thresholds of
- * the stick event are in ``base/stick_rule.h``. */
+/* Constants that several files use (runtime, lanes, FMUs; Python by engine/runtime/abi/tolerances.py), with unit and reason. "× x"
+ * means that the constant is a factor on x. Constants of a single file are at the top of that file. Thresholds of the stick event
+ * are in ``base/stick_rule.h``. */
 #ifndef TR_TOLERANCES_H
 #define TR_TOLERANCES_H
 
 /* Mathematics and defaults. */
 #define TURN 6.283185307179586 /* rad */
 #define DEFAULT_RTOL 1e-6      /* default relative tolerance */
-#define RUN_ERROR 10.0         /* × the tolerance: estimated error of a run's states, in the units of the states */
+#define RUN_ERROR 10.0         /* × the tolerance: assumed error of a run's states, in the units of the states */
 
-/* Tiny numbers that replace a zero divisor, so that quotients stay finite. */
+/* Tiny numbers that replace a zero divisor. Quotients then stay finite. */
 #define NO_FORCE 1e-300    /* N: replaces a zero force, capacity or friction */
 #define NO_PIVOT 1e-300    /* smallest pivot or determinant that may be a divisor */
 
 /* Times. */
-#define JUST_AFTER 1e-12        /* s: signals with kinks are evaluated this much after a start */
+#define JUST_AFTER 1e-12        /* s: signals with kinks are evaluated this long after a start */
 #define BREAK_REACHED 1e-10     /* s, × the time: a break closer than this counts as reached */
 #define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step is lost in round-off */
-#define LAST_ROW 1e-9           /* × the duration of the run: if the last row is earlier by more, a row at the end follows */
+#define LAST_ROW 1e-9           /* × the duration of the run: if the last row is earlier by more, the run adds a row at its end */
 #define STEP_START 1e-3         /* × a step: an event before this fraction counts as at the start */
 #define STEP_END 0.999999       /* × a step: an event after this fraction counts as at the end */
 
@@ -26,62 +26,62 @@
 #define SHRINK_MOST 0.2 /* smallest factor on a step; also the factor after a step that could not be evaluated */
 
 /* Rank of loops and of rest conditions. */
-#define KEEP_PIVOT 1e-9 /* × a row's scale, within the stored rank; runs then pass bifurcations (theory, "Redundant loops") */
-#define GROW_PIVOT 1e-6 /* × a row's scale, beyond the stored rank: above the error of a step in a redundant row */
-#define RANK_PIVOT 1e-9 /* × the own response of a row or freedom, at accurate states: a smaller pivot means dependence */
+#define KEEP_PIVOT 1e-9 /* × a row's scale: smallest pivot within the stored rank; lets runs pass bifurcations (theory) */
+#define GROW_PIVOT 1e-6 /* × a row's scale: smallest pivot beyond the stored rank; above the error of a step in a redundant row */
+#define RANK_PIVOT 1e-9 /* × the own response of a row or freedom: at accurate states, a smaller pivot means dependence */
 
-/* Closure of loops. */
-#define LOOP_CLOSED 4e-15     /* × the length (rad); rates: × length · rate: round-off of a closed loop */
-#define LOOP_OPEN 1e-8        /* × the length (rad): a larger residual after all iterations means that the loops cannot be closed */
-#define LOOP_NEARLY_CLOSED 1e-8 /* × the length (rad), many loops: one more correction leaves round-off (the square) */
-#define CLOSURE_SHRINKS 0.2   /* × the last residual: an iteration with a larger residual has reached round-off */
-#define CLOSURE_STEPS 12      /* iterations on positions; they converge quadratically from any end of a step */
+/* Closure of loops. "Length" is the length scale of the run. */
+#define LOOP_CLOSED 4e-15     /* × the length, or rad; for rates × length · rate: round-off of a closed loop */
+#define LOOP_OPEN 1e-8        /* × the length, or rad: with a larger residual after all iterations, the loops cannot be closed */
+#define LOOP_NEARLY_CLOSED 1e-8 /* × the length, or rad: in many loops, one more correction squares it, to below round-off */
+#define CLOSURE_SHRINKS 0.2   /* × the last residual: an iteration that leaves a larger residual has reached round-off */
+#define CLOSURE_STEPS 12      /* iterations on positions, which converge quadratically from any end of a step */
 #define CLOSURE_RATE_STEPS 3  /* iterations on rates, whose equations are linear */
 
 /* Newton's method on the complement equations. */
 #define NEWTON_MAX 30         /* iterations; two to five are usual */
 #define NEWTON_EXACT 1e-15    /* × the largest friction: a smaller step is round-off */
-#define NEWTON_QUADRATIC 1e-7 /* × the largest friction: after a smaller step, the next step would be round-off (the square) */
-#define NEWTON_SHRINKS 0.1    /* × the last step: largest step to which NEWTON_QUADRATIC applies */
-#define NO_LOAD 1e-9          /* N or N m: smallest load that serves as a scale */
+#define NEWTON_QUADRATIC 1e-7 /* × the largest friction: after a smaller step, the next (quadratic) step would be round-off */
+#define NEWTON_SHRINKS 0.1    /* × the last step: NEWTON_QUADRATIC applies only to steps that are not larger */
+#define NO_LOAD 1e-9          /* N or N m: smallest load that serves as a scale for other loads */
 #define CREEP_MOVES 1e3       /* × the last ε of a creep minimisation: a pair with a larger acceleration slides */
-#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded teeth reach this value */
+#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded gear teeth reach this value */
 #define NO_CAPACITY 1e-12     /* N or N m: smallest capacity, so that shares are finite */
 
 /* Largest violation of a mode by a pair or stop at the end of a step. TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE <
- * TOL_RELEASE, so that a decision does not cause a new event at once. */
-#define TOL_RESOLVE 1e-11 /* × the friction ratio; × length · rate²: used in decisions */
-#define TOL_RELEASE 1e-10 /* × the friction ratio: tolerance of a release */
-#define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between sliding and spinning of a ball */
-#define TOL_KINK 1e-9     /* × the kink speed: tolerance of its crossing */
-#define TOL_STOP 1e-12    /* m (rotations: rad): tolerance of the contact of a stop */
-#define EVENT_CLOSE 10.0  /* × these tolerances: largest distance from its event of a state refined with closed loops */
+ * TOL_RELEASE. With this order, a decision does not cause a new event at once. */
+#define TOL_RESOLVE 1e-11 /* × the friction ratio; for accelerations × length · rate²: tolerance of decisions */
+#define TOL_RELEASE 1e-10 /* × the friction ratio: excess over the capacity at which a held pair is released */
+#define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between a sliding and a spinning ball */
+#define TOL_KINK 1e-9     /* × the kink speed: tolerance of the crossing of the kink */
+#define TOL_STOP 1e-12    /* m or rad: depth tolerance of the contact of a stop */
+#define EVENT_CLOSE 10.0  /* × the event's tolerance: largest distance from the event after a refinement with closed loops */
 
 /* Rest. */
-#define REST_BROKEN 1e-7   /* × the sum of absolute terms of an acceleration: a dependent pair with more is not at rest */
-#define HELD_SPEED 1e-12   /* × the speed unit: round-off of loop closure */
-#define POWER_GIVEN 1e-6   /* × friction · speed: largest power with which friction may drive a pair */
-#define FAINT_RATIO 1e-5   /* × the acceleration by friction: smaller accelerations have no meaningful direction */
-#define DECISION_STEPS 40  /* largest number of mode changes from one start; a longer search cycles */
-#define CLEAR_MARGIN 1.0   /* largest margin of an event, for a pair without load or a threshold exceeded by far */
+#define REST_BROKEN 1e-7   /* × the sum of absolute terms of an acceleration: above this, a dependent pair is not at rest */
+#define HELD_SPEED 1e-12   /* × the speed unit: speed of a held pair from round-off of loop closure */
+#define POWER_GIVEN 1e-6   /* × friction · speed: largest power with which friction may drive a pair; round-off */
+#define FAINT_RATIO 1e-5   /* × the acceleration by friction: the direction of a smaller acceleration has no meaning */
+#define DECISION_STEPS 40  /* largest number of mode changes from one start; a longer search repeats earlier modes */
+#define CLEAR_MARGIN 1.0   /* largest margin of an event: for a pair without load, or a threshold exceeded by far */
 
 /* Norms of frozen sliding directions. */
-#define TR_FROZEN 1e126   /* first step: so large that the share of any velocity (1e-120) is below round-off */
-#define STILL_FROZEN 1e-6 /* × TR_FROZEN: smallest norm of a frozen direction, for any unit vector and levers */
-#define ON_LINE 1e144     /* motion along a line: norm above TR_LINE for any unit vector and levers */
-#define LINE_WIDTH 1e-9   /* × the speed: smaller components across the line are round-off */
-#define LINE_LEFT POWER_GIVEN /* × the speed: a larger component across the line means that the pair has left the line */
-#define TURN_TRIED 1e-6   /* rad: step of finite differences, which keeps about half of a double's digits */
+#define TR_FROZEN 1e126   /* norm during the first step: any velocity is at most 1e-120 of this norm, below round-off */
+#define STILL_FROZEN 1e-6 /* × TR_FROZEN: smallest norm of a frozen direction, for any unit vector and any levers */
+#define ON_LINE 1e144     /* norm that marks motion along a line: above TR_LINE for any unit vector and any levers */
+#define LINE_WIDTH 1e-9   /* × the speed: smaller components perpendicular to the line are round-off */
+#define LINE_LEFT POWER_GIVEN /* × the speed: with a larger component perpendicular to the line, the pair has left the line */
+#define TURN_TRIED 1e-6   /* rad: step of finite differences; keeps about half of the digits of a double */
 
 /* Folds of friction. */
-#define FOLD_JUMP 0.02 /* × a pair's friction before and after: with a smaller change, a fold is not the cause */
+#define FOLD_JUMP 0.02 /* × a pair's friction before and after an event: a smaller change is not caused by a fold */
 
 /* Derivatives by finite differences. */
-#define DIFFERENCE_STEP 1e-6 /* × the scales of the state: error of central differences 1e-12, round-off 1e-10 */
-#define NO_DIRECTION 1e-12   /* × these scales: a direction that counts as zero */
+#define DIFFERENCE_STEP 1e-6 /* × the scales of the state: central differences then have an error of 1e-12 and round-off of 1e-10 */
+#define NO_DIRECTION 1e-12   /* × the scales of the state: a smaller direction counts as zero */
 
 /* Steps for real time. */
-#define SWEEPS 6              /* sweeps over all pairs in a relaxed step; a sweep costs as much as a Newton iteration */
+#define SWEEPS 6              /* sweeps over all pairs in a relaxed step; each costs as much as a Newton iteration */
 #define IMPULSE_EVALUATIONS 4 /* additional evaluations for an impulse step or a row */
-#define ROW_ITERATIONS 8      /* additional iterations for a row; one or two are usual directly after a solution */
+#define ROW_ITERATIONS 8      /* additional iterations for a row; usually one or two suffice directly after a solution */
 #endif

@@ -1,21 +1,21 @@
-/* Parts of a block that belong to the current state, which is the state whose maps were evaluated last. Debug builds
- * (-DTR_DEBUG) check these parts. TR_MADE and TR_SPOILT mark parts as valid and invalid. TR_NEED reports a required part that
- * is invalid. tr_failed_check (``base/validity.c``) returns the first failure. In other builds the macros do nothing. */
+/* Parts of a block that belong to the current state: the state whose maps were evaluated last. In debug builds (-DTR_DEBUG),
+ * TR_MADE marks parts as valid and TR_SPOILT marks parts as invalid. TR_NEED reports a required part that is invalid.
+ * tr_failed_check (``base/validity.c``) returns the first failure. In other builds the macros do nothing. */
 #ifndef TR_VALIDITY_H
 #define TR_VALIDITY_H
 
 enum {
   TR_HAS_MAPS = 1,       /* rates of the pairs; also the kernel's maps if `step.mapped` is not TR_MAPS_NONE */
   TR_HAS_FACTOR = 2,     /* factor of S, in the order `perm` */
-  TR_HAS_LOADS = 4,      /* maps of the loads, λ eliminated: Np, T */
-  TR_HAS_HELD = 8,       /* maps of the accelerations of the sliding freedoms, λ eliminated: Q */
-  TR_HAS_ROWS = 16,      /* equation of each multiplier in the modes in force: row_kind, share */
+  TR_HAS_LOADS = 4,      /* load maps, with λ eliminated: Np, T */
+  TR_HAS_HELD = 8,       /* held maps, the accelerations of the sliding freedoms with λ eliminated: Q */
+  TR_HAS_ROWS = 16,      /* kind of equation of each multiplier in the modes in force: row_kind, share */
   TR_HAS_LAW = 32,       /* values of the laws at the loads NN: law, dn, sliding */
   TR_HAS_SOLUTION = 64,  /* multipliers z that solve the equations in the modes in force */
   TR_HAS_CAPACITY = 128, /* capacity of each pair: hold */
   TR_HAS_DENSE = 256,    /* dense output of the last trial step: kstep */
   TR_HAS_JACOBIAN = 512, /* derivative of ẏ: jac */
-  TR_LASTING = TR_HAS_ROWS | TR_HAS_SOLUTION | TR_HAS_DENSE | TR_HAS_JACOBIAN /* parts that stay valid for another state */
+  TR_LASTING = TR_HAS_ROWS | TR_HAS_SOLUTION | TR_HAS_DENSE | TR_HAS_JACOBIAN /* parts that stay valid in another state */
 };
 
 #ifdef TR_DEBUG

@@ -32,7 +32,7 @@ static void tr_add_columns(int m, int n, const double *A, const double *x, doubl
   }
 }
 
-/* The larger argument, or NaN if an argument is NaN (fmax would drop the NaN). */
+/* The larger argument, or NaN if an argument is NaN. In contrast, fmax ignores a NaN. */
 static inline double tr_max_or_nan(double a, double b) { return b <= a || a != a ? a : b; }
 
 /* Whether all n numbers are finite. */
@@ -42,8 +42,8 @@ static int tr_is_finite(int n, const double *a) {
   return sum == 0.0;
 }
 
-/* y = b + A x, where A is m×n, four rows at a time. Overwrites up to three doubles behind y; arrays of the block have this
- * room. */
+/* y = b + A x, where A is m×n, four rows at a time. May overwrite three doubles behind y; arrays of the block have room for
+ * this. */
 static inline void tr_affine_map(int m, int n, const double *b, const double *A, const double *x, double *y) {
   for (int i = 0; i < m; i += TR_LANES) {
     tr_vec sum = *(const tr_vec *)(b + i);
@@ -59,14 +59,14 @@ static double tr_largest_size(int n, const double *v) {
   return most;
 }
 
-/* Surface speed of n rates, each multiplied by its lever. */
+/* Surface speed: the norm of n rates, each multiplied by its lever. */
 static double tr_surface_speed(int n, const double *rate, const double *lever) {
   double sum = 0.0;
   for (int j = 0; j < n; ++j) sum += rate[j] * rate[j] * lever[j] * lever[j];
   return sqrt(sum);
 }
 
-/* Normalise v (n) to Euclidean norm 1; a zero vector stays zero. Returns the norm before. */
+/* Normalise v (n) to Euclidean norm 1; a zero vector stays zero. Returns the norm of the given v. */
 static double tr_make_unit(int n, double *v) {
   double len = 0.0;
   for (int j = 0; j < n; ++j) len += v[j] * v[j];

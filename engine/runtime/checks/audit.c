@@ -1,26 +1,26 @@
-/* The audit: whether the run obeys its laws (theory, "Audit"). It evaluates the accepted solution at the end of each step and
- * changes nothing. It balances the energies between these states. For each other law it stores the worst figure. */
+/* The audit: whether the run satisfies its laws (theory, "Audit"). It evaluates the accepted solution at the end of each step, and
+ * changes nothing. It balances the energies between these ends, and stores the worst figure of every other law. */
 #include "checks/checks.h"
 
-#define EVERY_STEPS 4    /* steps between energy balances; the next balance shows a loss */
+#define EVERY_STEPS 4    /* steps between energy balances; a loss in any of these steps appears in the next balance */
 #define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulse steps where events accumulate */
-#define LEAST_RTOL 1e-12 /* smallest tolerance; a smaller one is below round-off */
-#define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: unexplained energy above which the run is inaccurate */
-#define AT_MOST 0.1      /* × the energy turned over: unexplained energy above which a run is inaccurate at any tolerance */
+#define LEAST_RTOL 1e-12 /* smallest tolerance; below this, results are round-off */
+#define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: a run with more unexplained energy is inaccurate */
+#define AT_MOST 0.1      /* × the energy turned over: a run with more unexplained energy is inaccurate at any tolerance */
 #define SINGULAR_LOSS 1e-6   /* × the energy turned over: loss that is allowed for loops in a singular position */
-#define NOTED 0.1        /* × the limit of inaccuracy: unexplained energy above which a note follows */
+#define NOTED 0.1        /* × the limit of inaccuracy: more unexplained energy causes a note */
 #define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: round-off of these terms over a run */
-#define LAW_LEAST 1e-6   /* × a law's unit: smaller figures get no note */
-#define FAINT_LOAD 1e-9  /* × the largest friction: at smaller friction, the friction ratio of a pair is round-off */
-#define LEAST_LOAD 1e-15 /* × energy over length: smaller friction of any pair is round-off, as with μ = 0 */
-#define FAINT_TERMS 1e-9 /* × length · rate²: terms of an acceleration below this are round-off, as of a pendulum that hangs still */
+#define LAW_LEAST 1e-6   /* × a law's unit: smaller figures cause no note */
+#define FAINT_LOAD 1e-9  /* × the largest friction: a pair with less friction has a friction ratio of round-off */
+#define LEAST_LOAD 1e-15 /* × energy over length: smaller friction of any pair is round-off, for example with μ = 0 */
+#define FAINT_TERMS 1e-9 /* × length · rate²: smaller terms of an acceleration are round-off, as in a pendulum that hangs still */
 
 static double tr_audit_tolerance(const tr_sim *s) {
   const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0;
   return fmax(fmax(s->set.rtol, LEAST_RTOL), stepped ? FIRST_ORDER : 0.0);
 }
 
-/* Store a figure of the last step, if it is larger than the figure stored before. */
+/* Store a figure of the last step if it is larger than the stored figure. */
 static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) {
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
@@ -31,7 +31,7 @@ static double tr_audit_relative_acceleration(tr_sim *s, int i) {
   return fabs(sum) / fmax(size, FAINT_TERMS * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[i]);
 }
 
-/* Record the speed and the relative accelerations of a held pair. Prescribed freedoms are checked by speed alone, because
+/* Record the speed and the relative accelerations of a held pair. For prescribed freedoms, the speed is the only check, because
  * their accelerations have no terms that cancel. Requires a solution. */
 static void tr_audit_rest(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
@@ -49,17 +49,17 @@ static double tr_audit_power(const tr_sim *s, int i) {
   return power;
 }
 
-/* Record the figures of the friction laws at the end of the last step. Requires the solution there. */
+/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. */
 static void tr_audit_friction(tr_sim *s) {
   TR_NEED(s, TR_HAS_SOLUTION);
   const tr_kernel *k = s->k;
   tr_audit *a = &s->audit;
   double load = LEAST_LOAD * s->set.energy / s->set.length;
-  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes has done this */
+  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes evaluated them */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
-    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* its power is round-off; TR_LAW_CREEPS judges its speed */
+    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* held: its power is round-off; TR_LAW_CREEPS applies */
     a->power = fmax(a->power, fabs(power));
     if (power > 0.0 && !held && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
@@ -71,7 +71,7 @@ static void tr_audit_friction(tr_sim *s) {
 
 static void tr_audit_laws(tr_sim *s) {
   tr_audit *a = &s->audit;
-  if (s->k->active + s->k->neta == 0) return; /* no other laws than the balance of energy */
+  if (s->k->active + s->k->neta == 0) return; /* only the energy balance applies */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
   if (s->k->neta) tr_audit_friction(s);
@@ -93,7 +93,7 @@ static void tr_audit_balance(tr_sim *s, double t, const double *y) {
   double kinetic, potential, taken, given;
   tr_set_time(s, t);
   tr_audit_energies(s, y, &kinetic, &potential, &taken, &given);
-  a->known = taken - given < INFINITY; /* not finite if the stiff method had no power in the middle of a step */
+  a->known = taken - given < INFINITY; /* not finite if the stiff method found no power in the middle of a step */
   if (!a->known) return;
   const double lost = kinetic + potential - taken - given - a->begin;
   a->all.turned += 0.5 * (fabs(kinetic - a->kinetic) + fabs(potential - a->potential) + fabs(taken - a->taken) + fabs(given - a->given));
@@ -164,7 +164,7 @@ void tr_judge(const tr_sim *s, tr_judgement *out) {
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
   out->noted = fmax(LAW_LEAST, RUN_ERROR * tolerance), out->noted_energy = NOTED * far;
   const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
-  out->turned = own + sqrt(own * s->set.energy); /* slow motion is less accurate: its tolerance is absolute */
+  out->turned = own + sqrt(own * s->set.energy); /* slow motion is less accurate, because its tolerance is absolute */
   out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
   for (int i = 0; i < TR_LAWS; ++i)
     if (a->all.law[i].size > out->noted) out->verdict = TR_VERDICT_NOTE;

@@ -3,11 +3,11 @@
 #include "checks/checks.h"
 
 #define CONTRACTS 24       /* number of power iterations for the contraction */
-#define SAME_ROOT 1e-7     /* × the largest friction of a root: roots closer than this are equal */
-#define SAME_AS_NONE 1e-14 /* × the largest load: distance below which a root that is zero up to round-off equals another root */
+#define SAME_ROOT 1e-7     /* × the largest friction of a root: closer roots are equal */
+#define SAME_AS_NONE 1e-14 /* × the largest load: a root that is zero up to round-off equals another root within this distance */
 
-/* tr_contraction without maps, for a recursive solution. A pass over the bodies gives the loads that the frictions v cause,
- * and the linearised laws give the next v. Returns a negative number if the method does not apply. */
+/* tr_contraction without maps, for a recursive solution. A pass over the bodies gives the loads that the frictions v cause; the
+ * linearised laws then give the next v. Returns a negative number if the method does not apply. */
 static double tr_contraction_recursive(tr_sim *s) {
   const tr_kernel *k = s->k;
   const int e = k->neta, n = k->nn, a = k->active;
@@ -22,7 +22,7 @@ static double tr_contraction_recursive(tr_sim *s) {
     double len = 0.0, was = 0.0, most = 0.0;
     for (int i = 0; i < e; ++i) most = fmax(most, fabs(v[i])), was += v[i] * v[i];
     if (!(was > 0.0)) return 0.0;
-    for (int i = 0; i < e; ++i) less[i] = -v[i] * large / most; /* so large that round-off does not hide the effect */
+    for (int i = 0; i < e; ++i) less[i] = -v[i] * large / most; /* scaled so that round-off does not hide the effect of v */
     k->respond(TR_A(s, c), TR_A(s, w), less, N1, borne, acc);
     for (int m = 0; m < k->nelements; ++m) {
       const tr_element *el = k->element + m;
@@ -77,10 +77,10 @@ void tr_certify_run(tr_sim *s, tr_certificate *out) {
                           .open_pair = s->audit.open_pair, .stepped = s->moreau.first_t, .dead_centre = s->audit.dead_t};
 }
 
-/* Find a root from the frictions in z. Requires row kinds and maps. */
+/* Find a root, starting from the frictions in z. Requires row kinds and maps. */
 static int tr_find_root(tr_sim *s) { return tr_is_recursive(s) ? tr_newton_recursive_from(s, 0, -1) : tr_newton(s, TR_A(s, z) + s->k->active); }
 
-/* Largest load without friction, N. It is the scale of the starts. */
+/* Largest load without friction, N, which is the scale of the starts. */
 static double tr_load_without_friction(tr_sim *s) {
   const double *N = TR_A(s, Np);
   double most = NO_LOAD;
@@ -100,7 +100,7 @@ int tr_roots(tr_sim *s) {
   double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_z_length(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* the run continues with these multipliers */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* multipliers with which the run continues */
   s->step.watch = 0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_set_row_kinds(s);
@@ -114,7 +114,7 @@ int tr_roots(tr_sim *s) {
     for (int q = 0; q < count && !known; ++q) {
       double gap = 0.0, size = 0.0;
       for (int i = 0; i < e; ++i) gap = fmax(gap, fabs(eta[i] - found[q * e + i])), size = fmax(size, fabs(eta[i]));
-      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* a root may be zero up to round-off */
+      known = gap <= SAME_ROOT * size + SAME_AS_NONE * scale; /* the second term covers roots that are zero up to round-off */
     }
     if (!known) memcpy(found + e * count++, eta, sizeof(double) * e);
   }

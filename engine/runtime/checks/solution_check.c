@@ -1,37 +1,37 @@
-/* Verification of solutions (theory, "Answers are checked"): it checks modes and multipliers against the kernel's maps alone.
- * It uses no residual, rank or eliminated map of the solver, so that it detects errors of the solver. It runs at every
- * decision and at the end of every accepted step. */
+/* Verification of solutions (theory, "Answers are checked"). The check compares modes and multipliers with the kernel's maps alone.
+ * It detects errors of the solver, because it uses no residual, rank or eliminated map of the solver. It runs at every decision and
+ * at the end of every accepted step. */
 #include "checks/checks.h"
 
-/* × the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular
- * position of loops, a dropped pivot p leaves a violation of √p, at most 3e-5 (``constraints/loop_solve.c``). */
+/* × the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular position of
+ * loops, a dropped pivot p leaves a violation of √p, which is at most 3e-5 (``constraints/loop_solve.c``). */
 #define LOOP_OPENS 1e-4
-#define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): absolute allowance for a row */
+#define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): violation of a row that is always allowed */
 #define REST_MOVES 1e-4
-#define LAW_MISSED 1e-6    /* × the terms of a law; half of the digits are lost near a ball's cone */
-#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair; events release pairs at 1e-10 */
+#define LAW_MISSED 1e-6    /* × the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
+#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release at 1e-10 */
 #define BRANCH_MISSED 1e-6 /* × the kink speed, or squared sine of a ball's tilt: allowed distance from the branch */
-#define CREEPS 1e-7        /* × the speed unit: speed of a held pair that loop closure leaves, or that accumulates in a cut joint */
-#define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: the same speed */
+#define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair, from loop closure or accumulated in a cut joint */
+#define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair at loose tolerances */
 #define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
 #define FRICTION_NOTHING 1e-12 /* × the load: smaller friction counts as zero */
-#define FRICTION_FAINT 1e-9   /* × the energy, × energy over length: smaller friction of all pairs is round-off, as of a mechanism that hangs still */
-#define STOP_MISSED 1e-9   /* × the length, or rad: allowed depth of an open stop, and allowed distance of an engaged stop */
+#define FRICTION_FAINT 1e-9   /* × min(energy, energy / length): smaller friction of all pairs is round-off (a hanging pendulum) */
+#define STOP_MISSED 1e-9   /* × the length, or rad: allowed depth of an open stop, and allowed gap of an engaged stop */
 
-/* Solution recomputed from the maps alone. */
+/* The solution, recomputed from the maps alone. */
 typedef struct tr_recomputed {
-  double *acc, *acc_size; /* (neta) accelerations, sums of absolute terms; without maps also (active) loop residuals */
-  double *N, *N_size;     /* (nn) reaction components, and sums of their absolute terms */
+  double *acc, *acc_size; /* (neta) accelerations and sums of their absolute terms; without maps, (active) loop residuals follow */
+  double *N, *N_size;     /* (nn) reaction components and sums of their absolute terms */
   double *law, *dn;       /* η by the laws, and ∂η/∂N */
   tr_sliding *sliding;
-  int sized;              /* whether N_size and dn are computed, which is needed only if a law misses its usual accuracy */
-  double faint;           /* N: round-off of the largest friction; less friction breaks no law */
+  int sized;              /* whether N_size and dn are computed; needed only if a law misses its usual accuracy */
+  double faint;           /* N: round-off of the largest friction; smaller friction violates no law */
 } tr_recomputed;
 
 static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
 
-/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation has no bound. This
- * is the only information that the check takes from the solver. */
+/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation is unbounded. The check
+ * takes no other information from the solver. */
 static int tr_is_row_dropped(const tr_sim *s, int i) {
   const int *perm = (const int *)TR_A(s, perm);
   if (s->loops.rank_now >= s->loops.rank) return 0;
@@ -40,12 +40,12 @@ static int tr_is_row_dropped(const tr_sim *s, int i) {
   return 0;
 }
 
-/* Absolute allowance for the residual of loop row i. */
+/* Largest violation of loop row i that is always allowed. */
 static inline double tr_row_tolerance(const tr_sim *s, int i) {
   return FAINT_OPENING * tr_row_unit(s, s->k->active_rows[i]) * s->set.rate * s->set.rate;
 }
 
-/* Whether the loop equations have the usual accuracy, relative to g0. */
+/* Whether the residuals of the loop equations have the usual accuracy, relative to g0. */
 static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double *z) {
   const tr_kernel *k = s->k;
   const double *g0 = map_g0(k, maps);
@@ -58,7 +58,7 @@ static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double
   return closed;
 }
 
-/* As tr_are_loops_closed, for a recursive solution, in which no row may be dropped. */
+/* As tr_are_loops_closed, for a recursive solution, where no row may be dropped. */
 static int tr_are_rows_closed(const tr_sim *s, const tr_recomputed *it) {
   const double *gap = it->acc + s->k->neta, *first = it->acc_size + s->k->neta;
   int closed = 1;
@@ -66,12 +66,12 @@ static int tr_are_rows_closed(const tr_sim *s, const tr_recomputed *it) {
   return closed;
 }
 
-/* out = first, size = |first|. */
+/* Start sums of terms: out = first, size = |first|. */
 static inline void tr_start_terms(int m, const double *first, double *out, double *size) {
   for (int i = 0; i < m; ++i) out[i] = first[i], size[i] = fabs(first[i]);
 }
 
-/* out (m) += A x, and size (m) += |A| |x|, where A is m×n. */
+/* Add to sums of terms: out (m) += A x, and size (m) += |A| |x|, where A is m×n. */
 static inline void tr_add_terms(int m, int n, const double *A, const double *x, double *out, double *size) {
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < m; ++i) {
@@ -94,7 +94,7 @@ static int tr_check_loops(const tr_sim *s, const double *maps, const double *z) 
   return 0;
 }
 
-/* Compute N_size and dn, unless they are computed already. */
+/* Compute N_size and dn, unless this has been done. */
 static void tr_add_law_sizes(tr_sim *s, tr_recomputed *it) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
@@ -107,12 +107,12 @@ static void tr_add_law_sizes(tr_sim *s, tr_recomputed *it) {
   it->sized = 1;
 }
 
-/* Check the friction of pair i against its law. `dn` and N belong to the element of the pair. */
+/* Check the friction of pair i against its law. Uses `dn` and N of the pair's element. */
 static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* with μ = 0, friction is round-off of the load */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* scale of friction: with μ = 0, friction is round-off of the load */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);
@@ -135,17 +135,17 @@ static int tr_check_branch(const tr_sim *s, int i, const tr_sliding *v) {
   return (beyond ? -over : over) <= BRANCH_MISSED ? 0 : TR_BREAKS_BRANCH;
 }
 
-/* Check that sliding friction of pair i dissipates energy. The sliding direction is that of the rates, or (starts) of the
- * accelerations at the onset. */
+/* Check that sliding friction of pair i dissipates energy. The sliding direction is that of the rates; with `starts`, it is that of
+ * the accelerations at the onset. */
 static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it, int starts) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
   const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   const tr_element *el = s->k->element + pair->element;
-  double friction = 0.0, load = 0.0; /* with μ = 0, friction is round-off of the load */
+  double friction = 0.0, load = 0.0; /* scale of friction: with μ = 0, friction is round-off of the load */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
-  if (power >= 0.0) return 0; /* the power needs no levers, because they cancel */
+  if (power >= 0.0) return 0; /* the sign needs no levers, because they cancel in the power */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * lever[j], f = eta[j] / lever[j];
@@ -158,8 +158,8 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
 }
 
-/* Check that a held pair does not move and stays within its capacity. In an impulse step, accelerations include the rates at
- * its end. */
+/* Check that a held pair does not move and does not exceed its capacity. In an impulse step, accelerations include the rates at the
+ * step's end. */
 static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
@@ -173,7 +173,7 @@ static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const 
   return over <= CONE_BROKEN * hold->capacity + s->friction.faint ? broken : broken | TR_BREAKS_CONE;
 }
 
-/* Check that the end stops in contact at y are exactly the engaged ones. */
+/* Check that exactly the engaged end stops are in contact at y. */
 static int tr_check_stops(const tr_sim *s, const double *y) {
   const tr_kernel *k = s->k;
   double depth[k->nstops + 1];
@@ -189,8 +189,8 @@ static int tr_has_stuck_pair(const tr_sim *s) {
   return any;
 }
 
-/* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. If it is 0, branches are
- * checked too. */
+/* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. With a null pointer, also
+ * checks branches. */
 static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) {
   const tr_kernel *k = s->k;
   tr_hold hold[k->nsliders + 1];
@@ -211,8 +211,8 @@ static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) 
   return broken;
 }
 
-/* As tr_recompute, for a recursive solution: the recursion with the frictions as applied forces. The two terms of an
- * acceleration are the acceleration without friction and the change by friction. */
+/* As tr_recompute, for a recursive solution: the recursion runs with the frictions as applied forces. An acceleration has two
+ * terms: the acceleration without friction, and its change by friction. */
 static void tr_recompute_recursive(const tr_sim *s, tr_recomputed *it, int accelerates) {
   const tr_kernel *k = s->k;
   const double *eta = TR_A(s, z) + k->active;
@@ -229,7 +229,7 @@ static void tr_recompute_recursive(const tr_sim *s, tr_recomputed *it, int accel
   for (int i = 0; i < k->neta && accelerates; ++i) it->acc_size[i] = fabs(it->acc_size[i]) + fabs(it->acc[i] - it->acc_size[i]);
 }
 
-/* Add the rates at the end of an impulse step, divided by the length of the step, to the accelerations. */
+/* Add the rates at the end of an impulse step to the accelerations, divided by the length of the step. */
 static void tr_add_end_rates(const tr_sim *s, const tr_recomputed *it) {
   const double *rates = map_rates(s->k, TR_A(s, maps));
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -241,7 +241,7 @@ static void tr_add_end_rates(const tr_sim *s, const tr_recomputed *it) {
   }
 }
 
-/* Recompute the solution from maps. accelerates: whether accelerations are needed, for pairs that rest or start. */
+/* Recompute the solution from maps. accelerates: whether accelerations are needed, for pairs at rest or at the onset of sliding. */
 static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z), *eta = z + k->active;
@@ -265,7 +265,7 @@ static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n)
   double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0, 0.0};
-  if (e && !s->step.mapped && !(s->moreau.h > 0.0)) { /* a violation found without maps is checked again with maps */
+  if (e && !s->step.mapped && !(s->moreau.h > 0.0)) { /* if a check without maps finds a violation, it is repeated with maps */
     tr_recompute_recursive(s, &it, rest || tr_has_stuck_pair(s));
     if (tr_are_rows_closed(s, &it) && !tr_check_pairs(s, &it, rest, n)) return broken;
     tr_form_maps(s);
@@ -300,7 +300,7 @@ static int tr_is_valid_decision(tr_sim *s, const int *rest, int n) {
   return ok;
 }
 
-/* η by the laws at the loads of a recursive solution. The loads come from another pass over the bodies. */
+/* η by the laws at the loads of a recursive solution. A new pass over the bodies gives these loads. */
 static void tr_evaluate_laws_recursive(const tr_sim *s, double *law) {
   const tr_kernel *k = s->k;
   const double *z = TR_A(s, z);

@@ -1,17 +1,18 @@
-/* Stage `constraints`: λ of closed loops as a function of η, and the reactions that redundant loops leave open. */
+/* Stage `constraints`: λ of closed loops as a function of η, and the open reactions. Open reactions are reactions of redundant
+ * loops that the equations of motion leave undetermined. */
 #ifndef TR_CONSTRAINTS_H
 #define TR_CONSTRAINTS_H
 #include "base/base.h"
 
-/* Linearised choice among open reactions: r open directions V (a×r), their least-squares problem, and the vectors c of all
- * columns, turn (r×(ny+1)). */
+/* Linearised choice of the open reactions. V (a×r): r open directions. least: their least-squares problem. turn (r×(ny+1)): the
+ * vectors cᵈ of ``internal_forces_derivative.c``, one column for each component of [y, t]. */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;
   tr_least_squares least;
 } tr_reaction_choice;
 
-/* Number of open directions whose amounts are unknowns in addition to the friction; 0 outside the redundant variant. */
+/* Number of open directions whose amounts are unknowns besides the frictions. 0 outside the redundant variant. */
 static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
 
 /* Number of loop rows that depend on other loop rows. Requires the factor. */
@@ -20,20 +21,21 @@ static inline int tr_dependent_rows(const tr_sim *s) { return tr_loop_rows(s) - 
 /* Derivative of the reaction components by η (n×e). Requires the laws' values. */
 static inline const double *tr_loads_by_friction(const tr_sim *s) { return tr_open_count(s) ? TR_A(s, openE) : TR_A(s, Np) + s->k->nn; }
 
-/* Number of rows of the Jacobian unit: F, R; in the redundant variant also the scaled reactions and δ. */
+/* Number of rows of the Jacobian unit: ẏ, and the residuals of the multipliers. The redundant variant adds the scaled reactions and
+ * δ. */
 static inline int tr_jacobian_rows(const tr_sim *s) {
   const tr_kernel *k = s->k;
   return s->ny + k->active + k->neta + k->nkappa + k->nmore;
 }
 
-/* Add to N the open reactions for which the deformations of the contacts are compatible at the frictions eta. Form ∂N/∂η
- * including these reactions (openE). Requires load maps. Returns 0, with NaN in N, if no such reactions are found. */
+/* Add to N the open reactions with which the deformations of the contacts are compatible, at the frictions eta. Also form openE,
+ * which is ∂N/∂η including the open reactions. Requires load maps. On failure, returns 0 with NaN in N. */
 static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
 
-/* S of the rows of loops alone (n×n, n = tr_loop_rows). Requires raw maps. */
+/* The part of S for the rows of loops, without rows of light freedoms (n×n, n = tr_loop_rows). Requires raw maps. */
 static const double *tr_loop_matrix(tr_sim *s);
 
-/* Factorise what the rows of light freedoms add to S. Requires the factor of tr_loop_matrix. */
+/* Factorise the part that rows of light freedoms add to S. Requires the factor of tr_loop_matrix. */
 static void tr_factor_light_rows(tr_sim *s);
 
 /* Factorise S of the current state. Returns its rank. */
@@ -42,48 +44,48 @@ static int tr_factor_loops(tr_sim *s);
 /* x ← S⁺ b. Requires the factor. */
 static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 
-/* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest
- * diagonal of its kind. If all rows of a kind are round-off (rotations of a planar loop in axes other than the world's), their
- * size follows from the other kind and the length scale. nothing: no row has an effect; scales are then 1, so that all pivots
- * stay round-off. */
+/* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest diagonal of
+ * its kind. If all rows of a kind are round-off, the other kind and the length scale determine their size. (Example: rotations of a
+ * planar loop about axes other than the world's.) `nothing`: no row has an effect; all scales become 1, so that all pivots stay
+ * round-off. */
 static void tr_scale_loop_rows(tr_sim *s, int nothing);
 
-/* Store the rank of S at an accurate (assembled or projected) state, if the rank is larger than the stored one. Makes the
- * factor invalid. */
+/* Determine the rank of S at an accurate state, assembled or projected. If this rank is larger than the stored rank, store it.
+ * Makes the factor invalid. */
 static void tr_update_rank(tr_sim *s);
 
-/* Null space of S: columns V (a×r) with S V = 0, the open directions, one for each pivot beyond the rank. Returns r. Requires
- * the factor. */
+/* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.
+ * Returns r. Requires the factor. */
 static int tr_null_space(tr_sim *s, double *V);
 
-/* Form the held maps: q̈ = Q0' + Qe' η of the sliding freedoms, with λ eliminated. Requires load maps, and lam0 (a) of
- * tr_eliminate_loops. */
+/* Form the held maps Q0' and Qe' of q̈ = Q0' + Qe' η, the accelerations of the sliding freedoms with λ eliminated. Requires load
+ * maps, and lam0 (a) of tr_eliminate_loops. */
 static void tr_form_held_maps(tr_sim *s, const double *lam0);
 
-/* Form the load maps: N = N0' + Ne' η with λ eliminated, and T = S⁺ Se. lam0 (a) receives λ without friction. Requires the
- * factor. */
+/* Form the load maps N0' and Ne' of N = N0' + Ne' η, with λ eliminated, and T = S⁺ Se. lam0 (a) receives λ without friction.
+ * Requires the factor. */
 static void tr_eliminate_loops(tr_sim *s, double *lam0);
 
-/* Factorise S and form the load maps; if `held`, form the held maps too. */
+/* Factorise S and form the load maps. If `held`, also form the held maps. */
 static void tr_form_maps_without_loops(tr_sim *s, int held);
 
-/* With recursive friction: form the load maps, and with set-valued laws the held maps, unless they exist already. */
+/* With recursive friction, form the load maps unless they exist already. With set-valued laws, also form the held maps. */
 static void tr_form_all_maps(tr_sim *s);
 
-/* Independence of the loop rows, a measure of the distance from a singular position: the square root of the last pivot, or 0
- * if a row was dropped. Requires the factor, or a recursive pivot. */
+/* Independence of the loop rows: a measure of the distance from a singular position. The value is the square root of the last
+ * pivot, or 0 if a row was dropped. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }
 
-/* J: the first `cols` columns of the Jacobian unit (derivatives by [y, t, z]) at (y, z). Requires the signals. */
+/* J: the first `cols` columns of the Jacobian unit at (y, z), which are derivatives by [y, t, z]. Requires the signals. */
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J);
 
-/* Linearise the choice among open reactions. J: columns of the Jacobian unit at the solution. In the result, r is 0 if no
+/* Linearise the choice of the open reactions. J: columns of the Jacobian unit at the solution. In the result, r is 0 if no
  * direction is open. */
 static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const double *J);
 
-/* Add to lam, which is dλ of column j, the change of the chosen reactions. K: derivatives of the scaled reactions and of δ
- * along the column. */
+/* Add the change of the open reactions to lam, the derivative of λ along column j. K: derivatives of the scaled reactions and of δ
+ * along this column. */
 static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, const double *K, double *lam);
 #endif

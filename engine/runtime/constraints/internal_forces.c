@@ -1,21 +1,22 @@
-/* Internal forces: reactions that redundant loops leave open, in loops with friction in their joints (theory, "Redundant
- * loops"). These reactions are the limit of stiff contacts.
+/* Internal forces: open reactions of redundant loops whose joints have friction (theory, "Redundant loops"). These reactions are
+ * the limit for stiff contacts.
  *
- * Rigid parts require compatible deformations of the contacts along their normals: Qᵀ(κ + Q y + δ(N)) = 0. The unknowns y are
- * the amounts of the open directions V. κ, affine in η, are the loads of the contact springs, with friction as an applied
- * force. ``loop_solve.c`` makes Qᵀκ = 0, the least elastic energy. The columns of Q are the spring loads of the open
- * directions. δ is the change of spring loads because friction turns the normals away from the forces: the friction of the
- * law for a sliding pair, the friction η for a pair at rest. Loads therefore do not jump where a pair begins to slip. Friction
- * is not variational, so y minimises an energy only without friction. Newton's method finds y from η; if δ is linear, one step
- * suffices. */
+ * Rigid parts require that the deformations of the contacts along their normals are compatible: Qᵀ(κ + Q y + δ(N)) = 0. The
+ * unknowns y are the amounts of the open directions V. The columns of Q are the loads of the contact springs in the open
+ * directions. κ are the loads of the springs without them; κ is affine in η, because friction acts as an applied force.
+ * ``loop_solve.c`` has already made Qᵀκ = 0, which means the least elastic energy.
+ *
+ * δ is the change of the spring loads because friction turns the forces away from the normals. δ uses the friction of the law for a
+ * sliding pair, and the friction η for a pair at rest. Loads therefore do not jump when a pair begins to slip. Friction has no
+ * potential, so y minimises an energy only without friction. Newton's method finds y from η. If δ is linear, one step suffices. */
 #include "constraints/constraints.h"
 
-#define PRESS_MAX 40 /* iterations; two or three if only balls make δ nonlinear */
+#define PRESS_MAX 40 /* largest number of iterations; usually two or three if only balls make δ nonlinear */
 #define PRESS_EXACT 1e-15 /* × the largest load that friction changes, or × the largest joint load: a smaller step is round-off */
-#define PRESS_LAST 1e-9 /* × the largest load: after a smaller step, the next step would be round-off (the square) */
+#define PRESS_LAST 1e-9 /* × the largest load: after a smaller step, the next (quadratic) step would be round-off */
 #define PRESS_NONE 1e-250 /* N: a smaller load has no significant digits */
 
-/* Store the independent open directions V (a×r) and their loads Q (m×r), scaled so that each column of loads has norm 1. */
+/* Store the independent open directions V (a×r) and their loads Q (m×r). The scaling gives each column of loads the norm 1. */
 static void tr_store_open_directions(tr_sim *s, const double *V, const double *Q, const tr_least_squares *least) {
   const tr_kernel *k = s->k;
   int a = k->active, m = k->nkappa, n = k->nn, kept = 0;
@@ -36,7 +37,7 @@ static void tr_store_open_directions(tr_sim *s, const double *V, const double *Q
   s->loops.open = kept;
 }
 
-/* B (r×n) = Qᵀ ∂δ/∂N and C (r×e) = Qᵀ ∂δ/∂η, from `dmore`. */
+/* B (r×n) = Qᵀ ∂δ/∂N and C (r×e) = Qᵀ ∂δ/∂η, from the derivatives of δ in `dmore`. */
 static void tr_internal_force_derivatives(tr_sim *s, int r, double *B, double *C) {
   const tr_kernel *k = s->k;
   const double *Qo = TR_A(s, openQ), *dmore = TR_A(s, dmore);
@@ -51,7 +52,7 @@ static void tr_internal_force_derivatives(tr_sim *s, int r, double *B, double *C
   }
 }
 
-/* Residual f (r) = Qᵀ(Q y + δ(N, η)) at the loads NN. Returns the largest absolute value in δ. */
+/* Residual f (r) = Qᵀ(Q y + δ(N, η)) at the loads NN. Returns the largest absolute component of δ. */
 static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, const double *y, double *f) {
   const tr_kernel *k = s->k;
   int m = k->nkappa;
@@ -67,8 +68,8 @@ static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, co
   return size;
 }
 
-/* Whether a step f of the amounts y changes the joint loads N by round-off only. This test is needed if friction turns no
- * normal, so that δ gives no scale. */
+/* Whether a step f of the amounts y changes the joint loads N only by round-off. If friction does not change any spring load, δ is
+ * zero and gives no scale; then only this test ends the iteration. */
 static int tr_is_internal_step_settled(const tr_sim *s, int r, const double *f, const double *N) {
   const int n = s->k->nn;
   double change = 0.0, most = 0.0;

@@ -1,11 +1,10 @@
-/* Derivatives of the choice among the reactions that redundant loops leave open (tr_choose_reactions), for friction that
- * depends on this choice.
+/* Derivatives of the choice of the open reactions (tr_choose_reactions), for friction that depends on this choice.
  *
- * The choice of λ satisfies Vᵀ κlᵀ κ = 0, where S V = 0 and κ = κ0 + κl λ + κe η are the scaled reactions. Let w = κ be the
- * residual of the least squares, with κlᵀ w = S p. A change of state d then gives Vᵀ κlᵀ dκ + cᵈ = 0, where cᵈ_q = wᵀ (dκl)
- * V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit are affine in the multipliers,
- * so differences of these rows between λ + V_q and λ give both products. If joints on loops have friction, w is the load of
- * the springs with friction (``internal_forces.c``), and δ changes too. */
+ * The choice of λ satisfies Vᵀ κlᵀ κ = 0. Here S V = 0, and κ = κ0 + κl λ + κe η are the scaled reactions. Let w = κ be the
+ * residual of the least squares, with κlᵀ w = S p. For a change of state d, it follows that Vᵀ κlᵀ dκ + cᵈ = 0. The vector cᵈ_q =
+ * wᵀ (dκl) V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit are affine in the
+ * multipliers. Both products are therefore differences of these rows between λ + V_q and λ. In loops whose joints have friction, w
+ * is the load of the springs with friction (``internal_forces.c``), and δ also changes. */
 #include "constraints/constraints.h"
 
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J) {
@@ -62,7 +61,7 @@ static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const 
   return q;
 }
 
-/* As tr_follow_choice, with friction in joints on loops. kap, more: derivatives of κ and of δ along the column. */
+/* As tr_follow_choice, for loops whose joints have friction. kap, more: derivatives of κ and of δ along the column. */
 static void tr_follow_internal_forces(tr_sim *s, const tr_reaction_choice *q, int j, double *kap, const double *more, double *lam) {
   const tr_kernel *k = s->k;
   int m = k->nkappa, n = k->nn, r = tr_open_count(s), a = k->active;

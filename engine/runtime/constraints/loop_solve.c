@@ -1,20 +1,20 @@
 /* The loop equations S λ + Se η + g0 = 0 (90)–(92) in the current state: λ, loads and accelerations as functions of η.
  *
- * S is factorised with pivoting and with row scales from its diagonal, so that the rank does not depend on units. Inside a
- * step the loops are open by the error of the step, so that redundant rows seem independent. The rank is therefore stored at
- * accurate states, and a pivot beyond the stored rank counts only if it is large. Near a singular position, a pivot p
- * amplifies the error of the step by 1/√p. A pivot below KEEP_PIVOT is dropped; this causes a short acceleration error of √p.
+ * S is factorised with pivoting and with row scales from its diagonal, so that the rank does not depend on units. Inside a step,
+ * the error of the step opens the loops, so that redundant rows seem independent. The rank is therefore stored at accurate states.
+ * Beyond the stored rank, only large pivots count. Near a singular position, a pivot p amplifies the error of the step by 1/√p. A
+ * pivot below KEEP_PIVOT is dropped, which causes a short acceleration error of √p.
  *
- * S of many loops that share few bodies has a sparse factor (theory, "Loops by structure"). The structure, not the size,
- * determines the order of its pivots. The sparse factor is used only if every pivot is far above that of a dependent row.
- * Otherwise the dense factor decides the rank. */
+ * If many loops share few bodies, S has a sparse factor (theory, "Loops by structure"). The order of its pivots depends on the
+ * structure, not on the values. The sparse factor is used only if every pivot is far above the pivot of a dependent row. Otherwise
+ * the dense factor decides the rank. */
 #include "constraints/constraints.h"
 
-#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with smaller diagonals is round-off */
-#define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal uses the scale of the largest */
-#define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because pivots in the order of structure are smaller */
+#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with only smaller diagonals is round-off */
+#define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
+#define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
 
-/* Sparse factor of S in the order of structure, in the lower triangle of `S`. Returns 0 if a pivot is not above CLEAR_PIVOT.
+/* Sparse factor of S in the structural pivot order, in the lower triangle of `S`. Returns 0 if a pivot is not above CLEAR_PIVOT.
  * Requires raw maps. */
 TR_APART int tr_factor_sparse(tr_sim *s) {
   const tr_kernel *k = s->k;
@@ -32,7 +32,7 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
     if (!(column[j] > CLEAR_PIVOT)) return 0;
     const double root = sqrt(column[j]), inv = 1.0 / root;
     const int *first = below + start[j], *end = below + start[j + 1];
-    column[j] = inv; /* the diagonal holds inverses, so that solutions need no division */
+    column[j] = inv; /* the diagonal contains inverses, so that tr_solve_sparse needs no division */
     for (const int *i = first; i < end; ++i) column[*i] *= inv;
     for (const int *c = first; c < end; ++c) {
       const double a = column[*c];
@@ -53,8 +53,8 @@ static const double *tr_loop_matrix(tr_sim *s) {
   return own;
 }
 
-/* With S = [S' C; Cᵀ D], of which S' belongs to the loops: Z = S'⁻¹ C and D − Cᵀ Z, which is negative. S itself would lose the
- * digits of S' in the responses of light freedoms (theory, "Light bodies"). */
+/* With S = [S' C; Cᵀ D], where S' belongs to the loops, form Z = S'⁻¹ C and D − Cᵀ Z, which is negative definite. A factor of the
+ * whole S would lose the digits of S' next to the large responses of light freedoms (theory, "Light bodies"). */
 static void tr_factor_light_rows(tr_sim *s) {
   const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
   double *Z = TR_A(s, light_Z), *D = TR_A(s, light_D);
@@ -100,7 +100,7 @@ TR_APART void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
   }
 }
 
-/* Add the unknowns of light freedoms to the solution x (n) of the rows of loops alone. */
+/* Complete the solution of S x = b: x (n) solves the rows of loops alone; add the unknowns of light freedoms. */
 static void tr_solve_light_rows(tr_sim *s, const double *b, double *x) {
   const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
   for (int q = 0; q < l; ++q) x[n + q] = b[n + q] - tr_dot(TR_A(s, maps) + (size_t)(n + q) * a, x, n);
@@ -166,8 +166,8 @@ static int tr_null_space(tr_sim *s, double *V) {
   return r;
 }
 
-/* Redundant variant: choose λ with the smallest norm of the scaled reactions; the choice is affine in η. Corrects lam0 and the
- * columns of T. With friction in joints on loops, ``internal_forces.c`` starts from this choice. */
+/* Redundant variant: choose λ so that the norm of the scaled reactions is smallest. This choice is affine in η. Corrects lam0 and
+ * the columns of T. In loops whose joints have friction, ``internal_forces.c`` starts from this choice. */
 static void tr_choose_reactions(tr_sim *s, double *lam0) {
   TR_NEED(s, TR_HAS_FACTOR);
   const tr_kernel *k = s->k;
@@ -190,7 +190,8 @@ static void tr_choose_reactions(tr_sim *s, double *lam0) {
   if (k->nmore) tr_store_open_directions(s, V, Q, &least);
 }
 
-/* Substitute λ = lam0 − T η into a map with n rows: X0 += L lam0 and Xe −= L T, for the columns L of λ (n×a) and Xe of η (n×e). */
+/* Substitute λ = lam0 − T η into a map with n rows: X0 += L lam0 and Xe −= L T. L (n×a) are the map's columns of λ, and Xe (n×e)
+ * its columns of η. */
 TR_INLINE void tr_substitute_multipliers(int n, int a, int e, const double *L, const double *lam0, const double *T, double *X0, double *Xe) {
   for (int j = 0; j < a; ++j) {
     const double *col = L + j * n;
@@ -213,7 +214,7 @@ static void tr_form_held_maps(tr_sim *s, const double *lam0) {
   memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
   memcpy(Qe, map_Qe(k, maps), sizeof(double) * e * e);
   tr_substitute_multipliers(e, a, e, map_Ql(k, maps), lam0, TR_A(s, T), Q0, Qe);
-  if (s->moreau.h > 0.0) /* an impulse step adds the rates at its end (``time_stepping/moreau.c``) */
+  if (s->moreau.h > 0.0) /* an impulse step replaces q̈ by the rates at its end, divided by its length (``moreau.c``) */
     for (int m = 0; m < k->nsliders; ++m)
       for (int j = 0; j < tr_pair_of(s, m)->nrates; ++j)
         Q0[tr_pair_of(s, m)->eta0 + j] += map_rates(k, maps)[tr_pair_of(s, m)->rate0 + j] / s->moreau.h;

@@ -1,32 +1,32 @@
-/* Stage `diagnosis`: why a run cannot continue, and methods to continue nevertheless. */
+/* Stage `diagnosis`: why a run cannot continue, and ways to continue nevertheless. */
 #ifndef TR_DIAGNOSIS_H
 #define TR_DIAGNOSIS_H
 #include "events/events.h"
 
-/* Let a ball spin at the state `y` if its sliding branch has ended and spinning satisfies the laws. Returns 1 if a ball now
+/* Let a ball spin at the state `y` if its sliding branch has ended, and if spinning satisfies the laws. Returns 1 if a ball now
  * spins. */
 static int tr_let_ball_spin(tr_sim *s);
 
-/* If friction has no solution: stop a pair of negligible speed at the state `y`, and decide all pairs at rest. The direction
- * of such slow sliding turns faster than steps can follow. Returns 1 if the run can continue. */
+/* If friction has no solution, stop a pair of negligible speed at the state `y`, and decide the modes of all pairs at rest. The
+ * direction of such slow sliding turns faster than steps can follow. Returns 1 if the run can continue. */
 static int tr_stop_slow_pair(tr_sim *s);
 
-/* Stop the jamming pair at the state `y` at once. At a speed below the tolerance this is an ordinary stop. At a higher speed
- * the stop is an impact, which requires the setting through_jams. Returns 1 if the run can continue. */
+/* Stop the jamming pair at the state `y` at once. At a speed below the tolerance, this is an ordinary stop. At a higher speed it is
+ * an impact, which requires the setting through_jams. Returns 1 if the run can continue. */
 static int tr_continue_through_jam(tr_sim *s);
 
-/* Search a root in all combinations of branches of pairs that have two branches, first in the modes in force. Returns 1 on
+/* Search a root over all combinations of branches of pairs that have two branches, starting with the modes in force. Returns 1 on
  * success. */
 static int tr_find_root_on_branches(tr_sim *s);
 
-/* The pair whose friction has the largest relative change between the frictions `was` and `is`. most: this change, 0 to 1. */
+/* The pair with the largest relative difference between the frictions `was` and `is`. most receives this difference, 0 to 1. */
 static int tr_find_most_changed(const tr_sim *s, const double *was, const double *is, double *most);
 
-/* When the root of friction ends at the state `y` (a fold): search another root a very short time later, and continue with it.
- * Only folds of sliding balls are passed. Returns 1 on success. */
+/* If the root of friction ends at the state `y` (a fold), search another root a very short time later, and continue with it. Only
+ * folds of sliding balls are passed. Returns 1 on success. */
 static int tr_pass_fold(tr_sim *s);
 
-/* End the run for the reason `code`, and return the final status. If loops are at the end of their reach, this reason takes
- * precedence: near such a position, reactions, friction and errors grow without bound. */
+/* End the run for the reason `code`, and return the final status. If loops are at the end of their reach, the status names this
+ * reason instead: near such a position, reactions, friction and errors grow without bound. */
 static int tr_end_run(tr_sim *s, int code);
 #endif

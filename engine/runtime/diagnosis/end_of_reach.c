@@ -1,19 +1,20 @@
-/* Detection of loops at the end of their reach, at the state where no further step is possible (theory, "End of reach").
+/* Detection of loops at the end of their reach, at a state where no further step is possible (theory, "End of reach").
  *
- * The constraint rows of such a loop become dependent. A wrench λ with S λ = 0 does no work in any free joint of the loop,
- * while drives still move the loop. If λ is a pure couple, all rotation axes of the loop lie in one plane (a gimbal; a Cardan
- * joint at a right angle). Otherwise the loop is fully stretched or folded. */
+ * The constraint rows of such a loop become dependent. A wrench λ with S λ = 0 then does no work in any free joint of the loop,
+ * while drives still move the loop. If λ is a pure couple, all rotation axes of the loop lie in one plane (a gimbal; a Cardan joint
+ * at a right angle). Otherwise the loop is fully stretched or folded. */
 #include "diagnosis/diagnosis.h"
 
-/* × the smallest pivot at an accurate state: largest pivot that counts as the end of reach. A pivot is the square of the
- * relative distance from that position. Steps that cannot close loops end at a distance of at most 0.01. With friction the
- * limit is stricter, because a toggle jams at a distance of μ times the radius of its pin. */
+/* × the smallest pivot at an accurate state: largest pivot that counts as the end of reach. A pivot is the square of the relative
+ * distance from the end of reach. Steps that cannot close loops end at a distance of at most 0.01. With friction the limit is
+ * stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; the size of that distance */
+#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; equal to the distance of at most 0.01 */
 
-/* The direction λ (a), lost, that has no effect any more: the null vector of the last pivot within the rank. Combinations with
- * directions that were always open minimise its forces. Returns its force · length scale divided by its couple. */
+/* The direction of λ that has just lost its effect, in `lost` (a). It is the null vector of the last pivot within the rank, plus
+ * the combination of the open directions with which its forces are smallest. Returns its force · length scale divided by its
+ * couple. */
 static double tr_find_lost_direction(tr_sim *s, double *lost) {
   const tr_kernel *k = s->k;
   int a = k->active, m = 0, travel[a], out = ((const int *)TR_A(s, perm))[s->loops.rank_now - 1];
@@ -43,9 +44,9 @@ static double tr_find_lost_direction(tr_sim *s, double *lost) {
   return couple > 0.0 ? sqrt(force / couple) : INFINITY;
 }
 
-/* Returns TR_FAIL_CLOSURE or TR_FAIL_GIMBAL if the loops are at the end of their reach at the state `y`, else TR_OK. least:
- * largest pivot that counts. Sets fail_detail to the constraint row with the largest component in the lost direction, and
- * fail_number to the smallest pivot (1: independent, 0: dependent). */
+/* Returns TR_FAIL_CLOSURE or TR_FAIL_GIMBAL if the loops are at the end of their reach at the state `y`, otherwise TR_OK. least:
+ * largest pivot that counts as this end. Sets fail_detail to the constraint row with the largest component in the lost direction.
+ * Sets fail_number to the smallest pivot (1: independent, 0: dependent). */
 static int tr_check_end_of_reach(tr_sim *s, double least) {
   const tr_kernel *k = s->k;
   const int a = k->active, n = tr_loop_rows(s);
@@ -66,7 +67,7 @@ static int tr_check_end_of_reach(tr_sim *s, double least) {
   return pitch < PURE_COUPLE ? TR_FAIL_GIMBAL : TR_FAIL_CLOSURE;
 }
 
-/* The constraint row with the largest residual after loop closure has failed. */
+/* The constraint row with the largest residual after a failed loop closure. */
 static int tr_find_open_row(const tr_sim *s) {
   const tr_kernel *k = s->k;
   double most = 0.0;

@@ -1,11 +1,11 @@
-/* Why the friction equations have no solution (theory, "Jams"). A pair jams if a solution exists after a sudden stop of the
- * pair. It is inconsistent if no solution exists even then. */
+/* Why the friction equations have no solution (theory, "Jams"). A pair jams if a solution exists after a sudden stop of this pair.
+ * If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
-#define BLAME_MORE 1.01    /* × the component of an earlier pair; of pairs with equal components, the first is selected */
+#define BLAME_MORE 1.01    /* × the component of an earlier pair: a later pair needs more, so the first of equals is selected */
 
-/* The sliding pair whose equation is closest to the loss of its root. This pair has the largest component in the near-null
- * vector of the Jacobian. Returns -1 if the Jacobian is singular. Requires a solution. */
+/* The sliding pair whose equation is closest to losing its root: it has the largest component in the near-null vector of the
+ * Jacobian. Returns −1 if the Jacobian is singular. Requires a solution. */
 static int tr_find_weakest_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   int e = k->neta, *perm = (int *)TR_A(s, perm) + k->active, best = -1;
@@ -30,7 +30,7 @@ static int tr_find_weakest_pair(tr_sim *s) {
   return best;
 }
 
-/* A moving pair such that the equations at the current state have a solution without the friction of this pair; -1: none. */
+/* A moving pair without whose friction the equations at the current state have a solution; −1 if there is none. */
 static int tr_find_obstructing_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_collect_pairs_at_rest(s, -1, rest), found = -1;
@@ -44,8 +44,9 @@ static int tr_find_obstructing_pair(tr_sim *s) {
   return found;
 }
 
-/* The pair that causes the failure at the current state. Of several pairs that loops move as one freedom, the weakest pair is
- * returned (tr_find_weakest_pair, at the last friction found), because the split of loads between these pairs is arbitrary. */
+/* The pair that causes the failure at the current state. If loops move several pairs as one freedom, the weakest of these pairs is
+ * returned, because the split of loads between them is arbitrary. tr_find_weakest_pair determines the weakest pair at the last
+ * friction found. */
 static int tr_find_jamming_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
@@ -61,8 +62,8 @@ static int tr_find_jamming_pair(tr_sim *s) {
   return line >= 0 && other >= 0 && tr_are_one_freedom(s, line, other) ? weakest : stumbles;
 }
 
-/* Stop the pair by an impulse of its own friction and of joint reactions, and decide the modes again. Replaces y, the current
- * state. Returns 1 if a solution exists: the pair sticks, or slips from rest. */
+/* Stop the pair by an impulse of its own friction and of joint reactions, and decide the modes again. Replaces y, which must be the
+ * current state. Returns 1 if a solution exists; the pair then sticks, or slips from rest. */
 static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_bring_all_to_rest(s, y, pair, rest, tr_collect_pairs_at_rest(s, pair, rest));
@@ -72,7 +73,7 @@ static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   return tr_decide_modes(s, rest, n, -1);
 }
 
-/* Whether loops and drives prescribe all motion of a pair, so that friction cannot stop the pair. Requires maps of the current
+/* Whether loops and drives prescribe all motion of a pair. Friction then cannot stop the pair. Requires maps of the current
  * state. */
 static int tr_is_fully_driven(tr_sim *s, int pair) {
   const tr_pair *p = tr_pair_of(s, pair);
@@ -82,14 +83,14 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
-/* Find the pair that causes the failure at y, and return the reason TR_WHY_…. Requires maps of y. Restores the modes. */
+/* Find the pair that causes the failure at y. Returns the reason TR_WHY_…. Requires maps of y. Restores the modes. */
 static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
   double copy[tr_state_width(s)];
   tr_save_modes(s, modes);
   memcpy(copy, y, sizeof copy);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* of the last accepted root, not of later attempts */
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* from the last accepted root, not from later attempts */
   *pair = tr_find_jamming_pair(s);
   int why = TR_WHY_UNKNOWN;
   if (*pair >= 0) why = tr_is_fully_driven(s, *pair) || tr_stop_by_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
@@ -126,11 +127,11 @@ static int tr_let_ball_spin(tr_sim *s) {
   return 0;
 }
 
-/* Largest negligible speed, m/s: the tolerance of velocities or CAPTURE_SPEED, whichever is larger. It is zero before the
- * first step, because initial speeds are exact. */
+/* Largest negligible speed, m/s: the tolerance of velocities or CAPTURE_SPEED, whichever is larger. Before the first step it is
+ * zero, because initial speeds are exact. */
 static double tr_negligible_speed(const tr_sim *s) { return s->stats.steps ? fmax(s->set.rtol, CAPTURE_SPEED) * tr_speed_unit(s) : 0.0; }
 
-/* The slowest sliding pair with a negligible speed; -1: none. Requires maps of the current state. */
+/* The slowest sliding pair with a negligible speed; −1 if there is none. Requires maps of the current state. */
 static int tr_find_slowest(const tr_sim *s) {
   double least = tr_negligible_speed(s);
   int slow = -1;

@@ -1,15 +1,15 @@
-/* Fold of friction: the root in use merges with another root, and both vanish. If a third root exists, the motion continues
- * with it. Forces jump, velocities are continuous, and a fold event is logged. */
+/* Fold of friction: the root in use merges with another root, and both vanish. If there is a third root, the motion continues with
+ * it. Forces jump, velocities are continuous, and a fold event is logged. */
 #include "diagnosis/diagnosis.h"
 
-#define FOLD_AHEAD 1e-7  /* / rate: time after the last state at which roots are sought; an Euler step leads there */
-#define FOLD_AGAIN 1e-5  /* / rate: folds closer in time than this count as repeated */
+#define FOLD_AHEAD 1e-7  /* / rate: time from the last state to the state where roots are searched; an Euler step leads there */
+#define FOLD_AGAIN 1e-5  /* / rate: folds that follow each other faster count as repeated */
 #define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
-#define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate in that time */
-#define FOLD_STARTS 48   /* random starts of Newton's method, in multiples of the frictions under the loads without friction */
+#define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate in the time FOLD_AHEAD */
+#define FOLD_STARTS 48   /* number of random starts of Newton's method, in units of the friction under loads without friction */
 #define FOLD_BRANCHES 4  /* number of pairs whose branches are tried in all combinations */
 
-/* Find a root of the complement equations in the modes in force: with growing friction, then by tilts of balls, then from
+/* Find a root of the complement equations in the modes in force: first with growing friction, then by tilts of balls, then from
  * random starts. Requires maps of the current state. Leaves η in z. */
 static int tr_find_any_root(tr_sim *s) {
   double *eta = TR_A(s, z) + s->k->active, size[s->k->neta + 1];
@@ -60,7 +60,7 @@ static int tr_find_most_changed(const tr_sim *s, const double *was, const double
   return best;
 }
 
-/* Time until the state at which roots are sought, s. It is so short that rates change little. */
+/* Time until the state where roots are searched, s. It is so short that rates change little. */
 static double tr_look_ahead_time(const tr_sim *s) {
   const double h = FOLD_AHEAD / s->set.rate, *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
   double fastest = s->set.rate, most = 0.0;

@@ -9,7 +9,7 @@ static inline int tr_solution_size(const tr_sim *s) {
 }
 
 /* Whether the SIMD lanes can serve a request at the current state. Lanes require independent loop rows, no tables and no open
- * reactions. The friction of every pair must follow from its law. */
+ * reactions. Every pair's friction must follow from its law. */
 static inline int tr_has_lane(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const tr_friction *f = &s->friction;
@@ -17,67 +17,67 @@ static inline int tr_has_lane(const tr_sim *s) {
   return !k->neta || !(f->held || f->freed >= 0 || f->eased > 0.0 || f->from_anywhere || s->moreau.h > 0.0 || s->ask.cancelled);
 }
 
-/* Update the extremes of each pair over the stages of a step. The quantity is the distance of the speed from the kink, or the
- * violation of a set-valued mode. Requires a solution. */
+/* Update the extremes of each pair over the stages of a step. The recorded quantity is the distance of the speed from the kink, or
+ * the violation of a set-valued mode. Requires a solution. */
 static void tr_update_extremes(tr_sim *s);
 
 /* Reset the extremes and the smallest independence for a new step. */
 static void tr_clear_extremes(tr_sim *s);
 
-/* Evaluate ẏ at (t, y) in the modes in force. Returns 0 if no multipliers are found; step.failure then holds the reason. */
+/* Evaluate ẏ at (t, y) in the modes in force. Returns 0 if no multipliers are found; step.failure then contains the reason. */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy);
 
-/* Interpolate η between the multipliers at both ends of the last step, at the fraction theta of the step. Newton's method
- * starts from this η; another start might lead to another root. */
+/* Interpolate η at the fraction theta of the last step, between the multipliers at both ends. Newton's method starts from this η;
+ * another start might lead to another root. */
 static void tr_interpolate_multipliers(tr_sim *s, double theta);
 
-/* Store the solution in `kept` (tr_solution_size doubles), before evaluations that do not belong to the motion. */
+/* Store the solution in `kept` (tr_solution_size doubles), before evaluations that are not part of the motion. */
 static void tr_save_solution(const tr_sim *s, double *kept);
 
 /* Restore the solution that tr_save_solution stored. */
 static void tr_restore_solution(tr_sim *s, const double *kept);
 
-/* Store the multipliers as those at the end of the last step. */
+/* Store the present multipliers as those at the end of the last step. */
 static inline void tr_store_end_multipliers(tr_sim *s) { tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zend)); }
 
-/* A request of kind TR_ASK_… at (t, y) for the lane of the case. */
+/* A request to the lane of this case: kind TR_ASK_…, at (t, y). */
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y);
 
-/* Request all stages, the end and the errors of a trial step of size h. Returns 0 if lanes cannot serve the request. */
+/* Request a trial step of size h: all stages, the end and the errors. Returns 0 if lanes cannot serve the request. */
 static int tr_request_step(tr_sim *s, const tr_explicit *m, double h);
 
 /* Request the extra stages of the last step's dense output. Returns 0 if lanes cannot serve the request. */
 static int tr_request_dense(tr_sim *s, const tr_explicit *m, double h);
 
-/* Request the projection of y at time t; for TR_ASK_END and TR_ASK_ALL also ẏ, in slope. Returns 0 if lanes cannot serve the
+/* Request the projection of y at time t. With TR_ASK_END and TR_ASK_ALL, slope also receives ẏ. Returns 0 if lanes cannot serve the
  * request. */
 static int tr_request_end(tr_sim *s, int kind, double t, double *y, double *slope);
 
-/* Request multipliers, loads and sliding of pairs at (t, y), from which violations are computed. Returns 0 if lanes cannot
+/* Request multipliers, loads and sliding of pairs at (t, y). Violations are computed from these results. Returns 0 if lanes cannot
  * serve the request. */
 static int tr_request_violations(tr_sim *s, double t, double *y);
 
-/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: the call
- * follows loop closure, so rates that follow from other rates remain. Requires maps of y. */
+/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. `own`: the call follows
+ * loop closure; rates that depend on other rates are then kept. Requires maps of y. */
 static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own);
 
 /* Scale the quaternions of y to norm 1. */
 static void tr_normalise_quaternions(const tr_sim *s, double *y);
 
-/* Largest residuals of the active rows in h. Units: length scale for positions, length · rate for velocities (rotations: 1
- * rad, rate). */
+/* Largest residuals of the active rows in h. Units for translation: length scale, and length · rate for velocities. Units for
+ * rotation: 1 rad, and rate. */
 static void tr_loop_residual(const tr_sim *s, const double *h, double *position, double *velocity);
 
 /* Project y at time t onto closed loops and unit quaternions, with held pairs at rest. Returns 0 if the loops stay open;
- * step.failure then holds the reason. */
+ * step.failure then contains the reason. */
 static int tr_project(tr_sim *s, double t, double *y);
 
-/* Close the loops from the state `y` at the time of the clock. qgiven, vgiven (nv each): 1 for a value that the user gave.
- * Returns 1 on success, 0 without closed positions, -1 without consistent rates. `y` holds the result, or the nearest state
- * found. */
+/* Close the loops from the state `y` at the time of the clock. qgiven, vgiven (nv each): 1 for a value that the user gave. `y`
+ * receives the result, or the nearest state found. Returns 1 on success, 0 if no closed positions are found, −1 if no consistent
+ * rates are found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
-/* Whether no freedom changes any active row at y, except by round-off. Other joints then satisfy the rows, as for a door on
- * two hinges. */
+/* Whether no freedom changes any active row at y, except by round-off. Other joints then already satisfy the rows, as with a door
+ * on two hinges. */
 static int tr_has_idle_rows(tr_sim *s, double *y);
 #endif

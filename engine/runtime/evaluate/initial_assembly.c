@@ -1,47 +1,48 @@
-/* Initial assembly: Newton's method finds positions that close the loops with the smallest change. Then consistent rates
- * follow. */
+/* Initial assembly. Newton's method finds the positions that close the loops with the smallest change. The consistent rates are
+ * then computed. */
 #include "evaluate/evaluate.h"
 
 #define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates, which solve linear equations */
-#define RATES_AGREE 1e-11   /* × length · rate (rotations: rate): residual of consistent rates; their condition costs four digits */
-#define ROUNDED 1e-6        /* rad; × the length: a gap below this comes from rounded input, so other positions are not searched */
-#define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means contradictory values */
+#define RATES_AGREE 1e-11   /* × length · rate (rotations: rate): largest residual of consistent rates; loses up to 4 digits */
+#define ROUNDED 1e-6        /* rad; × the length: a smaller gap comes from rounded input, so other positions are not searched */
+#define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means a contradiction */
 #define MOVED_BY 10.0       /* × the gap: largest change of given values */
-#define NEARER 0.1          /* × the residual of the best search before: another position must have a smaller residual */
-#define NUDGE 0.02 /* rad; × the length scale: displacement of the start in later phases */
+#define NEARER 0.1          /* × the residual of the best earlier search: another position must have a smaller residual */
+#define NUDGE 0.02 /* rad; × the length scale: displacement of the start in later phases of the search */
 #define AFAR (0.5 * TURN) /* rad; × the length scale: spread of random starts of open coordinates */
-#define HELD 0.01     /* allowed change of given coordinates, relative to that of open coordinates */
-#define TRIES_AFAR 24 /* random starts; they take a tenth of a second with forty loops */
-#define TIGHT 1e-13         /* × the length (rad): residual of closed loops. A residual below TIGHT_ENDS × TIGHT ends the search */
+#define HELD 0.01     /* × the change of open coordinates: allowed change of given coordinates */
+#define TRIES_AFAR 24 /* number of random starts; with forty loops, all together take a tenth of a second */
+#define TIGHT 1e-13         /* × the length, or rad: residual of closed loops; the search ends below TIGHT_ENDS × TIGHT */
 #define TIGHT_ENDS 1e-2
-#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row: below it, no freedom changes the row */
-#define NO_LEVER 1e-12      /* × the length (rad): smaller effects of a unit change on a row are round-off */
+#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row: if it is smaller, no freedom changes the row */
+#define NO_LEVER 1e-12      /* × the length, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* × a row's scale: largest pivot of a dependent row */
-#define TIGHT_LAST 4e-15    /* × the largest coordinate (rad; × the length): round-off of a large coordinate */
-#define TIGHT_MOST 5e-9     /* largest tolerance; it is below the gap that later counts as open */
-#define CLOSE_STEPS 200     /* Newton steps, which are shortened far from the solution */
-#define CLOSE_CUT 0.3       /* rad; × the length: longest shortened step */
-#define CLOSE_STALLED 40    /* steps that do not halve the best residual, after which the search has failed */
+#define TIGHT_LAST 4e-15    /* × the largest coordinate, in rad or lengths: round-off of a large coordinate */
+#define TIGHT_MOST 5e-9     /* largest tolerance; below the gap that later checks report as open */
+#define CLOSE_STEPS 200     /* largest number of Newton steps; far from the solution, steps are shortened */
+#define CLOSE_CUT 0.3       /* rad; × the length: largest change in a shortened step */
+#define CLOSE_STALLED 40    /* number of steps without halving the best residual, after which the search has failed */
 #define LONGER 4.0          /* ratio of successive fractions of a step in the search with long steps */
-#define PAYS 0.5            /* × the reduction that the linear model predicts: smallest accepted reduction */
-#define BODY_COSTS 100.0    /* multiplications per body and freedom in an evaluation */
-#define FARTHEST 1e7        /* rad; × the length: longest step, about a million turns of a screw */
+#define PAYS 0.5            /* × the reduction predicted by the linear model: smallest accepted reduction */
+#define BODY_COSTS 100.0    /* multiplications per body and freedom in one evaluation */
+#define FARTHEST 1e7        /* rad; × the length: longest step; about a million turns of a screw */
 
-/* A search for closed positions. given (nv): 1 for each freedom whose start coordinate the user gave. start: the state before
- * the search. weight (nv): allowed change of position along each rate. G: the constraint Jacobian. nearest, least: best state of
- * all searches, and its residual. moved: largest change of given coordinates in the last search, in units of tr_rate_unit. */
+/* A search for closed positions. given (nv): 1 for each freedom whose start coordinate the user gave. start: the state before the
+ * search. weight (nv): allowed change of position along each rate. G: the constraint Jacobian. nearest, least: best state of all
+ * searches, and its residual. moved: largest change of given coordinates in the last search, in units of tr_rate_unit. */
 typedef struct tr_position_search {
   tr_sim *s;
   const double *given, *start;
   double *weight, *G, *nearest, least, moved;
 } tr_position_search;
 
-/* Set the allowed changes: the unit of each rate, times `held` for given values. */
+/* Set the allowed changes to the units of the rates. Given values may change only by `held` times as much. */
 static void tr_set_weights(tr_position_search *c, double held) {
   for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i);
 }
 
-/* Largest residual of all rows, of positions or rates. Units: length scale, or length · rate (rotations: 1 rad, rate). */
+/* Largest residual of all rows, of positions or of rates. Units for translation: length scale, and length · rate for rates. Units
+ * for rotation: 1 rad, and rate. */
 static double tr_largest_residual(const tr_sim *s, const double *h, int rates) {
   const tr_kernel *k = s->k;
   double worst = 0.0;
@@ -58,15 +59,16 @@ static double tr_position_residual(tr_sim *s, const double *y, double *h) {
   return tr_largest_residual(s, h, 0);
 }
 
-/* Largest residual that counts as closed at y: round-off, which is larger for large coordinates (a screw thousands of turns
- * from zero). */
+/* Largest residual at y that counts as closed. It is round-off, which grows with the coordinates (a screw thousands of turns from
+ * zero). */
 static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   double far = 0.0;
   for (int i = 0; i < s->k->nq; ++i) far = fmax(far, fabs(y[i]) / (s->k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0));
   return fmin(fmax(TIGHT, TIGHT_LAST * far), TIGHT_MOST);
 }
 
-/* Constraint Jacobian G (rows × nv) of all rows at y, from differences of the velocity residual, which is linear in the rates. */
+/* Constraint Jacobian G (rows × nv) of all rows at y. The velocity residual is linear in the rates, so its differences are
+ * exact. */
 static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
   TR_SPOILT(s, TR_HAS_JACOBIAN);
   const tr_kernel *k = s->k;
@@ -85,7 +87,7 @@ static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
   memcpy(y + k->nq, v, sizeof(double) * k->nv);
 }
 
-/* delta = W²Gᵀ (G W² Gᵀ)⁺ b, the smallest weighted change, with W = diag(weight), nv entries. */
+/* delta = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest weighted change that removes the residual b. W = diag(weight), with nv entries. */
 static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, double *delta) {
   const tr_kernel *k = s->k;
   int n = k->rows;
@@ -107,7 +109,7 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   }
 }
 
-/* y ← the positions `from`, moved along part · dv for one second. */
+/* y ← the positions `from`, moved with the rates part · dv for one second. */
 static void tr_move_positions(const tr_sim *s, const double *from, const double *dv, double part, double *y) {
   const tr_kernel *k = s->k;
   double v[k->nv + 1], dq[k->nq + 4];
@@ -117,9 +119,9 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
   tr_normalise_quaternions(s, y);
 }
 
-/* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. If `longer` is set, the fraction is
- * the largest that reduces the residual `now` enough (PAYS). Then the coordinate with the largest change is also tried alone
- * (a screw with an unknown number of turns); on success this change replaces dv. */
+/* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. If `longer` is set, the fraction is the
+ * largest that reduces the residual `now` by the factor PAYS of the prediction. Then the largest change is also tried alone, for a
+ * screw with an unknown number of turns; on success this change replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;
@@ -173,16 +175,16 @@ static int tr_close_positions(tr_position_search *c, double *y, int longer) {
   return 0;
 }
 
-/* Close the loops from the state `near`, while given values, which were rounded, may change a little. Returns 1 if the loops
- * are closed and no given value changed by more than MOVED_BY × gap. */
+/* Close the loops from the state `near`; given values, which the user rounded, may change a little. Returns 1 if the loops are
+ * closed and no given value changed by more than MOVED_BY × gap. */
 static int tr_close_rounded(tr_position_search *c, const double *near, double gap, double *y) {
   memcpy(y, near, sizeof(double) * c->s->ny);
   tr_set_weights(c, HELD);
   return tr_close_positions(c, y, 1) && c->moved <= MOVED_BY * gap;
 }
 
-/* Displace all coordinates from the start by up to `far`; given coordinates only by `held` times as much. The displacements
- * are fixed different amounts, or random with `seed`. */
+/* Displace open coordinates from the start by up to `far`, and given coordinates by up to `held` · `far`. With `seed`, the
+ * displacements are random; otherwise they are fixed and differ from each other. */
 static void tr_displace_start(const tr_position_search *c, double far, double held, unsigned *seed, double *y) {
   const int nv = c->s->k->nv;
   double dv[nv + 1];
@@ -192,8 +194,8 @@ static void tr_displace_start(const tr_position_search *c, double far, double he
   tr_move_positions(c->s, c->start, dv, 1.0, y);
 }
 
-/* Close the positions by changes of open coordinates alone: from the start, from random starts, then again with long steps. If
- * this fails and the gap is small, given values (with few digits) change too. Returns 1 if the loops are closed. */
+/* Close the positions by changes of open coordinates alone: from the start, from random starts, then again with long steps. If this
+ * fails and the gap is small, given values with few digits may change too. Returns 1 if the loops are closed. */
 static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   const int ny = c->s->ny;
   int kept = 0, open = 0;

@@ -1,5 +1,5 @@
-/* Requests to the SIMD lanes, which step several cases at once (``hosts/batch_coroutines.c``). If lanes cannot serve a
- * request, the case takes the ordinary path. */
+/* Requests to the SIMD lanes, which step several cases at once (``hosts/batch_coroutines.c``). A case whose request lanes cannot
+ * serve takes the ordinary path. */
 #include "evaluate/evaluate.h"
 
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y) {
@@ -11,8 +11,8 @@ static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y) {
                       .S = TR_A(s, S), .perm = (int *)TR_A(s, perm), .T = TR_A(s, T), .Np = TR_A(s, Np), .law = TR_A(s, law), .dn = TR_A(s, dn), .first = TR_A(s, ytmp), .second = TR_A(s, yout), .slope = TR_A(s, dy)};
 }
 
-/* Send a request and record its effects on statistics and validity. evaluations: equivalent number of evaluations of the
- * right-hand side. Returns 0 if the lanes did not serve it. */
+/* Send a request, and record its effects on statistics and validity. evaluations: number of right-hand-side evaluations that the
+ * request replaces. Returns 0 if the lanes did not serve the request. */
 static int tr_ask_lane(tr_sim *s, tr_request *request, int evaluations) {
   if (!s->lane->ask(s->lane, request)) return 0;
   s->stats.rhs_evaluations += evaluations;

@@ -1,8 +1,9 @@
-/* Projection onto the constraint manifold: quaternion norm, loop closure of positions and velocities (theory, "Closed loops").
- * The correction is the smallest in the mass metric: δv = M⁻¹Gᵀ δλ, the difference of two stage-2 evaluations. */
+/* Projection onto the constraint manifold: quaternions of norm 1, and closed loops in positions and velocities (theory, "Closed
+ * loops"). The correction is the smallest in the mass metric: δv = M⁻¹Gᵀ δλ. Two evaluations of stage 2 give it as their
+ * difference. */
 #include "evaluate/evaluate.h"
 
-#define CLOSE_BOUNDED 3   /* largest number of iterations on the positions in a bounded step */
+#define CLOSE_BOUNDED 3   /* largest number of iterations on positions in a bounded step */
 
 static void tr_normalise_quaternions(const tr_sim *s, double *y) {
   for (int i = 0; i < s->k->nquat; ++i) {
@@ -23,8 +24,8 @@ static void tr_loop_residual(const tr_sim *s, const double *h, double *position,
   }
 }
 
-/* dv (nv) = M⁻¹Gᵀ δλ, the change that removes the residual h of the active rows (positions or rates) at y. again: use the maps
- * and the factor of the previous call, whose state is close. */
+/* dv (nv) = M⁻¹Gᵀ δλ: the change that removes the residual h of the active rows (positions or rates) at y. `again`: use maps and
+ * factor of the previous call, whose state is close. */
 static void tr_loop_correction(tr_sim *s, const double *y, const double *h, int again, double *dv) {
   const tr_kernel *k = s->k;
   int a = k->active;
@@ -43,7 +44,7 @@ static void tr_loop_correction(tr_sim *s, const double *y, const double *h, int 
   tr_rates_by_impulses(s, y, dlam, 0, 0, again, dv);
 }
 
-/* Whether the mechanism has many loops, for which the number of corrections is limited to save time. */
+/* Whether the mechanism has many loops. In this case, the number of corrections is limited to save time. */
 static inline int tr_has_many_loops(const tr_sim *s) { return s->k->nfill || s->k->shift; }
 
 static int tr_project(tr_sim *s, double t, double *y) {

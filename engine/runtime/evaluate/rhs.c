@@ -1,4 +1,5 @@
-/* The right-hand side ẏ(t, y): signals, stage 1 of the kernel (affine maps of the multipliers), multipliers, stage 2. */
+/* The right-hand side ẏ(t, y), in this order: signals, stage 1 of the kernel (affine maps of the multipliers), multipliers, stage
+ * 2. */
 #include "evaluate/evaluate.h"
 
 static void tr_update_extremes(tr_sim *s) {

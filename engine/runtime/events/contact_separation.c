@@ -1,20 +1,20 @@
-/* Separations: a contact's normal force passes through zero inside a step, and its normal turns to the other side. */
+/* Separations: inside a step, the normal force of a contact passes through zero, and the normal turns to the other side. */
 #include "events/events.h"
 
-#define TURNED 2.0     /* rad: above any steady turn of a normal within a step */
-#define NEAR_ZERO 0.2  /* × the smaller end force: a minimum of the force above this is no passage through zero */
-/* Halvings of a quarter step; within an eighth of a step, a force that passes zero is nearly linear in time. */
+#define TURNED 2.0     /* rad: larger than any steady turn of a normal within a step */
+#define NEAR_ZERO 0.2  /* × the smaller end force: if the force has a larger minimum, it does not pass through zero */
+/* Number of halvings of a quarter step. Within an eighth of a step, a force that passes through zero is nearly linear in time. */
 #define HALVINGS 1
 #define LINES_MOST 8   /* secant steps after the halvings; the first ones square the error */
-#define NONE 2.0       /* fraction of a step: no separation inside the step */
-/* × rtol, as a fraction of the step: closer separations count as one event; each root is located within rtol. */
+#define NONE 2.0       /* fraction of a step that means no separation inside the step */
+/* × rtol, as a fraction of the step: closer separations are one event. Each root is located within rtol. */
 #define TOGETHER 100.0
-#define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass zero twice in a step */
-#define FADES 0.99     /* factor per step on the largest force so far; it ends the search for contacts whose load stays small */
+#define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass through zero twice in a step */
+#define FADES 0.99     /* factor per step on the largest force so far, which ends the search for contacts whose load stays small */
 #define TINY 1e-300    /* N²: replaces a zero divisor */
 
-/* Fraction (0…1) at which the linear interpolation of two contact forces has the smallest norm. *least: this norm divided by
- * the norm of the smaller end force. */
+/* Fraction (0…1) at which the linear interpolation between two contact forces has the smallest norm. *least receives this norm,
+ * divided by the smaller norm of the end forces. */
 static double tr_closest_to_zero(const tr_contact *p, const tr_contact *q, double *least) {
   double pp = 0.0, pd = 0.0, dd = 0.0, qq = 0.0;
   for (int i = 0; i < 3; ++i) {
@@ -26,7 +26,7 @@ static double tr_closest_to_zero(const tr_contact *p, const tr_contact *q, doubl
   return at;
 }
 
-/* Contacts at the fraction `at` of the step, from the dense output. Returns 0 if that state cannot be evaluated. */
+/* Contacts at the fraction `at` of the step, from the dense output. Returns 0 if the state there cannot be evaluated. */
 static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
   double *y = TR_A(s, yout);
   tr_evaluate_dense(s, at, y);
@@ -34,7 +34,7 @@ static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
   return tr_rhs(s, s->step.t0 + at * s->step.size, y, TR_A(s, dy)) && tr_current_contacts(s, y, out);
 }
 
-/* Narrow the interval a…b, with contacts lo and hi at its ends, to the part with the larger turn of contact i, divided at m.
+/* Divide the interval a…b at m, and narrow it to the part with the larger turn of contact i. lo and hi: contacts at a and b.
  * Returns 0 if the state at m cannot be evaluated. */
 static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_contact *lo, tr_contact *hi) {
   tr_contact mid[s->o->ncontacts];
@@ -45,8 +45,8 @@ static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_c
   return 1;
 }
 
-/* Fraction in a…b at which the force of contact i passes zero, by halvings, then secants; NONE if it does not. lo, hi: contacts
- * at a and b. */
+/* Fraction in a…b at which the force of contact i passes through zero, or NONE if it does not. Halvings, then secants, find it. lo,
+ * hi: contacts at a and b. */
 static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contact lo, tr_contact hi) {
   double least;
   for (int halves = 0; halves < HALVINGS; ++halves)
@@ -63,8 +63,8 @@ static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contac
   return theta;
 }
 
-/* Log the separations of pair m. at[i]: fraction of the step at which contact i separates, or NONE. before, now: contacts at
- * the step's two ends. Simultaneous separations are one event. */
+/* Log the separations of pair m. at[i]: fraction of the step at which contact i separates, or NONE. before, now: contacts at both
+ * ends of the step. Simultaneous separations are one event. */
 static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr_contact *before, const tr_contact *now) {
   const int n = tr_pair_of(s, m)->ncontacts;
   tr_contact was[s->o->ncontacts], is[s->o->ncontacts];
@@ -80,7 +80,7 @@ static void tr_log_pair_separations(tr_sim *s, int m, const double *at, const tr
   }
 }
 
-/* Whether a contact's normal turned between two states while its force passed close to zero. floor: forces below this are
+/* Whether the normal of a contact turned between two states while its force passed close to zero. floor: smaller forces are
  * round-off. */
 static int tr_is_turned(const tr_contact *before, const tr_contact *now, double floor) {
   double least;
@@ -89,8 +89,8 @@ static int tr_is_turned(const tr_contact *before, const tr_contact *now, double 
   return least <= 2.0 * NEAR_ZERO;
 }
 
-/* Whether a contact that did not turn over the step may have turned twice: its force is small relative to `peak`, its fading
- * maximum so far. */
+/* Whether a contact that did not turn over the step may have turned twice. It may if its force is small relative to `peak`, its
+ * largest force so far, which fades. */
 static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, double peak, double floor) {
   const double smaller = fmin(before->force, now->force);
   return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now, 0.0) > TURNED);

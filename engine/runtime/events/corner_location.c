@@ -1,22 +1,22 @@
-/* Corners inside a step, at which the step must end: a damped end stop releases, or the signal of a hook passes its release
- * value. Each is a root of a smooth function. The end of the step decides whether the hook also falls. */
+/* Corners inside a step, at which the step must end: a damped end stop releases, or the signal of a hook passes its release value.
+ * Each corner is a root of a smooth function. The state at the end of the step decides whether the hook also falls. */
 #include "events/events.h"
 
 #define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
-#define CORNER_PART 0.1   /* × the tolerance: a step may begin or end within this distance from a corner */
-#define CORNER_ROOT 40    /* iterations: secants and halvings in turn */
-#define CORNER_LATE 1e-12 /* × the step: a corner this close to its end is its end */
-#define HOOK_BEYOND 1e-11 /* the step ends where a hook's signal is beyond its release by this; above TOL_STOP */
+#define CORNER_PART 0.1   /* × the tolerance: distance from a corner within which a step may begin or end */
+#define CORNER_ROOT 40    /* largest number of iterations, which alternate between secant and halving */
+#define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end counts as this end */
+#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of such a step; above TOL_STOP */
 #define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
-#define HOOK_EDGE 1e-3    /* × the spacing of these points: difference that gives the slope at an end of the step */
+#define HOOK_EDGE 1e-3    /* × the spacing of these points: difference for the slope at an end of the step */
 #define HOOK_SECTIONS 40  /* golden-section iterations between these points */
 
-/* Distance of stop i from its corner at θ of the last step, N. For a hook: how far its signal is beyond its release value.
- * side: sign of the signal beyond that value. */
+/* Distance of stop i from its corner at θ of the last step: the factor of its elastic force, which is 0 at release. For a hook:
+ * excess of its signal over the release value. side: sign of the signal beyond this value. */
 static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
   tr_evaluate_dense(s, theta, y);
-  tr_set_time(s, s->step.t0 + theta * s->step.size); /* time of drives and signals */
+  tr_set_time(s, s->step.t0 + theta * s->step.size); /* drives and signals need the time of θ */
   tr_stop_depths_and_pushes(s, y, depth, pushes);
   return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
 }
@@ -33,8 +33,8 @@ static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, 
   return b;
 }
 
-/* Place of the largest corner distance in a…b by golden sections; stops at the first positive distance. *most: the distance
- * there. */
+/* Place of the largest corner distance in a…b, by golden sections that end at the first positive distance. *most receives the
+ * distance there. */
 static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, double b, double *most) {
   const double part = 0.61803398874989485;
   double x = b - part * (b - a), y = a + part * (b - a);
@@ -47,9 +47,9 @@ static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, dou
   return fx > fy ? x : y;
 }
 
-/* First place in the last step where the signal of a hook passes its release value; 1: there is none. begin: how far the signal
- * is beyond that value at the start. A signal at its release value may rise or fall. A signal can pass the value twice between
- * two points, so maxima between points are also located. */
+/* First place in the last step where the signal of a hook passes its release value; 1 if there is none. begin: excess of the signal
+ * over this value at the start. A signal that starts at its release value may rise or fall. A signal can pass the value twice
+ * between two points, so maxima between points are also located. */
 static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
   const double side = begin > HOOK_BEYOND || (begin >= -HOOK_BEYOND && !tr_is_pressed(s, hook)) ? -1.0 : 1.0;
   const double near = HOOK_EDGE / HOOK_POINTS;
@@ -81,7 +81,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
   tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
-  tr_save_solution(s, kept); /* because an evaluation inside the step overwrites the solution */
+  tr_save_solution(s, kept); /* an evaluation inside the step overwrites the solution */
   for (int i = 0; i < n; ++i) {
     if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))

@@ -1,12 +1,12 @@
-/* Pairs of several components whose direction turns inside a step. Their friction turns too and can make other pairs seem to
- * leave their modes. This is no event of the other pairs. */
+/* Pairs of several components whose direction turns inside a step. Their friction then also turns, which can carry other pairs
+ * beyond the limits of their modes. Such a violation is not an event of the other pairs. */
 #include "events/events.h"
 
-/* × its speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
+/* × the speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
 #define ALL_BUT_STOPPED 0.01
 #define RIGHT_ANGLE 1e-12 /* × the sum of absolute products: a smaller scalar product of two directions is round-off */
-#define LINE_TURNS 0.98 /* cosine of 11 degrees: largest turn within a step of a line from which the loops deviate */
-#define LINE_TURNED 1e-8 /* × the speed, at least rtol: largest speed across the line on which a pair slides */
+#define LINE_TURNS 0.98 /* cosine of 11 degrees: largest turn within a step of a line with deviations by open loops */
+#define LINE_TURNED 1e-8 /* × the speed, at least rtol: largest speed perpendicular to the line on which a pair slides */
 
 static int tr_has_reversed(const tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
@@ -23,9 +23,9 @@ static void tr_save_start_speeds(tr_sim *s, double *was) {
     was[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
 }
 
-/* A pair of several components, other than `which`, that nearly stopped in the step; -1 if there is none. Its friction turns
- * while it stops, which carries other pairs beyond their modes. Pairs that stop along a line are excluded. was: speeds at the
- * start of the step. Requires maps of (t, y). */
+/* A pair of several components, other than `which`, that nearly stopped in the step; −1 if there is none. The friction of such a
+ * pair turns while it stops, which carries other pairs beyond the limits of their modes. Pairs that stop along a line are excluded.
+ * was: speeds at the start of the step. Requires maps of (t, y). */
 static int tr_find_pair_stopping_beside(tr_sim *s, int which, const double *was, double t, const double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !(was[i] > tr_crawl_speed(tr_speed_unit(s))) || tr_frozen_length(s, i) > TR_LINE) continue;
@@ -56,9 +56,10 @@ static int tr_release_left_lines(tr_sim *s) {
   return any;
 }
 
-/* The pair that stops where pair `which` seems to leave its mode; `which` if there is none. The friction of the stopping pair
- * jumps there and carries `which` along. was: speeds at the start of the step; a slow pair that speeds up has just started and does
- * not stop. For a pair on a line, speed across the line comes from loops left open by the step. Requires maps of (t, y). */
+/* The pair that stops at the state where pair `which` seems to leave its mode; `which` if no other pair stops. The friction of the
+ * stopping pair jumps at this state and carries `which` along. was: speeds at the start of the step. A slow pair that speeds up has
+ * just started, and does not stop. For a pair on a line, speed perpendicular to the line comes from loops that the step leaves
+ * open. Requires maps of (t, y). */
 static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, double t, const double *y) {
   if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -69,9 +70,9 @@ static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, 
   return which;
 }
 
-/* Whether a pair of several components turned by more than a right angle before the planned end of the step. The pair `which`,
- * stuck or spinning, is excluded. An explicit step that is too long for the stiff direction oscillates, and events of other
- * pairs are then spurious. */
+/* Whether a pair of several components turned by more than a right angle before the planned end of the step. This is tested if
+ * `which` is stuck or spinning; `which` itself is excluded. An explicit step that is too long for the stiff direction oscillates,
+ * and events of other pairs are then spurious. */
 static int tr_has_other_pair_turned(tr_sim *s, int which) {
   if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_is_moving_ball(s, which))) return 0;
   const double end = s->step.t0 + s->step.size, *y = TR_A(s, ynew);
@@ -84,8 +85,8 @@ static int tr_has_other_pair_turned(tr_sim *s, int which) {
   return 0;
 }
 
-/* Whether the reversal of pair i at θ is an artefact of the dense output: at the state y there, the pair still accelerates.
- * Applies to pairs of one component that started from rest with this step. */
+/* Whether the reversal of pair i at θ is an artefact of the dense output: at the state y there, the pair still accelerates. Only
+ * pairs of one component that started from rest with this step have such artefacts. */
 static int tr_is_spurious_turn(tr_sim *s, int i, double theta, const double *y) {
   if (i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS || tr_pair_of(s, i)->nrates > 1) return 0;
   if (tr_speed_of_state(s, i) > tr_rest_speed(tr_speed_unit(s)) || !tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return 0;

@@ -1,21 +1,21 @@
 /* End of sliding of pairs of several components (theory, "End of sliding"). Their speed reaches zero without a sign change. The
- * last stretch is therefore a separate step. At its end the pair and all pairs that stop with it are at rest. */
+ * last stretch of sliding is therefore a separate step (capture). At its end, the pair and all pairs that stop with it are at
+ * rest. */
 #include "events/events.h"
 
 #define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of other rates when the pair stops */
-#define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed at which a pair that stops alone may stop */
-/* × deceleration: with more acceleration across the sliding, a pair passes its least speed without stopping. */
+#define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed at which a pair that stops alone may be stopped */
+/* × deceleration: with a larger acceleration perpendicular to the sliding, a pair passes its least speed without stopping. */
 #define CAPTURE_ACROSS 0.2
-#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the stop's time. Below the */
-                            /* speed NEAR_MISS no accuracy is required: the pair stops at once */
-#define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops count as simultaneous; far below the error of event times */
-/* × the last stretch: a pair whose own stop is this close to the end stops there; well above the error of stop times */
+#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the stop's time; below the speed NEAR_MISS none */
+#define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops are simultaneous; far below the error of event times */
+/* × the last stretch: a pair stops at its end if its own stop is closer to this end; well above the error of stop times */
 #define STOPS_WITH 0.5
 
-/* Surface speeds of all pairs `back` steps ago, m/s. */
+/* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */
 static double *tr_past_speeds(const tr_sim *s, int back) { return TR_A(s, past_speeds) + back * s->k->nsliders; }
 
-/* Store the speeds at the end of an accepted step. Speeds from before an event are discarded. Requires maps of that end. */
+/* Store the speeds at the end of an accepted step. Speeds from before an event are discarded. Requires maps of this end. */
 static void tr_save_speeds(tr_sim *s) {
   double *t = s->friction.past_t;
   if (t[0] != s->step.t0)
@@ -26,14 +26,14 @@ static void tr_save_speeds(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) tr_past_speeds(s, 0)[i] = tr_pair_speed(s, i);
 }
 
-/* Time until pair i rests, s, extrapolated over two steps from its speed `back` steps ago. Over one step, it oscillates for
- * explicit steps at their stability limit. NaN: unknown; negative: the pair does not stop. */
+/* Time until pair i rests, s, extrapolated over two steps from its speed `back` steps ago. Over a single step, the result would
+ * oscillate for explicit steps at their stability limit. NaN: unknown; negative: the pair does not stop. */
 static double tr_time_to_rest(const tr_sim *s, int i, int back) {
   const double *t = s->friction.past_t + back, v = tr_past_speeds(s, back)[i], was = tr_past_speeds(s, back + 2)[i];
   return v * (t[0] - t[2]) / (was - v);
 }
 
-/* Whether pair m slides and would come to rest at about the same time as another pair, which comes to rest in `left` s. */
+/* Whether pair m slides and would rest at about the same time as another pair, which rests in `left` s. */
 static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }
@@ -50,8 +50,8 @@ static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
   return along < 0.0 && !turns ? v / -along : INFINITY;
 }
 
-/* Largest speed, m/s, at which pair i may be stopped, given that it would rest in `left` s. It is smaller if other pairs are
- * about to stop too. */
+/* Largest speed, m/s, at which pair i may be stopped. The pair would rest in `left` s. The speed is smaller if other pairs are also
+ * about to stop. */
 static double tr_capture_speed(tr_sim *s, int i, double left) {
   int alone = tr_time_to_rest_by_braking(s, i) < INFINITY;
   for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, left);
@@ -59,7 +59,7 @@ static double tr_capture_speed(tr_sim *s, int i, double left) {
 }
 
 static int tr_find_pair_to_capture(tr_sim *s) {
-  /* Fixed steps are cut into parts of any size, so their past speeds are not comparable. */
+  /* Fixed steps are cut into parts of any size, so past speeds at their ends are not comparable. */
   const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0;
   tr_save_speeds(s);
   if (i < 0 || i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
@@ -107,7 +107,7 @@ static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   return has;
 }
 
-/* Freeze the direction of pair i over its last stretch, and the directions of all equally slow pairs of several components.
+/* Freeze the direction of pair i over its last stretch, and the directions of all pairs of several components that are as slow.
  * Faster pairs keep turning, because their directions respond fast to friction. */
 static void tr_freeze_last_directions(tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
@@ -118,7 +118,7 @@ static void tr_freeze_last_directions(tr_sim *s, int i) {
   }
 }
 
-/* Mark the pairs that stop with pair i at the end of its last stretch. Requires maps of that end. */
+/* Mark the pairs that stop with pair i at the end of its last stretch. Requires maps of this end. */
 static void tr_mark_pairs_stopping_with(tr_sim *s, int i) {
   const double h = s->friction.capture_h;
   for (int m = 0; m < s->k->nsliders; ++m)

@@ -1,11 +1,11 @@
 /* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
 #include "events/events.h"
 
-#define TURN_NOTED 0.017453292519943295 /* rad: a contact of another pair that turns by more at an event is logged too */
-#define BALL_TURNS 4                    /* decisions in a row that balls may invalidate by a change of branch */
-#define BRANCH_CHANGES 4                /* most branch changes of balls at one time; one suffices where a branch continues */
-#define CONE_NEAR 1e-6                  /* × s²/|ω|²: a ball this close to its cone is at the cone, with loops closed */
-#define ANSWERS_LATER 2    /* pairs whose mode combinations are searched for other solutions, at decisions after the start */
+#define TURN_NOTED 0.017453292519943295 /* rad: if a contact of another pair turns by more at an event, it is logged too */
+#define BALL_TURNS 4                    /* number of decisions in a row that a change of branch of balls may invalidate */
+#define BRANCH_CHANGES 4                /* limit of branch changes of balls at one time; one suffices if a branch continues */
+#define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone is at its cone */
+#define ANSWERS_LATER 2    /* decisions after the start: number of pairs whose mode combinations are searched for other solutions */
 
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
@@ -17,8 +17,8 @@ static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   return along < 0.0 ? TR_EV_REVERSAL : 0;
 }
 
-/* Log the pairs whose mode differs from `modes`, and the contacts of other pairs that turned. contacts: `before` and `after`
- * are valid. */
+/* Log the pairs whose mode differs from `modes`, and the contacts of other pairs that turned. contacts: whether `before` and
+ * `after` are valid. */
 static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_contact *before, const tr_contact *after,
                            int contacts) {
   const double floor = contacts ? tr_faint_contact_force(s, before, after, s->o->ncontacts) : 0.0;
@@ -35,8 +35,8 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
   }
 }
 
-/* Whether the event of pair i, just evaluated, is that a moving ball reaches its cone. For a ball that stops instead, the
- * remaining speed is at most the closure error of the loops. */
+/* Whether the event of pair i, evaluated last, is that a moving ball reaches its cone. A ball may also stop; its remaining speed is
+ * then at most the closure error of the loops. */
 static int tr_is_at_cone(const tr_sim *s, int i) {
   if (!tr_is_moving_ball(s, i)) return 0;
   if (tr_pair_speed(s, i) > tr_closure_speed(s)) return 1;
@@ -61,7 +61,7 @@ static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i) {
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Switch the branch of each ball that a jump of forces carried across its cone, at the state just evaluated. Returns 1 if any
+/* Switch the branch of each ball that a jump of forces carried across its cone, at the state evaluated last. Returns 1 if any
  * branch changed. */
 static int tr_switch_crossed_balls(tr_sim *s) {
   int crossed = 0;
@@ -75,8 +75,8 @@ static int tr_switch_crossed_balls(tr_sim *s) {
   return crossed;
 }
 
-/* Decide the modes of the n pairs `rest` at (t, y) and evaluate the solution. Repeats while balls change branch, because forces
- * and branches depend on each other. *decided: result of tr_decide_modes. Returns a status. */
+/* Decide the modes of the n pairs `rest` at (t, y), and evaluate the solution. Repeats while balls change branch, because forces
+ * and branches depend on each other. *decided receives the result of tr_decide_modes. Returns a status. */
 static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
   for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
     if (n) {
@@ -90,7 +90,7 @@ static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int 
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Freeze the present direction of each pair that moved along a line and has left it. Slow pairs and the n pairs `rest` are
+/* Freeze the present direction of each pair that moved along a line and has left this line. Slow pairs and the n pairs `rest` are
  * excluded. Requires maps of the current state. */
 static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -99,7 +99,7 @@ static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* Let pair i slide on if drives move it. Called when the pair stops at (t, y) and no solution exists with it at rest. Returns 0
+/* Let pair i slide on if drives move it. Use: the pair stops at (t, y), but there is no solution with the pair at rest. Returns 0
  * if drives do not move it. */
 static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
   tr_restore_modes(s, modes);
@@ -137,7 +137,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   s->step.margin_end = tr_worst_violation(s, y, &n);
   tr_certify(s);
   if (contacts) tr_current_contacts(s, y, after), memcpy(TR_A(s, contacts), after, sizeof(tr_contact) * nc);
-  /* With decided 2, only load shares changed. These are not unique. */
+  /* If decided is 2, only the shares of loads changed, and shares are not unique. */
   if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts);
   return TR_OK;
 }

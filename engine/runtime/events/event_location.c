@@ -1,25 +1,25 @@
-/* Locate the first event inside a step: the first place where a pair or stop leaves its mode (theory, "Events").
+/* Location of the first event inside a step: the first place where a pair or stop leaves its mode (theory, "Events").
  *
- * All stages and the end of the step were evaluated. The dense output is searched in two cases: one of these states violates a
- * mode, or a violation between them is possible. A stuck pair can be released and caught again within a step. Parabolas
- * therefore locate the maxima of its violation between points, also near the ends. */
+ * All stages and the end of the step were evaluated before. The dense output is searched if one of these states violates a mode, or
+ * if a violation between them is possible. A stuck pair can be released and caught again within a step. The maxima of its violation
+ * between points are therefore located by parabolas, also near the ends. */
 #include "events/events.h"
 
 #define ROOT_STEPS_BOUNDED 4
-#define CLOSE_ROOT 1e6     /* violation accepted by a bounded step, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
-#define CLOSE_STOP 500.0   /* the same for a pair of several components: a speed below NEAR_MISS */
-#define ROOT_STEPS 80     /* iterations on θ; secants up to SECANT_STEPS, then halvings, which always converge */
+#define CLOSE_ROOT 1e6     /* violation that a bounded step accepts, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
+#define CLOSE_STOP 500.0   /* the same for a pair of several components, whose speed is then below NEAR_MISS */
+#define ROOT_STEPS 80     /* largest number of iterations on θ: secants up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 60
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
-#define DIP 0.05        /* × variation of a sliding speed over the stages: how far the speed may dip to rest between stages */
-#define TURN_DIP 0.5    /* × that variation, for a speed with a minimum inside the step; stages are up to half a step apart */
+#define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
+#define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
 #define BY_CONE 0.25    /* × s²/|ω|²: a ball closer to its cone may have several roots */
-#define SWING 0.5       /* × variation of a violation over the stages: how far it may rise between stages, a quarter period apart */
-#define CONE_SWING 2.0  /* × that variation for a spinning ball; at low speed its axis can turn within part of a step */
-#define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to release makes the step suspect */
+#define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages, a quarter period apart */
+#define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
+#define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */
 
-/* An approximate root of the violation in [a, b], on either side of the exact root, with the few evaluations that a bounded
- * step allows. */
+/* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. It may lie on either
+ * side of the exact root. */
 static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, double gb, int *which) {
   double m = b;
   int side = 0;
@@ -40,8 +40,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). near: multipliers at a,
- * followed to the root; 0: they are not followed. NaN: the solution itself ends there. */
+/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). near: multipliers at a, which
+ * are followed to the root; null pointer: multipliers are not followed. Returns NaN if the solution itself ends there. */
 static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
   const int nz = tr_z_length(s);
   int side = 0;
@@ -55,7 +55,7 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
       b = m, gb = g, *which = w;
       if (side == 1) ga *= 0.5;
       side = 1;
-      if (g < 1.0) break; /* less than twice the tolerance beyond the root */
+      if (g < 1.0) break; /* the violation at m is below two tolerances */
     } else {
       a = m, ga = g;
       if (near) tr_copy(nz, TR_A(s, z), near);
@@ -69,9 +69,9 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
   return gb == gb ? b : NAN;
 }
 
-/* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A pair of several components that turned fast, or nearly
- * stopped, requires a smaller step. Other pairs then leave their modes only because of its friction. *which may become the pair
- * that stops first. */
+/* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A smaller step is required if a pair of several components
+ * turned fast or nearly stopped; its friction alone then carries other pairs beyond the limits of their modes. *which may become
+ * the pair that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
@@ -84,7 +84,7 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   tr_evaluate_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_has_reversed(s, i) || (i != *which && tr_mode_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
-    /* Speed across a line comes from open loops. */
+    /* Speed perpendicular to a line comes from open loops. */
     if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_stopping_on_line(s, i, t, y)) {
       s->friction.cutting_pair = i;
       return TR_TOO_LARGE;
@@ -97,8 +97,8 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   return beside >= 0 ? TR_TOO_LARGE : TR_FOUND;
 }
 
-/* Whether the speed of pair i (one component) falls at the start of the last step and rises at its end. Also 1 if its rate is
- * not in the state. */
+/* Whether the speed of pair i (one component) falls at the start of the last step and rises at its end. Also returns 1 if its rate
+ * is not in the state. */
 static int tr_has_speed_minimum(const tr_sim *s, int i) {
   int v0 = tr_pair_of(s, i)->v0, n = tr_state_width(s);
   const double *start = TR_A(s, K) + s->k->nq, *end = start + tr_method_of(s)->end * n, side = tr_mode_of(s, i)->direction[0];
@@ -121,9 +121,9 @@ static int tr_is_suspect(const tr_sim *s, int i) {
   return most + swing > -NEAR_RELEASE / TOL_RELEASE;
 }
 
-/* Whether a ball's branch of friction may end in the last step (a fold). The end's multipliers then belong to another branch,
- * and roots inside are followed from the start. 0 if a second ball is near its cone: with four roots, the followed root can end
- * in unlimited friction. */
+/* Whether a ball's branch of friction may end in the last step (a fold). The multipliers at the end then belong to another branch,
+ * and roots inside are followed from the start. Returns 0 if a second ball is near its cone: with four roots, the followed root can
+ * end in unlimited friction. */
 static int tr_is_fold_possible(const tr_sim *s, int which) {
   if (!(s->step.margin_end > 0.0) || which >= s->k->nsliders || !tr_is_sliding_ball(s, which)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)

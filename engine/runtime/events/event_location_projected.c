@@ -1,17 +1,17 @@
-/* Refined event times. On the dense output, loops are open by the step's error. Event times are refined with closed loops, so
+/* Refined event times. On the dense output, the error of the step opens the loops. Event times are refined with closed loops, so
  * that decisions and rows belong to the event itself (theory, "Events"). */
 #include "events/events.h"
 
 #define CLOSE_STEP 1e-3 /* × θ: first secant difference */
 #define CLOSE_TIMES 8   /* secant iterations */
 #define CLOSE_FAR 0.25  /* × the step: largest shift of an event by the step's error; a root farther away is another event */
-#define STOP_PASSED (0.5 * EVENT_CLOSE) /* × TOL_STOP: a stop's event is refined to this distance beyond the stop, and to within it */
-#define LET_GO_AS_ONE 1.0 /* × tolerance / rate: closer releases count as simultaneous; far below the error of event times */
-#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance at which later releases are sought */
-#define LET_GO_GROWS 10.0 /* factor to the next distance */
+#define STOP_PASSED (0.5 * EVENT_CLOSE) /* × TOL_STOP: place of a stop's event beyond the stop, and its tolerance */
+#define LET_GO_AS_ONE 1.0 /* × tolerance / rate: closer releases are simultaneous; far below the error of event times */
+#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance at which later releases are searched */
+#define LET_GO_GROWS 10.0 /* factor from one such distance to the next */
 #define LET_GO_NEAR 1e-4 /* × the friction ratio: pairs farther from release are not considered */
 
-/* Surface speed of pair i along its frozen direction, m/s, at the current solution. *change: its time derivative, m/s². */
+/* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */
 static double tr_speed_on_line(tr_sim *s, int i, double *change) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *dir = tr_mode_of(s, i)->direction, *r = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
@@ -49,9 +49,9 @@ static int tr_is_refinement_needed(const tr_sim *s, int i) {
   return s->k->active && i < s->k->nsliders && tr_is_set_valued(s, i) && tr_mode_flag(tr_mode_of(s, i)) == TR_SLIPS;
 }
 
-/* Violation of the mode of pair or stop i, in tolerances less one, at θ of the last step with closed loops. If pair i is stuck: the
- * largest violation of all stuck pairs. For a stop less STOP_PASSED, so that the state at the root is beyond the stop. NaN: no
- * solution. */
+/* Violation of the mode of pair or stop i, minus one, in tolerances, at θ of the last step with closed loops. For a stuck pair i:
+ * the largest violation of all stuck pairs. For a stop: minus STOP_PASSED, so that the state at the root is beyond the stop.
+ * Returns NaN if there is no solution. */
 static double tr_projected_violation(tr_sim *s, int i, double theta) {
   double *y = TR_A(s, event_y), t = s->step.t0 + theta * s->step.size, depth[s->k->nstops + 1];
   tr_dense_state(s, theta, y);
@@ -60,7 +60,7 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
     tr_stop_depths(s, y, depth);
     return tr_mode_violation(s, i, depth) - STOP_PASSED;
   }
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws of its second-last iterate */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of its last but one iterate */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)
@@ -68,8 +68,8 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
   return most - 1.0;
 }
 
-/* Refine the pending event of a stuck pair, a ball or a stop with closed loops, by secants on θ. If they do not converge, the time
- * remains unchanged. */
+/* Refine the pending event of a stuck pair, a ball or a stop with closed loops, by secants on θ. If the secants do not converge,
+ * the time stays unchanged. */
 static void tr_refine_projected_event(tr_sim *s, int i) {
   const double close = i < s->k->nsliders ? EVENT_CLOSE : STOP_PASSED;
   double was = s->pending.theta, g0 = tr_projected_violation(s, i, was), theta = was * (1.0 - CLOSE_STEP);
@@ -82,7 +82,7 @@ static void tr_refine_projected_event(tr_sim *s, int i) {
   s->pending.theta = was, s->pending.t = s->step.t0 + was * s->step.size;
 }
 
-/* Number of stuck pairs beyond their capacity at θ with closed loops; -1: no solution. */
+/* Number of stuck pairs beyond their capacity at θ with closed loops; −1 if there is no solution. */
 static int tr_count_released_at(tr_sim *s, int i, double theta) {
   int count = 0;
   const double worst = tr_projected_violation(s, i, theta);
@@ -91,7 +91,7 @@ static int tr_count_released_at(tr_sim *s, int i, double theta) {
   return count;
 }
 
-/* Delay the pending release of pair i to the last of the releases that follow within the error of event times. In symmetric
+/* Delay the pending release of pair i to the last of those releases that follow within the error of event times. In symmetric
  * mechanisms these releases are simultaneous; only the step's error separates them. */
 static void tr_release_together(tr_sim *s, int i) {
   int near = 0;

@@ -1,24 +1,26 @@
-/* Event records, the proportional zone of laws with a kink, and mode changes at the border of this zone. A reversal is certain
- * only when the pair leaves the zone, so the zone stores the contacts at its entry. */
+/* Event records, and the proportional zone of laws with a kink: mode changes at its border, and reversals inside. A reversal is
+ * certain only when the pair leaves the zone, so the zone stores the contacts at its entry. */
 #include "events/events.h"
 
-/* × the largest contact force or friction: a smaller contact force is round-off, and its direction is undefined. */
+/* × the largest contact force or friction: a smaller contact force is round-off and has no meaningful direction. */
 #define ROUND_OFF 1e-9
-#define UNLOADED 1e-12 /* × energy over length: the same, where no contact carries a load */
-/* × the step: a ball is evaluated this far before its event; a tilt that vanishes like a square root is below 0.01 there. */
+#define UNLOADED 1e-12 /* × energy over length: the same limit if no contact carries a load */
+/* × the step: distance before the event at which a ball is evaluated. There, a tilt that vanishes like a square root is below
+ * 0.01. */
 #define FOLD_BEFORE 1e-4
-/* Rad (three degrees): a smaller change of a ball's tilt is no jump; long steps resolve tilts to one degree. */
+/* Rad (three degrees): a smaller change of a ball's tilt is not a jump. Long steps resolve tilts to one degree. */
 #define FOLD_TILT 0.05
 
-/* Contact force, N, up to which the n contacts before and after carry nothing but round-off. Friction counts, too: that of a
- * constant torque has no contact. */
+/* Contact force, N, below which the n contacts before and after an event carry only round-off. The limit also uses friction,
+ * because the friction of a constant torque has no contact. */
 static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
   double floor = UNLOADED * s->set.energy / s->set.length;
   for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
   return fmax(floor, ROUND_OFF * tr_largest_surface_friction(s));
 }
 
-/* Angle between the normals of two contacts, rad; 0 if one force is at most `floor`, because its direction is round-off. */
+/* Angle between the normals of two contacts, rad. Returns 0 if one force is at most `floor`, because its direction is then
+ * round-off. */
 static double tr_contact_turn(const tr_contact *p, const tr_contact *q, double floor) {
   const double *u = p->vector, *v = q->vector;
   double a = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), b = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -49,7 +51,7 @@ static void tr_log_event(tr_sim *s, double t, int kind, int index, const tr_cont
   }
 }
 
-/* Pair i enters the proportional zone at (t, y): store its direction and contacts. */
+/* Pair i enters the proportional zone at (t, y): store its direction and its contacts. */
 static void tr_enter_zone(tr_sim *s, int i, double t, const double *y) {
   tr_zone *zone = tr_zone_of(s, i);
   zone->inside = 1, zone->entered = t, zone->reversal = NAN;
@@ -64,7 +66,7 @@ static double tr_speed_along_entry(const tr_sim *s, int i) {
   return a;
 }
 
-/* Pair i leaves the proportional zone at (t, y): log a reversal if its sliding direction reversed inside. */
+/* Pair i leaves the proportional zone at (t, y): log a reversal if its sliding direction reversed inside the zone. */
 static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   tr_zone *zone = tr_zone_of(s, i);
   tr_contact after[TR_EVENT_CONTACTS];
@@ -76,8 +78,8 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   zone->inside = 0;
 }
 
-/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists there. Otherwise restores the
- * saturated branch and returns 0: a ball near its cone has hysteresis, and its sliding branch ends slightly later. */
+/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists there. Otherwise restores the saturated
+ * branch and returns 0: the friction of a ball near its cone has hysteresis, and its sliding branch ends slightly later. */
 static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, i);
   if (tr_sliding_of(s, i)->speed < 0.0) return 0; /* the direction turned by more than a right angle since it was frozen */
@@ -88,7 +90,8 @@ static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y
   return 0;
 }
 
-/* Ball i has just left its zone at (t, y). If its sliding branch does not continue, take another root and log a fold. */
+/* Ball i has just left the proportional zone at (t, y). If its sliding branch does not continue, take another root and log a
+ * fold. */
 static void tr_jump_beyond_fold(tr_sim *s, int i, double t, const double *y) {
   tr_contact before[TR_EVENT_CONTACTS], after[TR_EVENT_CONTACTS];
   const int n = tr_pair_contacts(s, i, y, before);
@@ -96,8 +99,8 @@ static void tr_jump_beyond_fold(tr_sim *s, int i, double t, const double *y) {
   tr_log_event(s, t, TR_EV_FOLD, i, before, after, tr_pair_contacts(s, i, y, after) ? n : 0);
 }
 
-/* Tilt of ball i at the current solution; 0 if the ball spins. Evaluates the laws again, because Newton's method leaves those
- * of its second-last iterate. */
+/* Tilt of ball i at the present solution; 0 if the ball spins. Evaluates the laws again, because Newton's method leaves the values
+ * of its last but one iterate. */
 static double tr_current_tilt(tr_sim *s, int i) {
   tr_evaluate_laws(s, TR_A(s, z) + s->k->active);
   return sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
@@ -137,8 +140,8 @@ static void tr_release_behind(tr_sim *s, int hook, double t) {
   s->stats.events++;
 }
 
-/* Whether a hook that is down leaves its tooth at y because the next tooth passes: its signal does not lift it, and it is not
- * pressed. Loops are closed after the event was located, so y may be slightly before the tooth. */
+/* Whether a hook that is down leaves its tooth at y because the next tooth passes: the signal does not lift the hook, and nothing
+ * presses on it. Loops are closed after the event is located, so y may be slightly before the tooth. */
 static int tr_is_tooth_passing(const tr_sim *s, int stop, const double *y) {
   double depth[s->k->nstops + 1], lifts[s->k->nstops + 1];
   if (!tr_is_hook(s, stop) || !tr_is_pressed(s, stop)) return 0;
@@ -170,7 +173,7 @@ static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y) {
 
 static void tr_switch_mode(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
-  if (which < k->nsliders && tr_has_kink_at_rest(s, which)) { /* friction is continuous: no event */
+  if (which < k->nsliders && tr_has_kink_at_rest(s, which)) { /* friction is continuous, so there is no event */
     tr_freeze_direction(s, which);
     return;
   }

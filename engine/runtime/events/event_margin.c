@@ -1,19 +1,20 @@
 /* Margin of an event: the change of its deciding quantity that would change its outcome (theory, "Marginal events"). For a
- * crossing, it is the overshoot beyond the threshold; the crossing speed also counts. For a decision, it is the distance of
- * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
+ * crossing, this quantity is the overshoot beyond the threshold, and the crossing speed also counts. For a decision, the margin is
+ * the distance of stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked
+ * as unsure. */
 #include "events/events.h"
 
-/* × its unit per run: a slower crossing would shift by more than the error of event times if its threshold shifted by one
- * tolerance. */
+/* × its unit per run: if a crossing is slower, a shift of the threshold by one tolerance shifts its time by more than the error of
+ * event times. */
 #define SLOW 0.01
-#define STRAYS_LEAST 1e-3 /* × the run's error: assumed least error of a speed */
-#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs this close to the released pair's share are released with it, by symmetry */
-#define ENOUGH 0.01      /* × the friction ratio: an estimated margin above this is not computed exactly */
+#define STRAYS_LEAST 1e-3 /* × the run's error: smallest error of a speed that is assumed */
+#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs with a share this close to the released pair's share are released too */
+#define ENOUGH 0.01      /* × the friction ratio: if an estimated margin is larger, it is not computed exactly */
 #define LEAST_STRETCH 1e-3 /* × the step: shortest interval over which a slope is measured */
-/* × s²/|ω|²: shift in model exchange; the law of a ball loses half of the digits at its cone, so the error is 5e-10. */
+/* × s²/|ω|²: shift in model exchange. The law of a ball loses half of its digits at the cone, so its error is 5e-10. */
 #define SHIFT_CONE 2e-9
 
-/* Possible error of the run's states, relative to their units. */
+/* Possible error of the run's states, relative to the units of the states. */
 static double tr_run_error(const tr_sim *s) { return RUN_ERROR * tr_audit_tolerance(s); }
 
 static void tr_add_speed_errors(tr_sim *s) {
@@ -28,8 +29,8 @@ static void tr_copy_violations(tr_sim *s, int from, int when) {
   if (when == TR_AT_START) s->step.far_known = 1;
 }
 
-/* Fraction of the run's error that applies to the event of `which`. For the end of sliding, it is computed from the accumulated
- * error of that pair's speed. */
+/* Fraction of the run's error that applies to the event of `which`. For the end of sliding, it follows from the accumulated speed
+ * error of this pair. */
 static double tr_error_part(const tr_sim *s, int which) {
   if (which >= s->k->nsliders || !tr_is_set_valued(s, which) || tr_is_stuck(s, which) || tr_is_moving_ball(s, which)) return 1.0;
   if (tr_pair_of(s, which)->v0 < 0) return 1.0;
@@ -37,7 +38,8 @@ static double tr_error_part(const tr_sim *s, int which) {
   return fmin(1.0, fmax(off / tr_run_error(s), STRAYS_LEAST));
 }
 
-/* One tolerance of the event of `which`, in the unit of its margin: friction ratio, relative speed, relative length, or sine². */
+/* One tolerance of the event of `which`, in the unit of the event's margin: friction ratio, relative speed, relative length, or
+ * sine². */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
   if (!tr_is_set_valued(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_pair_speed_unit(s, which);
@@ -58,8 +60,8 @@ static void tr_set_crossing_margin(tr_sim *s, int which) {
   s->events.unsure = s->events.margin < part * tr_run_error(s) || gone < SLOW * part;
 }
 
-/* Estimated margin of pair i, which slips instead of resting: friction needed for rest divided by its capacity, minus 1.
- * Requires the frictionless response and the capacities of the current solution. */
+/* Estimated margin of pair i, which slips although it could rest: the friction needed for rest divided by the capacity, minus 1.
+ * Requires the response to friction and the capacities of the present solution. */
 static double tr_slip_margin(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_hold *hold = tr_hold_of(s, i);
@@ -73,8 +75,8 @@ static double tr_slip_margin(tr_sim *s, int i) {
   return (hold->size + sqrt(size) / most) / fmax(hold->capacity, NO_FORCE) - 1.0;
 }
 
-/* Margin of slipping pair i from a solution in which it is stuck: relative distance of its friction from its capacity. Modes
- * and multipliers are restored. */
+/* Margin of slipping pair i, from a solution in which the pair is stuck: relative distance of its friction from its capacity.
+ * Restores modes and multipliers. */
 static double tr_margin_if_stuck(tr_sim *s, int i) {
   const int nz = tr_z_length(s);
   tr_mode modes[s->k->nsliders + 1];
@@ -88,7 +90,7 @@ static double tr_margin_if_stuck(tr_sim *s, int i) {
   return margin;
 }
 
-/* Ratio of friction to capacity of each stuck pair at the current solution; 0 for every other pair. */
+/* Ratio of friction to capacity of each stuck pair at the present solution; 0 for every other pair. */
 static void tr_save_held_shares(tr_sim *s, double *was) {
   memset(was, 0, sizeof(double) * s->k->nsliders);
   if (!s->friction.held) return;
@@ -97,8 +99,7 @@ static void tr_save_held_shares(tr_sim *s, double *was) {
     if (tr_is_stuck(s, i)) was[i] = tr_friction_ratio(s, i);
 }
 
-/* Margin of the decision about the n pairs `rest`, just made and evaluated. was: result of tr_save_held_shares before the
- * decision. */
+/* Margin of the decision about the n pairs `rest`, after its evaluation. was: result of tr_save_held_shares before the decision. */
 static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released, const double *was) {
   double least = CLEAR_MARGIN;
   tr_form_maps_without_loops(s, 1);
@@ -114,7 +115,7 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
   return fmax(least, 0.0);
 }
 
-/* Lower the margin of the next event to `margin` if that is smaller. */
+/* Lower the margin of the next event to `margin`, if `margin` is smaller. */
 static void tr_record_margin(tr_sim *s, double margin) {
   s->events.margin = fmin(s->events.margin, margin), s->events.unsure |= margin < tr_run_error(s);
 }

@@ -3,192 +3,192 @@
 #define TR_EVENTS_H
 #include "modes/modes.h"
 
-/* States at which violations (tr_mode_violation) are stored: last evaluation, start of the step, end of the step. */
+/* States at which violations (tr_mode_violation) are stored: the last evaluation, the start and the end of the step. */
 enum { TR_NOW, TR_AT_START, TR_AT_END };
 
 enum { TR_NO_EVENT, TR_FOUND, TR_TOO_LARGE };
 
-enum { TR_SAMPLES = 8 }; /* dense points at which a suspect step is evaluated */
+enum { TR_SAMPLES = 8 }; /* number of points of the dense output at which a suspect step is evaluated */
 
-/* Friction of a ball just before its event. tilt NaN: unknown. */
+/* Friction of a ball just before its event. If tilt is NaN, the friction is unknown. */
 typedef struct tr_branch {
   double tilt;
   int ncontacts;
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* Place (0…1) of the first corner before `most` in the acceptable step just made; 1: no corner, or a corner at an end. */
+/* Place (0…1) of the first corner before `most`, in the acceptable step that was just made. Returns 1 if there is no corner, or
+ * only a corner at an end. */
 static double tr_find_first_corner(tr_sim *s, double most);
 
-/* Mark in `inside` each stop that may be engaged and released again inside the last step (end state in ynew), or released and
- * engaged again. Returns 1 if there are any. */
+/* Mark in `inside` each stop that may have two events inside the last step (end state in ynew): engaged and released again, or the
+ * reverse. Returns 1 if there are any. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside);
 
-/* Whether pair i, of several components, slides against its frozen direction. Its friction jumped where the velocity was
- * perpendicular to that direction. Requires maps of the current state. */
+/* Whether pair i, with several components, slides against its frozen direction. Its friction jumped where the velocity was
+ * perpendicular to this direction. Requires maps of the current state. */
 static int tr_has_reversed(const tr_sim *s, int i);
 
 /* Speed of pair i along its frozen direction, m/s. Requires maps of the current state. */
 static double tr_speed_along(const tr_sim *s, int i);
 
-/* Give pairs that left their line in the last step the direction of a first step. Such a pair reverses in a loop of revolute
- * joints. Returns 1 if there are any; the step must then be refused. Requires maps of the step's end. */
+/* Pairs that left their line in the last step get the direction of a first step. In a loop of revolute joints, such a pair
+ * reverses. Returns 1 if there are any; the step must then be refused. Requires maps of the step's end. */
 static int tr_release_left_lines(tr_sim *s);
 
-/* Add the speed errors of the accepted step to the accumulated errors of the pairs' speeds, as a root sum of squares. */
+/* Add the speed errors of the accepted step to the accumulated speed errors of the pairs, as a root sum of squares. */
 static void tr_add_speed_errors(tr_sim *s);
 
 /* Copy the violations of state `from` to state `when` (TR_NOW, TR_AT_START, TR_AT_END). */
 static void tr_copy_violations(tr_sim *s, int from, int when);
 
-/* Set the margin of the next event from the crossing of `which` that cuts the step short. The margin is the maximum of a
- * parabola through its violations at the start, at the event (zero) and at the end. If the parabola bends by less than one
+/* Set the margin of the next event from the crossing of `which` that cuts the step short. A parabola passes through the violations
+ * of `which` at the start, at the event (zero) and at the end; its maximum is the margin. If the parabola bends by less than one
  * tolerance, the margin is CLEAR_MARGIN. */
 static void tr_set_crossing_margin(tr_sim *s, int which);
 
 static inline void tr_clear_margin(tr_sim *s) { s->events.margin = CLEAR_MARGIN, s->events.unsure = 0; }
 
-/* Distance of ball i from its cone in model exchange, × s²/|ω|²; 1 for every pair that is not a moving ball. */
+/* Distance of ball i from its cone in model exchange, in units of s²/|ω|². Returns 1 for every pair that is not a moving ball. */
 static double tr_distance_to_cone(const tr_sim *s, int i);
 
-/* Largest violation of all pairs and stops at y, in tolerances less one. *worst: index of that pair or stop. Requires a
- * solution at y. */
+/* Largest violation of all pairs and stops at y, minus one, in tolerances. *worst receives the index of that pair or stop. Requires
+ * a solution at y. */
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst);
 
-/* Whether the stages of the last step suggest an event of pair i inside it. Requires a solution at its end. */
+/* Whether the stages of the last step suggest an event of pair i inside the step. Requires a solution at the step's end. */
 static int tr_is_suspect(const tr_sim *s, int i);
 
-/* Whether pair i, of one component, is at rest under a load that changed in the last step. */
+/* Whether pair i, with one component, is at rest under a load that changed in the last step. */
 static int tr_has_varying_load(const tr_sim *s, int i);
 
-/* Marks of pairs and stops that may have an event between the points of a step. By sides: a pair at rest whose capacities forward
- * and backward differ. */
+/* Marks of pairs and stops that may have an event between the points of a step. BY_SIDES: a pair at rest whose capacity differs
+ * between its two directions. */
 enum { TR_SUSPECT = 1, TR_BY_SIDES = 2 };
 
-/* Mark each pair that may have an event inside the last step. Returns 1 if there are any. Requires the solution and the capacities at
- * its end. */
+/* Mark each pair that may have an event inside the last step. Returns 1 if there are any. Requires the solution and the capacities
+ * at the step's end. */
 static int tr_mark_suspect_pairs(tr_sim *s, char *suspect);
 
-/* Search the step for its first event on the dense output. suspect: the mark of each pair and stop; the search is at and between
- * all points. suspect 0: the search is only at the end, with the worst pair or stop in *which. Returns TR_NO_EVENT, TR_FOUND with
- * *which and *theta, or TR_TOO_LARGE. */
+/* Search the step for its first event on the dense output. suspect: mark of each pair and stop; the search then covers all points
+ * and the intervals between them. A null pointer: the search covers only the end, with the worst pair or stop in *which. Returns
+ * TR_NO_EVENT, TR_FOUND with *which and *theta, or TR_TOO_LARGE. */
 static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *theta);
 
-/* Search the last step for its first event. Requires an evaluated end (ynew, K[end]). Results are those of tr_search_step. */
+/* Search the last step for its first event. Requires an evaluated end (ynew, K[end]). Has the results of tr_search_step. */
 static int tr_find_event(tr_sim *s, int *which, double *theta);
 
-/* Refine the end of sliding of pair i from (t, y), evaluated, with closed loops. Closing the loops changes the pair's speed
- * there. Near a dead centre, friction impulses that removed this speed would stop the whole mechanism. */
+/* Refine the end of sliding of pair i with closed loops, from the evaluated state (t, y). Closing the loops changes the speed of
+ * the pair there. Near a dead centre, friction impulses that removed this speed would stop the whole mechanism. */
 static void tr_refine_event_time(tr_sim *s, int i, double *t, double *y);
 
 /* Whether the end of sliding of pair i requires tr_refine_event_time. */
 static int tr_is_refinement_needed(const tr_sim *s, int i);
 
-/* Move the event of the pending step to its refined time, so that all rows before that time belong to this step. */
+/* Move the event of the pending step to its refined time. All rows before this time then belong to this step. */
 static void tr_refine_pending_event(tr_sim *s);
 
-/* Store an event of pair or stop `index` with n contacts of the pair. Does nothing if the buffer is full. */
+/* Store an event of the pair or stop `index`, with n contacts of the pair. Does nothing if the buffer is full. */
 static void tr_log_event(tr_sim *s, double t, int kind, int index, const tr_contact *before, const tr_contact *after, int n);
 
-/* Sliding rate along the direction at the entry of the zone; negative after a reversal. */
+/* Sliding rate along the direction at the entry of the proportional zone; negative after a reversal. */
 static double tr_speed_along_entry(const tr_sim *s, int i);
 
 /* Friction of ball i at (t, y) in the modes in force. Restores the multipliers. */
 static tr_branch tr_evaluate_branch(tr_sim *s, int i, double t, const double *y);
 
-/* Friction of ball `which` just before its event that cuts the step short. tilt is NaN for a stop and for a pair without a
+/* Friction of ball `which` just before the event that cuts the step short. tilt is NaN for a stop, and for a pair without a
  * cone. */
 static tr_branch tr_evaluate_branch_before(tr_sim *s, int which);
 
 /* Log a fold if the friction of ball i at (t, y), evaluated after its event, is on another branch than `was`. */
 static void tr_log_fold(tr_sim *s, int i, double t, const double *y, const tr_branch *was);
 
-/* Engage or release a stop at (t, y). A hook that lifts releases the stop behind it. A ratchet's hook may fall on another tooth
+/* Engage or release a stop at (t, y). If a hook lifts, the stop behind it is released. A ratchet's hook may fall on another tooth
  * at the same time. */
 static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y);
 
-/* Switch the mode of pair or stop `which` at the state (t, y), just evaluated. */
+/* Switch the mode of pair or stop `which` at the state (t, y), which was evaluated last. */
 static void tr_switch_mode(tr_sim *s, int which, double t, const double *y);
 
-/* Log separations of contacts between the step's start and its fraction `end`. now: contacts at `end`. Returns 1 if other
- * states were evaluated during the search. */
+/* Log separations of contacts between the start of the step and its fraction `end`. now: contacts at `end`. Returns 1 if the search
+ * evaluated other states. */
 static int tr_log_separations(tr_sim *s, double end, const tr_contact *now);
 
-/* Log separations in an accepted step without an event. a: accelerations at its end, which was evaluated. */
+/* Log separations in an accepted step without an event. a: accelerations at the step's end, which must be evaluated. */
 static void tr_log_step_separations(tr_sim *s, const double *a);
 
-/* Event kind of the change of pair i from the mode `old`; 0 if there is no event. Directions are compared as surface speeds,
+/* Kind of event by which pair i changed from the mode `old`; 0 if there is no event. Directions are compared as surface speeds,
  * because travel and rotation have different units. */
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old);
 
-/* Handle the event of the moving ball i, evaluated at (t, y). At its cone, the ball changes branch. Where sliding turns back
- * before the cone, the ball takes the other branch if it exists at y, else slides on. TR_FAIL_MULTIPLIERS after repeated
- * changes: both branches end there. */
+/* Handle the event of the moving ball i, evaluated at (t, y). If the ball is at its cone, it changes branch. If sliding turns back
+ * before the cone, the ball takes the other branch if this branch exists at y; otherwise it slides on. After repeated changes both
+ * branches end there, and the function returns TR_FAIL_MULTIPLIERS. */
 static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i);
 
-/* Handle the event of pair `which` (-1: another quantity jumps) at (t, y), evaluated in the old modes: bring pairs to rest,
- * decide, log. known: contacts before the event; 0: the contacts at y. Returns a status. */
+/* Handle the event of pair `which` at (t, y), evaluated in the old modes: bring pairs to rest, decide modes, log changes. which −1:
+ * another quantity jumps. known: contacts before the event; null pointer: the contacts at y. Returns a status. */
 static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_contact *known);
 
-/* Decide the modes again at the state `y` for pair `which` (-1: no pair). Restores modes and state on failure, and with
- * `others` also if the modes equal `modes`. Returns 1 if the run can continue. */
+/* Decide the modes again at the state `y` for pair `which` (−1: no pair). On failure, restores modes and state. With `others`, does
+ * the same if the new modes equal `modes`. Returns 1 if the run can continue. */
 static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int others);
 
-/* Set all modes at the start of a run. A law with a kink starts saturated if the speed may exceed the kink speed without load.
- * It becomes proportional if it does not with the loads found. Returns a status. */
+/* Set all modes at the start of a run. A law with a kink starts saturated if the speed may exceed the kink speed without load. It
+ * becomes proportional if, with the loads found, the speed is below the kink speed. Returns a status. */
 static int tr_set_initial_modes(tr_sim *s);
 
-/* Choose the modes again at the state `y` when a solution was rejected and no shorter step is possible. Returns 1 if the modes
+/* Choose the modes again at the state `y`, after a rejected solution if no shorter step is possible. Returns 1 if the modes
  * differ. */
 static int tr_reset_modes(tr_sim *s);
 
-/* Repeat the failed decision at the state `y` for the pair of the failed event, with all starts of Newton's method. code:
+/* Repeat the failed decision at the state `y`, for the pair of the failed event and with all starts of Newton's method. code:
  * status of the failure. Returns 1 on success. */
 static int tr_decide_from_anywhere(tr_sim *s, int code);
 
-/* Time until pair i rests at the acceleration just evaluated, s; INFINITY if its direction turns or it speeds up. */
+/* Time, s, until pair i rests at its last evaluated acceleration. Returns INFINITY if its direction turns or it speeds up. */
 static double tr_time_to_rest_by_braking(tr_sim *s, int i);
 
-/* The pair of several components that is about to rest, among pairs whose turning shortened the steps; -1 if there is none. Its
- * speed and the time left must be negligible and known. Pairs that stop along a line are excluded. Requires an accepted step,
- * evaluated at its end. */
+/* The pair of several components that is about to rest, among pairs whose turning shortened steps; −1 if there is none. Its speed
+ * must be negligible, and the time until rest known and negligible. Pairs that stop along a line are excluded. Requires an accepted
+ * step, evaluated at its end. */
 static int tr_find_pair_to_capture(tr_sim *s);
 
-/* Whether a solution exists with pair i at rest at (t, y), a copy of the state. Near a dead centre of a loop it does not,
- * because rest of a slow pair would stop the mechanism. A driven pair does not rest either. The decision is undone. */
+/* Whether a solution exists with pair i at rest at (t, y), a copy of the state. No such solution exists near a dead centre of a
+ * loop, because rest of a slow pair would stop the mechanism, or for a driven pair. The decision is undone. */
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i);
 
-/* Mark pairs of one component that stop with pair i, at the state just evaluated. Their own stops follow within the error of
- * event times. In symmetric mechanisms these stops are simultaneous; only the step's error separates them. */
+/* Mark pairs of one component that stop together with pair i, at the state evaluated last. Their own stops follow within the error
+ * of event times. In symmetric mechanisms these stops are simultaneous; only the step's error separates them. */
 static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i);
 
 static inline void tr_clear_stopping_marks(tr_sim *s) { memset(tr_stopping_marks(s), 0, sizeof(int) * s->k->nsliders); }
 
-/* Make the last stretch of sliding a separate step: midpoint rule, linear dense output. Returns 0 if no solution exists with
- * the pair at rest at its end. */
+/* Make the last stretch of sliding a separate step, with the midpoint rule and linear dense output. Returns 0 if there is no
+ * solution with the pair at rest at the step's end. */
 static int tr_make_capture_step(tr_sim *s);
 
-/* State at the event that cuts the step short, projected onto the manifold. Not projected if the loops cannot be closed. */
+/* State at the event that cuts the step short, projected onto the manifold unless the loops cannot be closed. */
 static void tr_event_state(tr_sim *s, double t, double *out);
 
-/* Replace y at the event by the last state found on the ball's branch of friction, if that branch ended earlier. A branch ends
- * like a square root, so its end time is less accurate than its friction. Returns 1 if such a state was found; it is then
- * evaluated. */
+/* If the branch of a ball's friction ended before the event, replace y by the last state found on this branch. A branch ends like a
+ * square root, so its end time is less accurate than its friction. Returns 1 if such a state was found and evaluated. */
 static int tr_step_back_to_branch(tr_sim *s, double *y);
 
-/* At an event of a pair with shared loads: continue the multipliers from the begin of the step to the event, and keep the result if
- * all pairs hold with it. Newton's method may have found other multipliers at the event. If the continued root ends before the
+/* At an event of a pair with shared loads, continue the multipliers from the beginning of the step to the event. Keep the result if
+ * all pairs hold with it; Newton's method may have found other multipliers at the event. If the continued root ends before the
  * event, y becomes the last state at which this root exists. */
 static void tr_restore_shares_before(tr_sim *s, double t, double *y);
 
-/* Give pairs of several components that rest at the event (t, y) the direction just before it, because at y round-off
- * determines their direction. Returns 1 if there are any. */
+/* Pairs of several components that rest at the event (t, y) get the direction just before the event, because at y their direction
+ * is round-off. Returns 1 if there are any. */
 static int tr_restore_directions_before(tr_sim *s, double t, const double *y);
 
-/* Project the event state y onto the loops and evaluate it in the old modes. If that fails, repeats it with the directions just
- * before the event. Returns 0 on failure. */
+/* Project the event state y onto the loops and evaluate it in the old modes. If this fails, repeat with the directions just before
+ * the event. Returns 0 on failure. */
 static int tr_evaluate_before_event(tr_sim *s, double t, double *y);
 
-/* Contact forces just before the event at the state y, which was evaluated. Returns 0 if the mechanism has no contacts. */
+/* Contact forces just before the event at the evaluated state y. Returns 0 if the mechanism has no contacts. */
 static int tr_contacts_before_event(tr_sim *s, double t, const double *y, tr_contact *out);
 #endif

@@ -1,9 +1,9 @@
 /* Modes of stops and pairs at the start of a run, after a change of parameters, or after a rejected solution. */
 #include "events/events.h"
 
-#define ANSWERS_AT_START 4 /* pairs at rest at the start whose mode combinations (3 per pair) are searched for a second solution */
+#define ANSWERS_AT_START 4 /* largest number of pairs at rest at the start whose mode combinations are all searched */
 
-/* Set the modes of set-valued pairs at the start: sliding pairs slip, the modes of pairs at rest are decided. Requires maps of
+/* Set the modes of set-valued pairs at the start. Sliding pairs slip, and the modes of pairs at rest are decided. Requires maps of
  * y. Returns a status. */
 static int tr_set_initial_set_valued(tr_sim *s, double *y) {
   const tr_kernel *k = s->k;

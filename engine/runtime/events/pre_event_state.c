@@ -1,19 +1,19 @@
 /* State just before an event that cuts a step short: branches of balls, directions of stopping pairs, shared loads, contacts. */
 #include "events/events.h"
 
-#define NO_MOTION 1e-9        /* × the speed unit: the direction of a slower pair is round-off */
+#define NO_MOTION 1e-9        /* × the speed unit: a slower pair has a direction of round-off */
 #define JUST_BEFORE 1e-3      /* × the step: first distance before the event at which a direction is computed */
-#define BEFORE_GROWS 10.0     /* factor to the next distance */
-#define BRANCH_BACK 1e-12     /* × the step: first distance before the event at which an ended branch is sought */
-#define BRANCH_GROWS 10.0     /* factor to the next distance */
-#define BRANCH_FAR 1e-2       /* × the step: largest distance before the event at which an ended branch is sought */
+#define BEFORE_GROWS 10.0     /* factor from one such distance to the next */
+#define BRANCH_BACK 1e-12     /* × the step: first distance before the event at which a lost branch is searched */
+#define BRANCH_GROWS 10.0     /* factor from one such distance to the next */
+#define BRANCH_FAR 1e-2       /* × the step: largest distance before the event at which a lost branch is searched */
 
 static void tr_event_state(tr_sim *s, double t, double *out) {
   tr_dense_state(s, s->pending.theta, out);
   if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
-/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes that state, evaluated. found:
+/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes the evaluated state there. found:
  * θ of the event. */
 static int tr_has_branch_before(tr_sim *s, int i, double found, double part, double *y) {
   s->pending.theta = found * (1.0 - part);
@@ -32,7 +32,8 @@ static int tr_step_back_to_branch(tr_sim *s, double *y) {
   return there;
 }
 
-/* Whether all pairs at rest hold at (t, y) with the loads followed so far. If they do, these loads become the solution. */
+/* Whether all pairs at rest hold at (t, y) under loads that continue those of the step's start. If so, these loads become the
+ * solution. */
 static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) {
   int rest[s->k->nsliders + 1];
   tr_evaluate_maps_at(s, t, y);
@@ -44,7 +45,7 @@ static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) 
 static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   const int which = s->pending.which, a = k->active, e = k->neta;
-  /* Row_kind, leaders and share are contiguous in the block. */
+  /* The arrays row_kind, leaders and share are contiguous in the block. */
   int rows = TR_A(s, share) + e - TR_A(s, row_kind), width = tr_state_width(s);
   double eta[e + 1], found[rows + 1], impend[k->nrates + 1], there[width];
   const double theta = s->pending.theta;

@@ -1,23 +1,23 @@
-/* Stops and latches: event kinds, and whether a step may contain an event of one. */
+/* Stops and latches: their event kinds, and whether a step may contain an event of a stop. */
 #include "events/events.h"
 
 #define SHORTLY 1e-3      /* × the step: difference for the time derivative of a depth */
-#define TOP_POINTS 16     /* points at which a cubic over the step is evaluated to find its maximum */
-#define TOP_DIP 0.1       /* × variation of a depth over the step: how far the depth may exceed the cubic */
+#define TOP_POINTS 16     /* number of points at which a cubic over the step is evaluated to find its maximum */
+#define TOP_DIP 0.1       /* × the variation of a depth over the step: possible excess of the depth over the cubic */
 
-/* Event kind of an end stop or latch hook that is engaged (`pressed`) or released. */
+/* Event kind of an end stop or latch hook: engaged if `pressed`, otherwise released. */
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {
   if (tr_is_hook(s, stop)) return pressed ? TR_EV_LATCH : TR_EV_UNLATCH;
   return pressed ? TR_EV_END_STOP_ENGAGED : TR_EV_END_STOP_RELEASED;
 }
 
-/* Flag of a stop that engages; for a hook, the tooth on which it falls. depth: depths with this stop open. */
+/* Flag of a stop that engages; for a hook, the number of the tooth on which it falls. depth: depths with this stop open. */
 static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }
 
-/* The cubic through the depths and rates at both ends must have a maximum near the threshold. Rates are those of K and K[end],
- * or of the dense output for impulse steps. */
+/* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
+ * K[end]; for impulse steps, from the dense output. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   int any = 0;
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;

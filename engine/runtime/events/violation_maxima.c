@@ -1,11 +1,11 @@
-/* Violations on the dense output of the last step, and their maxima between its points. */
+/* Violations on the dense output of the last step, and the maxima of violations between its points. */
 #include "events/events.h"
 
-#define SAMPLES_BOUNDED 4 /* the same number for a bounded step, and its iterations on θ */
+#define SAMPLES_BOUNDED 4 /* number of points for a bounded step, and of its iterations on θ */
 #define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
-#define TOP_NEAR 1e-9   /* × the step: a maximum this close to an evaluated point is that point */
-#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes by less per iteration stays below release */
-#define EDGE 1e-3       /* × the spacing of the points: distance from an end of the step at which the slope there is measured */
+#define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point is this point */
+#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes less per iteration stays below release */
+#define EDGE 1e-3       /* × the spacing of the points: difference for the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   double depth[s->k->nstops + 1], best = -INFINITY;
@@ -18,8 +18,8 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   return best - 1.0;
 }
 
-/* tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; 0: interpolated between the
- * ends of the step. NaN: no solution. */
+/* tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; null pointer: multipliers
+ * interpolated between the ends of the step. Returns NaN if there is no solution. */
 static double tr_violation_at_from(tr_sim *s, double theta, const double *from, int *worst) {
   double *y = TR_A(s, yout);
   tr_dense_state(s, theta, y);
@@ -33,18 +33,18 @@ static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_v
 
 static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : TR_SAMPLES; }
 
-/* A point of the dense output: its place, the violation of one pair or stop there, and the largest violation of all. */
+/* A point of the dense output: its place, the violation of one pair or stop there, and the largest of all violations. */
 typedef struct tr_point {
   double x, own, all;
 } tr_point;
 
-/* Violations at the dense points of a step. A freewheel has one for each direction: in terms of the friction of one direction, they
- * are smooth where the load changes its sign. */
+/* Violations at the dense points of a step. A freewheel has one violation for each direction: taken separately, these are smooth
+ * where the load changes its sign. */
 typedef struct tr_samples {
   const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
-  int watched, between, sided; /* pairs and stops; whether maxima between the points are searched, and by sides for any pair */
-  double *x, *all;     /* per point: place, largest violation */
-  double *own;         /* per point: violations of pairs and stops, then those of pairs in the other direction; all less 1 */
+  int watched, between, sided; /* number of pairs and stops; whether to search between points; whether any pair has two sides */
+  double *x, *all;     /* per point: place, and largest violation minus 1 */
+  double *own;         /* per point: violations of pairs and stops, then of pairs in the other direction; all minus 1 */
 } tr_samples;
 
 static inline int tr_sample_width(const tr_sim *s) { return tr_watched_count(s) + s->k->nsliders; }
@@ -59,8 +59,8 @@ static void tr_evaluate_opposite_capacities(tr_sim *s, double *capacity) {
   for (int i = 0; i < k->nsliders; ++i) capacity[i] = fmax(hold[i].capacity, NO_FORCE);
 }
 
-/* Violations less 1 of pair i, at rest, by its friction forward (*forth) and backward (*back). opposite: its capacity against the
- * present friction. */
+/* Violations minus 1 of pair i at rest, by its friction forward (*forth) and backward (*back). opposite: capacity of the pair
+ * against its present friction. */
 static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, double *forth, double *back) {
   const double with = tr_friction_ratio(s, i), against = -tr_hold_of(s, i)->size / opposite;
   const int forward = TR_A(s, z)[s->k->active + tr_pair_of(s, i)->eta0] > 0.0;
@@ -68,7 +68,8 @@ static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, doub
   *back = ((forward ? against : with) - 1.0) / TOL_RELEASE - 1.0;
 }
 
-/* Write all violations, less 1, to `own`. from: the violations as they are stored; sided: the current state has its own by sides. */
+/* Write all violations, minus 1, to `own`. from: the stored violations. sided: compute violations by sides, from the current
+ * state. */
 static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *from, int sided, double *own) {
   double opposite[s->k->nsliders + 1];
   if (sided) tr_evaluate_opposite_capacities(s, opposite);
@@ -79,8 +80,8 @@ static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *fr
   }
 }
 
-/* Evaluate and store point q. Returns its largest violation less 1, with the worst pair or stop in *worst. At the start, modes were
- * decided, so there is no event. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
+/* Evaluate and store point q. Returns its largest violation minus 1, with the worst pair or stop in *worst. Modes were decided at
+ * the start, so there is no event at this point. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
 static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, const double *from, int *worst) {
   const int end = q == tr_sample_count(s), known = end || (q == 0 && s->step.margin == s->step.margin);
   double all, *own = at->own + q * tr_sample_width(s);
@@ -94,7 +95,7 @@ static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, 
   return at->all[q] = q == 0 ? fmin(all, 0.0) : all;
 }
 
-/* Evaluate a point of item i, which is the violation of a pair or stop, or of a pair in the other direction. */
+/* Evaluate a point for item i. Items are the violations of pairs and stops, then the violations of pairs in the other direction. */
 static tr_point tr_point_at(tr_sim *s, const tr_samples *at, int i, double x, int *worst) {
   double own[tr_sample_width(s) + 1];
   tr_point p = {.x = x, .all = tr_violation_at(s, x, worst)};
@@ -103,27 +104,27 @@ static tr_point tr_point_at(tr_sim *s, const tr_samples *at, int i, double x, in
   return p;
 }
 
-/* Place of the maximum of the parabola through the own violations of three points. */
+/* Place of the maximum of the parabola through the values `own` of three points. */
 static double tr_parabola_top(const tr_point *p) {
   const double l = (p[1].x - p[0].x) * (p[1].own - p[2].own), r = (p[1].x - p[2].x) * (p[1].own - p[0].own);
   return p[1].x - 0.5 * ((p[1].x - p[0].x) * l - (p[1].x - p[2].x) * r) / (l - r);
 }
 
-/* The bracket of a root: no violation is positive at `left`, and one is at `right` (x NaN: no such point was found). begin: the first
- * point of the search. */
+/* The bracket of a root. At `left`, no violation is positive; at `right`, a violation is positive. If x of `right` is NaN, no such
+ * point was found. begin: the first point of the search. */
 typedef struct tr_bracket {
   tr_point begin, left, right;
   int which; /* the worst pair or stop at `right` */
 } tr_bracket;
 
-/* Narrow the bracket by a point. Another violation than that searched may be positive there. */
+/* Narrow the bracket by a point. The positive violation there may be another than the one searched. */
 static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
   if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
   if (b->left.x >= b->right.x) b->left = b->begin;
   if (p->all <= 0.0 && p->x > b->left.x && !(p->x >= b->right.x)) b->left = *p;
 }
 
-/* Locate the maximum of item i near the middle of three points p, and narrow the bracket by the points evaluated. */
+/* Locate the maximum of item i near the middle of the three points p. Every point evaluated narrows the bracket. */
 static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p, tr_bracket *b) {
   for (int it = 0; it < TOP_STEPS; ++it) {
     const double top = tr_parabola_top(p);
@@ -139,8 +140,8 @@ static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p,
   }
 }
 
-/* As tr_find_maximum, for a maximum between the points `outer` and `inner`. Near the first and last (`end`) point of a search, the
- * parabola through equidistant points may miss it; the slope at `outer` shows it. */
+/* As tr_find_maximum, for a maximum between the points `outer` and `inner`. `end`: outer is the last point of the search, otherwise
+ * the first. A parabola through equidistant points may miss such a maximum, but the slope at `outer` shows it. */
 static void tr_find_maximum_at_end(tr_sim *s, const tr_samples *at, int i, int end, tr_point outer, tr_point inner, tr_bracket *b) {
   int w = i < at->watched ? i : i - at->watched;
   const tr_point edge = tr_point_at(s, at, i, outer.x + EDGE * (inner.x - outer.x), &w);
@@ -154,8 +155,9 @@ static tr_point tr_sample_of(const tr_sim *s, const tr_samples *at, int i, int q
   return (tr_point){at->x[q], at->own[q * tr_sample_width(s) + i], at->all[q]};
 }
 
-/* Narrow the bracket by a positive maximum of item i between points q - 2 and q. The parabola through them may be wrong by as much
- * as it changes. With q = 1 the search ends there, because another violation is positive. */
+/* If item i has a positive maximum between points q − 2 and q, narrow the bracket by it. The maximum of the parabola through the
+ * points may be wrong by as much as the parabola varies. If q = 1, the search ends at this point, because another violation is
+ * positive there. */
 static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
   tr_point p[3];
   if (q == 1) {
@@ -175,8 +177,8 @@ static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bra
   if (ends) tr_find_maximum_at_end(s, at, i, 1, outer[1], inner, b);
 }
 
-/* The bracket of the first root up to point q, from maxima between points q - 2 and q and from point q itself. Violations are
- * searched one by one: their largest value has kinks, where no parabola finds a maximum. */
+/* The bracket of the first root up to point q, from maxima between points q − 2 and q, and from point q itself. Violations are
+ * searched one by one, because the largest violation has kinks, where a parabola finds no maximum. */
 static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
   tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
   if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};

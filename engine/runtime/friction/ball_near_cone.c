@@ -1,25 +1,25 @@
-/* Balls that slide near their friction cone (theory, "Ball near its cone"). There friction varies as the square root of the
- * distance to the cone (``contact/ball_in_socket.py``), so that Newton's method does not converge. The distance is u², with
- * the tilt u = s/|ω|; for small tilts it is below round-off.
+/* Balls that slide near their friction cone (theory, "Ball near its cone"). Near the cone, friction varies as the square root of
+ * the distance to the cone (``contact/ball_in_socket.py``), so that Newton's method does not converge. The distance is u², with the
+ * tilt u = s/|ω|. For small tilts, this distance is below round-off.
  *
- * For a given u the equations are smooth. The problem reduces to the root of φ(u) = distance(η(u)) − u² in [0, 1]. φ(1) ≤ 0
- * always. φ(0) > 0 means that the ball cannot spin without sliding, and that a root exists. */
+ * At a given u the equations are smooth. The problem reduces to the root of φ(u) = distance(η(u)) − u² in [0, 1]. φ(1) ≤ 0 always.
+ * If φ(0) > 0, the ball cannot spin without sliding, and a root exists. */
 #include "friction/friction.h"
 
-#define NO_TILT 1e-60 /* replaces a zero tilt, because a tilt of 0 in the mode means that no tilt is prescribed */
+#define NO_TILT 1e-60 /* replaces a tilt of zero, because zero in the mode means that no tilt is prescribed */
 #define TILT_STEP 1e-6 /* first tilt; its square is far above round-off */
-#define TILT_IS 1e-9 /* × the square of a tilt: round-off of the distance */
-#define TILT_NEAR 1e-4 /* × a tilt: first distance from this tilt in the search for a root */
+#define TILT_IS 1e-9 /* × the square of a tilt: round-off of the distance to the cone */
+#define TILT_NEAR 1e-4 /* × a tilt: first distance from this tilt in the search for a root near it */
 #define TILT_WIDENS 8.0 /* ratio of successive distances in this search */
 #define TILT_GROWS 1.5 /* ratio of successive tilts in a search over all tilts */
-#define TILT_MAX 80 /* iterations; bisections alone need 50 */
+#define TILT_MAX 80 /* largest number of iterations; bisections alone need 50 */
 #define TILT_SWEEPS 30 /* sweeps over the tilts of several balls */
-#define TILT_SAME 1e-12 /* × a tilt: largest change of the tilt in a converged sweep */
+#define TILT_SAME 1e-12 /* × a tilt: largest change of this tilt in a converged sweep */
 #define TILT_FOUND 1e-14 /* × the tilt: a smaller change has no effect */
 #define TILT_BRACKET 1e-15 /* × the upper end of the bracket: width of a converged bracket */
-#define TILT_BEYOND 1e-3 /* × the tilt at a kink: excess above it at which sliding is tried; far above round-off */
+#define TILT_BEYOND 1e-3 /* × the tilt at a kink: sliding is tried at a tilt that is larger by this; far above round-off */
 
-/* Distance s²/|ω|² of ball i to its cone at the tilt u. eta receives the solution. NaN if there is no solution. */
+/* Distance s²/|ω|² of ball i to its cone at the tilt u. eta receives the solution. Returns NaN if there is no solution. */
 static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) {
   tr_mode_of(s, i)->tilt = u;
   int ok = tr_newton(s, eta);
@@ -27,9 +27,8 @@ static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) 
   return ok ? tr_sliding_of(s, i)->cone : NAN;
 }
 
-/* Find the root of ball i above the tilt `lo`, starting from eta and the tilt u. The mode of the ball stores the tilt. c0:
- * distance at the tilt `was`. Each step intersects the parabola u² with the line through the last two distances. Returns 1 on
- * success. */
+/* Find the root of ball i above the tilt `lo`, starting from eta and the tilt u. The tilt is stored in the mode of the ball. c0:
+ * distance at the tilt `was`. Each step intersects the parabola u² with the secant of the distance. Returns 1 on success. */
 static int tr_find_tilt_above(tr_sim *s, double *eta, int i, double lo, double was, double c0, double u) {
   double hi = 1.0;
   for (int it = 0; it < TILT_MAX; ++it) {
@@ -65,8 +64,8 @@ static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i) {
   return beyond;
 }
 
-/* Find the root of ball i between the tilts a and b with φ values fa and fb of opposite signs, by the Illinois method
- * (safeguarded secant). Returns 1 on success. */
+/* Find the root of ball i between the tilts a and b, by the Illinois method (safeguarded secant). The values fa and fb of φ have
+ * opposite signs. Returns 1 on success. */
 static int tr_find_tilt_between(tr_sim *s, double *eta, int i, double a, double fa, double b, double fb) {
   int side = 0;
   for (int it = 0; it < TILT_MAX; ++it) {
@@ -88,14 +87,14 @@ static int tr_find_tilt_between(tr_sim *s, double *eta, int i, double a, double 
   return 0;
 }
 
-/* Find the root of ball i near the tilt at the friction eta, which is the last root. Returns 1 on success. */
+/* Find the root of ball i near the tilt that belongs to the last root eta. Returns 1 on success. */
 static int tr_find_tilt_near(tr_sim *s, double *eta, int i) {
   double here[s->k->neta + 1];
   tr_evaluate_laws(s, eta);
   const double u = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
   if (!(u > TILT_STEP)) return 0;
   const double f = tr_cone_distance_at_tilt(s, eta, i, u) - u * u;
-  if (fabs(f) <= TILT_IS * u * u) return 1; /* accept u, because φ does not change sign where two roots merge */
+  if (fabs(f) <= TILT_IS * u * u) return 1; /* accept u: where two roots merge, φ does not change sign */
   memcpy(here, eta, sizeof(double) * s->k->neta);
   for (double part = TILT_NEAR; f == f && part < 1.0; part *= TILT_WIDENS)
     for (int side = -1; side <= 1; side += 2) {
@@ -121,7 +120,8 @@ static int tr_search_tilt(tr_sim *s, double *eta, int i) {
   return found;
 }
 
-/* Find η by the tilts of all sliding balls (at least two): sweeps solve for one tilt after the other. Returns 1 on success. */
+/* Find η by the tilts of all sliding balls, if there are at least two. A sweep solves for one tilt after the other. Returns 1 on
+ * success. */
 static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   int balls = 0, ok = 1, moved = 1;
   for (int i = 0; i < s->k->nsliders; ++i) balls += tr_is_sliding_ball(s, i);
@@ -138,7 +138,7 @@ static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   return balls > 1 && ok && !moved;
 }
 
-/* Find η by the tilt of ball i near its tilt at the frictions `warm`. Returns 1 on success. */
+/* Find η by a search near the tilt that ball i has at the frictions `warm`. Returns 1 on success. */
 static int tr_newton_by_ball_tilt(tr_sim *s, const double *warm, int i) {
   double *eta = TR_A(s, z) + s->k->active;
   memcpy(eta, warm, sizeof(double) * s->k->neta);
@@ -147,15 +147,16 @@ static int tr_newton_by_ball_tilt(tr_sim *s, const double *warm, int i) {
   return found;
 }
 
-/* Call tr_newton_by_ball_tilt for sliding balls until a root is found. A start from zero friction is no substitute, because
- * Newton's method may then find an invalid root inside the cone. */
+/* Call tr_newton_by_ball_tilt for one sliding ball after the other until a root is found. A start from zero friction is no
+ * substitute: Newton's method may then find an invalid root inside the cone. */
 static int tr_newton_by_near_tilt(tr_sim *s, const double *warm) {
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_sliding_ball(s, i) && tr_newton_by_ball_tilt(s, warm, i)) return 1;
   return 0;
 }
 
-/* Find η by the tilt of one sliding ball, for each ball in turn, then by the tilts of all balls. Returns 1 on success. */
+/* Find η by the tilt of a single sliding ball, for one ball after the other. If this fails, find η by the tilts of all balls.
+ * Returns 1 on success. */
 static int tr_newton_by_any_tilt(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -1,17 +1,17 @@
 /* Friction at rest of any number of pairs as one minimisation (theory, "Many pairs").
  *
- * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over the accelerations w. w are the accelerations in
- * the metric of the masses, and w₀ those without friction. x = B w are the surface accelerations of the pairs. The minimum is
- * the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method follows decreasing ε, with a line search on the
- * convex objective, which always succeeds. Each iteration updates the loads. The result is used only after the exact equations
- * are solved and the laws are checked. The only data of the mechanism are its maps. */
+ * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over w. w are the accelerations in the metric of the
+ * masses, and w₀ those without friction. x = B w are the surface accelerations of the pairs. The minimum is the limit ε → 0 of
+ * creeping friction, cap x/√(x² + ε²). Newton's method follows decreasing ε. Its line search on the convex objective always
+ * succeeds. Each iteration updates the loads. The result only starts the solution of the exact equations, whose laws are then
+ * checked. The only data of the mechanism are its maps. */
 #include "friction/friction.h"
 
 #define CREEP_NEXT 0.05 /* ratio of successive ε; the first ε is the acceleration by the pair's own friction */
 #define CREEP_LAST 1e-10 /* × the first ε: the last ε */
 #define CREEP_STEPS 5 /* Newton steps for each ε */
 #define CREEP_STEPS_LAST 40 /* Newton steps for the last ε */
-#define CREEP_FOUND 1e-10 /* × the friction: change in a converged Newton step */
+#define CREEP_FOUND 1e-10 /* × the friction: largest change in a converged Newton step */
 #define CREEP_HALVES 20 /* largest number of halvings of a step until the objective decreases */
 #define CREEP_SLOPE 1e-4 /* × the decrease predicted by the slope: smallest accepted decrease (Armijo) */
 
@@ -40,7 +40,7 @@ static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c) {
   for (int k = 0; k < c->r; ++k) c->lead[k] = perm[k];
 }
 
-/* Compute w₀, the accelerations without the friction of the problem's pairs. The friction of other pairs is that in z. */
+/* Compute w₀, the accelerations without the friction of the problem's pairs. Other pairs have their friction from z. */
 static void tr_creep_free_accelerations(tr_sim *s, tr_creep_problem *c) {
   tr_form_all_maps(s);
   const int e = s->k->neta;
@@ -59,7 +59,7 @@ static void tr_creep_free_accelerations(tr_sim *s, tr_creep_problem *c) {
   }
 }
 
-/* Set ε of every pair to `part` times the acceleration by its own friction. */
+/* Set ε of every pair to `part` times the acceleration that its own friction causes. */
 static void tr_creep_set_epsilon(tr_creep_problem *c, double part) {
   for (int q = 0; q < c->n; ++q) {
     double own = 0.0;
@@ -68,7 +68,7 @@ static void tr_creep_set_epsilon(tr_creep_problem *c, double part) {
   }
 }
 
-/* Remove from x of pair q the component that friction does not oppose: for a ball, the component along its force. */
+/* Remove from x of pair q the component that friction does not oppose. For a ball, this is the component along its force. */
 static void tr_creep_project_ball(const tr_sim *s, const tr_creep_problem *c, int q, double *x) {
   const double *f = TR_A(s, NN) + s->k->element[tr_pair_of(s, c->pairs[q])->element].n0;
   double F = f[0] * f[0] + f[1] * f[1] + f[2] * f[2], along;
@@ -77,7 +77,7 @@ static void tr_creep_project_ball(const tr_sim *s, const tr_creep_problem *c, in
   for (int j = 0; j < 3; ++j) x[j] -= along * f[j];
 }
 
-/* Surface accelerations x = B w of all pairs. across: remove the components of balls along their forces. */
+/* Surface accelerations x = B w of all pairs. `across`: keep only the components of balls perpendicular to their forces. */
 static void tr_creep_surface_accelerations(const tr_sim *s, const tr_creep_problem *c, const double *w, int across, double *x) {
   for (int i = 0; i < c->m; ++i) {
     x[i] = 0.0;
@@ -102,8 +102,8 @@ static double tr_creep_objective(const tr_sim *s, tr_creep_problem *c, const dou
   return sum;
 }
 
-/* Add Σ left_i right_iᵀ to the lower triangle of H (r rows, column-major). There are `many` vectors with v entries each, which
- * are zero from entry `wide` on. */
+/* Add Σ left_i right_iᵀ to the lower triangle of H (r rows, column-major). The sum has `many` terms. The vectors have v entries
+ * each; entries from `wide` on are zero. */
 static void tr_creep_add_products(int r, int wide, int many, int v, const double *left, const double *right, double *H) {
   for (int p = 0; p < wide; ++p) {
     double *column = H + (size_t)p * r;
@@ -115,8 +115,8 @@ static void tr_creep_add_products(int r, int wide, int many, int v, const double
   }
 }
 
-/* Write the rows of B of pair q to P (v entries each), projected for a ball. Returns the number of entries after which all
- * rows are zero. */
+/* Write the rows of B of pair q to P (v entries each), projected if the pair is a ball. Returns the number of entries after which
+ * all rows are zero. */
 static int tr_creep_rows(const tr_sim *s, const tr_creep_problem *c, int q, int v, double *P) {
   const int first = c->first[q], n = c->first[q + 1] - first;
   int wide = 0;
@@ -133,8 +133,8 @@ static int tr_creep_rows(const tr_sim *s, const tr_creep_problem *c, int q, int 
   return wide;
 }
 
-/* Gradient g and Hessian H of the objective at w. H is r×r, column-major, lower triangle, with room for one SIMD vector behind
- * it. */
+/* Gradient g and Hessian H of the objective at w. H (r×r, column-major) is stored as its lower triangle, with room for one SIMD
+ * vector behind it. */
 static void tr_creep_gradient_hessian(const tr_sim *s, const tr_creep_problem *c, double *g, double *H) {
   const int r = c->r, v = TR_PAD(r) + 4;
   double right[5 * v], left[5 * v], *U = right + 3 * v, *X = right + 4 * v;
@@ -144,7 +144,7 @@ static void tr_creep_gradient_hessian(const tr_sim *s, const tr_creep_problem *c
   for (int q = 0; q < c->n; ++q) {
     const int first = c->first[q], n = c->first[q + 1] - first, wide = tr_creep_rows(s, c, q, v, right);
     const double speed = tr_creep_smoothed_size(c, q), stiff = c->cap[q] / speed;
-    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* for a pair of one component */
+    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* one component: curvature */
     for (int k = 0; k < wide; ++k) {
       U[k] = X[k] = 0.0;
       for (int i = 0; i < n; ++i) {
@@ -160,7 +160,7 @@ static void tr_creep_gradient_hessian(const tr_sim *s, const tr_creep_problem *c
   }
 }
 
-/* Update the frictions for the change dw of w by the linearised equations, limited to the capacities. */
+/* Update the frictions for the change dw of w, by the linearised equations and within the capacities. */
 static void tr_creep_update_frictions(const tr_sim *s, tr_creep_problem *c, const double *dw) {
   double dx[c->m + 1];
   tr_creep_surface_accelerations(s, c, dw, 1, dx);
@@ -182,8 +182,8 @@ static void tr_creep_store_frictions(tr_sim *s, const tr_creep_problem *c) {
   for (int i = 0; i < c->m; ++i) TR_A(s, z)[s->k->active + c->index[i]] = c->u[i] * TR_A(s, lever)[c->index[i]];
 }
 
-/* Evaluate loads and capacities at the frictions in z. Multipliers with law[i] = 1 belong to sliding pairs and get the
- * friction of their laws. */
+/* Evaluate loads and capacities at the frictions in z. A multiplier with law[i] = 1 belongs to a sliding pair and gets the friction
+ * of its law. */
 static void tr_creep_update_loads(tr_sim *s, tr_creep_problem *c, const int *law) {
   const tr_kernel *k = s->k;
   double *eta = TR_A(s, z) + k->active;
@@ -194,8 +194,8 @@ static void tr_creep_update_loads(tr_sim *s, tr_creep_problem *c, const int *law
   for (int q = 0; q < c->n; ++q) c->cap[q] = fmax(c->share * tr_hold_of(s, c->pairs[q])->capacity, NO_CAPACITY);
 }
 
-/* One primal-dual Newton step on w and u, after Chan, Golub and Mulet (1999), who minimise a similar sum of norms. Newton
- * steps on w alone converge slowly for small ε. */
+/* One primal-dual Newton step on w and u, after Chan, Golub and Mulet (1999), who minimise a similar sum of norms. Newton steps on
+ * w alone would converge slowly for small ε. */
 static void tr_creep_step(tr_sim *s, tr_creep_problem *c) {
   const int r = c->r;
   double H[r * r + 4], L[r * r + 1], g[r + 1], dw[r + 1], d[r + 1], w[r + 1], slope = 0.0, cut = 1.0;

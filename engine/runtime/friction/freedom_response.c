@@ -1,10 +1,10 @@
-/* Accelerations and responses of sliding freedoms with closed loops. They show which freedoms are prescribed, identical, or at
+/* Accelerations and responses of sliding freedoms with closed loops. These show which freedoms are prescribed, identical, or at
  * rest. */
 #include "friction/friction.h"
 
 #define RESTS_BY 4.0 /* × the stopping time at constant deceleration; smooth stops take three times as long */
-#define RESTS_FOR 1e-6 /* / rate: much longer than a pair at such a speed needs to reverse */
-#define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: smallest scale, so that round-off stays below RANK_PIVOT */
+#define RESTS_FOR 1e-6 /* / rate: stopping time above which a pair rests; a slow pair that reverses needs much less */
+#define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: least response in a scale; round-off is below RANK_PIVOT */
 
 static double tr_freedom_response(const tr_sim *s, int i, int j) {
   TR_NEED(s, TR_HAS_HELD);
@@ -43,7 +43,8 @@ static inline int tr_is_prescribed(const tr_sim *s, int i) {
   return !(fabs((TR_A(s, Q) + s->k->neta)[at]) > RANK_PIVOT * fabs(map_Qe(s->k, TR_A(s, maps))[at]));
 }
 
-/* Whether loops have begun or ceased to prescribe the motion of a held freedom, as at a dead centre. Requires held maps. */
+/* Whether loops have begun or ceased to prescribe the motion of a held freedom, for example at a dead centre. Requires held
+ * maps. */
 static int tr_has_prescribed_changed(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const int *row = tr_row_kinds(s);
@@ -85,8 +86,8 @@ static double tr_acceleration_by_maps(tr_sim *s, int i) {
   return tr_acceleration_and_terms(s, i, &size);
 }
 
-/* Acceleration of freedom i divided by the sum of its absolute terms. The function tests freedoms without an equation of rest:
- * the rest of other freedoms implies or contradicts their rest. */
+/* Acceleration of freedom i divided by the sum of its absolute terms. This quotient tests freedoms that have no equation of rest:
+ * other freedoms at rest either imply their rest or contradict it. */
 static double tr_relative_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;

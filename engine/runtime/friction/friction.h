@@ -3,25 +3,25 @@
 #define TR_FRICTION_H
 #include "constraints/constraints.h"
 
-/* Friction at rest as a convex problem (``creep_minimisation.c``): n pairs, m multipliers and r freedoms. Array lengths are in
- * the comments. */
+/* Friction at rest as a convex problem (``creep_minimisation.c``) for n pairs with m multipliers and r freedoms. The comments of
+ * the arrays give their lengths. */
 typedef struct tr_creep_problem {
   int n, m, r;
   const int *pairs; /* n */
   int *index;       /* m: multipliers of the pairs */
-  int *first;       /* n + 1: first of each pair's multipliers among the m */
+  int *first;       /* n + 1: index of each pair's first multiplier among the m multipliers */
   int *lead;        /* r: multipliers whose accelerations determine all other accelerations */
   double *B;        /* m×r, row-major: x = B w */
   double *w0, *w;   /* r: accelerations in the metric of the masses, without friction and with friction */
-  double *x;        /* m: surface accelerations, m/s²; for balls, the part perpendicular to the force */
-  double *u;        /* m: frictions, N; unknowns in addition to w; cap x/√(x² + ε²) at convergence */
+  double *x;        /* m: surface accelerations, m/s²; of a ball, only the part perpendicular to its force */
+  double *u;        /* m: frictions, N, as unknowns in addition to w; converged: u = cap x/√(x² + ε²) */
   double *cap;      /* n: capacities, N */
-  double share;     /* fraction of the capacities that may be used */
+  double share;     /* fraction of the capacities that friction may use */
   double *eps;      /* n: ε of each pair, m/s² */
 } tr_creep_problem;
 
-/* Whether pair i is a sliding ball, whose friction may require a search by tilt. Under a law with a kink, the ball must be
- * beyond the kink. */
+/* Whether pair i is a sliding ball, whose friction may require a search by tilt (``ball_near_cone.c``). If its law has a kink, the
+ * ball must be beyond the kink. */
 static inline int tr_is_sliding_ball(const tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   int flag = tr_mode_flag(tr_mode_of(s, i));
@@ -30,9 +30,9 @@ static inline int tr_is_sliding_ball(const tr_sim *s, int i) {
 
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.held ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
-/* Set the rates of held tree joints, or the derivatives of these rates, in v to exactly zero. A held pair whose rest follows
- * from other pairs may move slightly with the mechanism. A rate of such a pair above round-off is kept, because zero would
- * stop the mechanism. */
+/* Set the rates of held tree joints to exactly zero in v; v may also contain the derivatives of rates. A held pair whose rest
+ * follows from other pairs may move slightly with the mechanism. Its rate is kept if it is above round-off, because zero would stop
+ * the mechanism. */
 static void tr_zero_held_rates(const tr_sim *s, double *v);
 
 /* Surface speed of pair i in the current state, m/s. */
@@ -47,69 +47,67 @@ static inline int tr_is_crawling(const tr_sim *s, int i) { return tr_pair_speed(
 /* Whether pair i is a ball in motion. Requires maps. */
 static int tr_is_moving_ball(const tr_sim *s, int i);
 
-/* Unit of the surface speed of pair i, m/s: the rate scale times the largest lever of the pair (the length scale for
- * translation). */
+/* Unit of the surface speed of pair i, m/s: the rate scale times the pair's largest lever (for translation, the length scale). */
 static double tr_pair_speed_unit(const tr_sim *s, int i);
 
-/* Rates of pair i in the state `y`. If these rates are not part of the state, `y` becomes the current state. */
+/* Rates of pair i in the state `y`. If they are not part of the state, they come from maps, and `y` becomes the current state. */
 static void tr_rates_of_state(tr_sim *s, int i, double *rates);
 
-/* Surface speed of pair i in the state `y`, m/s. Changes the current state as tr_rates_of_state does. */
+/* Surface speed of pair i in the state `y`, m/s. May make `y` the current state, as tr_rates_of_state does. */
 static double tr_speed_of_state(tr_sim *s, int i);
 
-/* Set the levers, which are the factors from rates to surface speeds. They follow from the surface forces of unit frictions. */
+/* Set the levers: factors from rates to surface speeds. Levers follow from the surface forces of unit frictions. */
 static void tr_set_levers(tr_sim *s);
 
-/* Largest friction of all multipliers, N; torques are divided by their levers. 0 if no law is set-valued, because levers are then
- * unknown. */
+/* Largest friction of all multipliers, N, with torques divided by their levers. Returns 0 if no law is set-valued, because levers
+ * are then unknown. */
 static double tr_largest_surface_friction(const tr_sim *s);
 
-/* Evaluate N, law(N), ∂law/∂N and sliding speeds at the frictions eta, with λ eliminated. Forms the maps that this requires. */
+/* At the frictions eta, evaluate N, law(N), ∂law/∂N and sliding speeds, with λ eliminated. Forms the maps that it requires. */
 static void tr_evaluate_laws(tr_sim *s, const double *eta);
 
-/* Write J = E − ∂law/∂N · Ne' (e×e, E: unit matrix) to `lu`. Requires the laws' values. The sizes of journals and balls are
+/* Write J = E − ∂law/∂N · Ne' to `lu` (e×e, E: unit matrix). Requires the laws' values. The sizes of journals and balls are
  * compiled separately. */
 static void tr_form_law_jacobian(tr_sim *s);
 
-/* Friction and capacity of every pair (`hold`) at the multipliers z and the loads NN. */
+/* Compute `hold`, the friction and capacity of every pair, at the multipliers z and the loads NN. */
 static void tr_evaluate_capacities(tr_sim *s);
 
-/* As tr_evaluate_capacities, at the loads of the solution. Newton's method leaves the loads of its last iterate but one in NN.
- * With those loads, a small ball that shares a load with large balls would carry an unbalanced torque. */
+/* As tr_evaluate_capacities, at the loads of the solution. Newton's method leaves the loads of its last but one iterate in NN. With
+ * these loads, a small ball that shares a load with large balls would carry an unbalanced torque. */
 static void tr_evaluate_capacities_at_solution(tr_sim *s);
 
-/* Friction of pair i divided by its capacity; 0 if the friction is round-off. Requires capacities. */
+/* Friction of pair i divided by its capacity. Returns 0 if the friction is round-off. Requires capacities. */
 static double tr_friction_ratio(const tr_sim *s, int i);
 
-/* Deceleration of the freedom of multiplier i by a unit of friction j, with closed loops. Requires held maps. */
+/* Deceleration that a unit of friction j causes in the freedom of multiplier i, with closed loops. Requires held maps. */
 static double tr_freedom_response(const tr_sim *s, int i, int j);
 
-/* Scale 1/√response of multiplier i for rank decisions. own: response of its freedom to its own friction. The response is at
- * least the round-off of the terms that cancel in it. */
+/* Scale 1/√response of multiplier i for rank decisions. `own`: response of the multiplier's freedom to its own friction. The scale
+ * uses at least the round-off of the terms that cancel in this response. */
 static double tr_response_scale(const tr_sim *s, int i, double own);
 
 /* Whether multipliers i and j act on the same freedom. Requires held maps. */
 static int tr_are_one_freedom(const tr_sim *s, int i, int j);
 
-/* The pair that owns multiplier e. *at: offset of the derivative of that pair's capacity. */
+/* The pair that owns multiplier e. *at receives the offset of the derivative of this pair's capacity. */
 static int tr_pair_of_multiplier(const tr_sim *s, int e, int *at);
 
-/* Whether the loops prescribe the motion of multiplier i's freedom, so that its response with closed loops is zero. Requires
+/* Whether the loops prescribe the motion of multiplier i's freedom. The freedom's response with closed loops is then zero. Requires
  * held maps. */
 static inline int tr_is_prescribed(const tr_sim *s, int i);
 
 /* Acceleration of multiplier i's freedom at the solution. Requires held maps, or a recursive solution. */
 static double tr_freedom_acceleration(tr_sim *s, int i);
 
-/* Acceleration of multiplier i's freedom from raw maps and all multipliers. size: sum of the absolute terms. */
+/* Acceleration of multiplier i's freedom from raw maps and all multipliers. size receives the sum of the absolute terms. */
 static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 
-/* Acceleration of multiplier i's freedom at the solution. It needs no held maps. */
+/* As tr_freedom_acceleration, without held maps. */
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
-/* Whether freedom i, which drives move with acceleration acc, counts as at rest. The freedom is at rest if its slow motion
- * fades for a long time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses.
- * Requires maps. */
+/* Whether freedom i, which drives move with the acceleration acc, counts as at rest. It is at rest if its slow motion fades for a
+ * long time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses. Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
 /* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. Requires the
@@ -117,104 +115,105 @@ static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 static int tr_is_held_freedom_moving(tr_sim *s, int i);
 
 /* Violation of a held pair whose rest follows from other pairs: positive if the pair moves too much, otherwise −∞. Near dead
- * centres, such a pair follows the mechanism with a small part of its motion. */
+ * centres, such a pair follows the mechanism with a small fraction of the mechanism's motion. */
 static double tr_rest_violation(tr_sim *s, int i);
 
-/* Violation of the mode of a pair with a set-valued law, in tolerances: end of sliding, release, or border between sliding and
- * spinning. Requires the laws' values, and capacities for held pairs. */
+/* Violation of the mode of a pair with a set-valued law, in tolerances. Depending on the mode, the limit is the end of sliding, the
+ * release, or the border between sliding and spinning. Requires the laws' values, and capacities for held pairs. */
 static double tr_set_valued_violation(tr_sim *s, int i);
 
-/* Violation of the mode of a pair whose law has a kink at rest, in tolerances: the end of sliding in the frozen direction. */
+/* Violation of the mode of a pair whose law has a kink at rest, in tolerances. The limit is the end of sliding in the frozen
+ * direction. */
 static inline double tr_direction_violation(const tr_sim *s, int i) { return tr_stick_overshoot(tr_sliding_of(s, i)->speed, tr_speed_unit(s)); }
 
-/* Violation of the mode of pair or stop i, in tolerances; above 1 there is an event. depth: depths of all stops. Requirements:
- * those of tr_set_valued_violation. */
+/* Violation of the mode of pair or stop i, in tolerances; a value above 1 is an event. depth: depths of all stops. Has the
+ * requirements of tr_set_valued_violation. */
 static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 
-/* Replace the rows of held pairs in residual r and Jacobian J by their equations: zero acceleration, zero friction (prescribed
- * motion), a share, or a stored load. Requires held maps and row kinds. */
+/* In the residual r and the Jacobian J, replace the rows of held pairs by their equations. These are zero acceleration, zero
+ * friction (prescribed motion), a share, or a stored load. Requires held maps and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
 
-/* Newton's method for η = law(N(η)) from the given eta. The Jacobian is exact, so the iteration ends after a small step with
- * quadratic convergence. Returns 1 on convergence. */
+/* Newton's method for η = law(N(η)) from the given eta. Because the Jacobian is exact, convergence is quadratic, and the iteration
+ * ends after a small step. Returns 1 on convergence. */
 static int tr_newton(tr_sim *s, double *eta);
 
-/* Find η by the tilt of ball i, starting from eta. The mode of the ball stores the tilt. Inside the cone the tilt is zero,
- * which trial steps beyond the end of sliding require. Returns 1 on success. */
+/* Find η with a search for the tilt of ball i, starting from eta. The tilt is stored in the mode of the ball. Inside the cone the
+ * tilt is zero; trial steps beyond the end of sliding need this case. Returns 1 on success. */
 static int tr_find_tilt(tr_sim *s, double *eta, int i);
 
 static void tr_clear_tilts(tr_sim *s);
 
-/* Find η for ball i beyond the kink of its law, if no root continues the sliding from the kink: a faster ball would have to be
- * further inside its cone. Returns 1 in that case, with the root in eta. Requires the laws' values. */
+/* Find a root for ball i beyond the kink of its law, if no root continues the sliding from the kink. Such a root exists if a faster
+ * ball would have to be further inside its cone. Returns 1 on success, with the root in eta. Requires the laws' values. */
 static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i);
 
-/* Search a root by the tilt of ball i with growing tilts, even if φ(0) ≤ 0. Returns 1 if a root is found. */
+/* Search a root over growing tilts of ball i, even if φ(0) ≤ 0 (``ball_near_cone.c``). Returns 1 on success. */
 static int tr_search_tilt(tr_sim *s, double *eta, int i);
 
-/* Whether every pair is on the branch of its mode. The branches are the two sides of a kink, or the inside and the outside of
- * a ball's cone. Requires the laws' values. */
+/* Whether every pair is on the branch of its mode: on the right side of its kink, or rightly inside or outside of its cone (balls).
+ * Requires the laws' values. */
 static int tr_is_on_branches(const tr_sim *s);
 
 /* Next number of a fixed pseudo-random sequence in (−1, 1). */
 static double tr_next_random(unsigned *seed);
 
-/* Find η by continuation from zero friction to the full friction. Returns 1 on success. */
+/* Find η by continuation from zero friction to full friction. Returns 1 on success. */
 static int tr_newton_by_growing_friction(tr_sim *s, double *eta);
 
-/* size (neta): for each pair, its largest friction under the loads without friction. Requires load maps. */
+/* size (neta) receives the largest friction of each pair under the loads without friction. Requires load maps. */
 static void tr_estimate_frictions(tr_sim *s, double *size);
 
-/* Write the random start number `which` to eta; size: result of tr_estimate_frictions. */
+/* Write random start number `which` to eta. size: result of tr_estimate_frictions. */
 static void tr_random_start(const tr_sim *s, const double *size, int which, unsigned *seed, double *eta);
 
-/* Whether eta, to which Newton's method has converged, is small enough for a root, and on the branches of the modes. */
+/* Whether eta, a result of Newton's method, is a root: small enough, and on the branches of the modes. */
 static int tr_is_root(tr_sim *s, const double *size, const double *eta);
 
-/* Collect those multipliers of the problem's pairs whose motion is not prescribed. Requires held maps. */
+/* Collect the multipliers of the problem's pairs, except those with prescribed motion. Requires held maps. */
 static void tr_creep_collect_multipliers(const tr_sim *s, tr_creep_problem *c);
 
 /* Set B and `lead` by factorising the responses of the freedoms to friction. Requires held maps. */
 static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c);
 
-/* Minimise for decreasing ε, with loads updated in each iteration. Writes surface accelerations to x and frictions to z. law:
- * see tr_creep_update_loads. */
+/* Minimise the objective for decreasing ε, and update the loads in each iteration. Writes surface accelerations to x and frictions
+ * to z. law: see tr_creep_update_loads. */
 static void tr_creep_minimise(tr_sim *s, tr_creep_problem *c, const int *law);
 
-/* Whether the recursion can find friction in the modes in force: every pair slides, is held independently of other pairs, or
- * has no friction. With loops, every pair must slide and no row may be redundant. */
+/* Whether the recursion can find friction in the modes in force. Every pair must slide, be held independently of other pairs, or
+ * have no friction. With loops, every pair must slide, and no row may be redundant. */
 static int tr_is_recursive(const tr_sim *s);
 
 /* Factorise the inertias of the recursion without friction and with all freedoms, to close many loops. Returns the sign of the
- * determinant, or 0 on failure. */
+ * determinant; 0 on failure. */
 static int tr_factor_without_friction(tr_sim *s);
 
-/* Compute the loads for the frictions eta, with held freedoms at rest, and store them behind the multipliers in z. Returns 0
- * on failure. */
+/* Compute the loads for the frictions eta, with held freedoms at rest. Stores these loads behind the multipliers in z. Returns 0 on
+ * failure. */
 static int tr_loads_by_recursion(tr_sim *s, double *eta);
 
-/* Newton's method with the recursion in the current state. near: start from the loads of a close state, and fail unless they
- * lead quickly to a root; otherwise start from the frictions in z. Rejects a root if the sign of the determinant is below
- * `least` (−1 accepts both signs). Returns 1 on success. */
+/* Newton's method with the recursion in the current state. `near`: start from the loads of a close state, and fail unless they lead
+ * quickly to a root. Otherwise start from the frictions in z. Rejects a root if the sign of its determinant is below `least`; −1
+ * accepts both signs. Returns 1 on success. */
 static int tr_newton_recursive_from(tr_sim *s, int near, int least);
 
-/* Store the loads of the solution; the next recursive iteration starts from these loads. Requires load maps. */
+/* Store the loads of the solution, from which the next recursive iteration starts. Requires load maps. */
 static void tr_store_solution_loads(tr_sim *s);
 
 /* Evaluate ẏ (dy) at y with the recursion. Requires the signals. Returns 0 on failure. */
 static int tr_rhs_recursive(tr_sim *s, const double *y, double *dy);
 
-/* Set the equation (TR_ROW_…) of each multiplier in the modes in force. Requires maps. */
+/* Set the kind of equation (TR_ROW_…) of each multiplier in the modes in force. Requires maps. */
 static void tr_set_row_kinds(tr_sim *s);
 
-/* Solve for z = [λ active | η] in the current state, starting from the multipliers in z. deciding: whether groups may share by
- * another rule if the first has no root. Returns 0 if no root is found. */
+/* Solve for z = [λ active | η] in the current state, starting from the multipliers in z. `deciding`: groups may share by another
+ * rule if the first rule has no root. Returns 0 if no root is found. */
 static int tr_solve_multipliers(tr_sim *s, int deciding);
 
 /* Form the maps and row kinds that tr_newton requires in the modes in force. */
 static void tr_prepare_equations(tr_sim *s);
 
-/* Solve for the multipliers in the modes in force; also sets row kinds, capacities and the maps of the accelerations. Counts
- * as one solution of a decision. Returns 0 if no solution is found. */
+/* Solve for the multipliers in the modes in force. Also sets row kinds, capacities and held maps. Counts as one solution of a
+ * decision. Returns 0 if no solution is found. */
 static int tr_solve_in_modes(tr_sim *s);
 #endif

@@ -1,7 +1,7 @@
-/* Friction laws at given frictions, the Jacobian of the complement equations, and capacities. */
+/* Friction laws and capacities at given frictions, and the Jacobian of the complement equations. */
 #include "friction/friction.h"
 
-#define NO_FRICTION 1e-290 /* N: smaller friction results from NO_FORCE */
+#define NO_FRICTION 1e-290 /* N: smaller friction results from NO_FORCE, not from a load */
 #define TOL_TWIST 1e-9 /* × the capacity: torque about its force that a ball at rest may carry; above round-off */
 
 /* Evaluate N at the frictions eta, without open reactions. Requires load maps. */
@@ -21,8 +21,8 @@ static void tr_evaluate_laws(tr_sim *s, const double *eta) {
   TR_MADE(s, TR_HAS_LAW);
 }
 
-/* Compute `count` (at most 3) rows of J = E − D Ne', from row `first` on, for an element with ne multipliers and `needs`
- * components. E is the unit matrix, D (ne×needs) the derivative of the laws. */
+/* Compute `count` (at most 3) rows of J = E − D Ne', from row `first` on. The element has ne multipliers and needs `needs` reaction
+ * components. E is the unit matrix, and D (ne×needs) the derivative of the laws. */
 TR_SIZED void tr_law_jacobian_rows(int e, int n, int ne, const int needs, const int count, int first, const double *D, const double *Ne, double *J) {
   static const double unit[8] = {0.0, 0.0, 1.0};
   for (int j = 0, own = -first; j < e; ++j, ++own, Ne += n, J += e) {

@@ -1,23 +1,23 @@
-/* Load sharing (theory, "Shared loads"). If one freedom of the loops would move several pairs at rest together, the split of
- * the load between these pairs is not unique.
+/* Load sharing (theory, "Shared loads"). If one freedom of the loops moves several pairs together, the motion at rest does not
+ * determine how these pairs share the load. Such pairs form a group.
  *
- * The share of a member is its load divided by its capacity. If one freedom moves a group, all members carry equal shares. If
- * several freedoms move the same pairs, the loads minimise the largest share, and the members with the largest share carry
- * equal shares. Large groups store the loads of a creep minimisation (theory, "Many pairs"), within the capacities if
- * possible. The group keeps these loads while it rests; as many pairs as there are freedoms take the changes of load. */
+ * The share of a member is its load divided by its capacity. In a group with one freedom, all members have equal shares. In a group
+ * with several freedoms, the loads minimise the largest share, and the members with the largest share have equal shares. Large
+ * groups store the loads of a creep minimisation (theory, "Many pairs"), within the capacities if possible. A group keeps these
+ * loads while it rests, except for as many pairs as it has freedoms: these pairs take the changes of load. */
 #include "friction/friction.h"
 
 #define SHARE_MAX 30 /* largest number of iterations on loads and capacities */
-#define SHARE_SAME 1e-3 /* × the largest share: tolerance of the loads, which only are the start of Newton's method */
-#define SHARE_WEIGHT 1e-6 /* smallest weight of a member, so that a member without load can get load again */
+#define SHARE_SAME 1e-3 /* × the largest share: tolerance of the loads; loose, because Newton's method only starts from them */
+#define SHARE_WEIGHT 1e-6 /* smallest weight of a member; a member without load can then get load again */
 #define SHARE_PASSES 300 /* iterations of Lawson's algorithm, which converges linearly */
-#define SHARE_PIVOT 1e-10 /* × a member's own response: weighted conditions with a smaller pivot are dependent */
+#define SHARE_PIVOT 1e-10 /* × a member's own response: a smaller pivot of the weighted conditions means dependence */
 #define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: a smaller squared coupling is round-off */
-#define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve tried */
+#define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve that is tried */
 #define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with a smaller capacity carries no load */
-#define KEPT_MORE_THAN 8 /* number of pairs up to which groups minimise the largest share */
+#define KEPT_MORE_THAN 8 /* largest number of pairs in a group that minimises its largest share; larger groups store loads */
 
-/* Let the multiplier `member` carry the same share as the multiplier `leader`. */
+/* Let the multiplier `member` have the same share as the multiplier `leader`. */
 static void tr_follow_leader(tr_sim *s, int member, int leader) {
   int *row = tr_row_kinds(s);
   tr_leader *lead = tr_leaders(s) + member;
@@ -26,7 +26,7 @@ static void tr_follow_leader(tr_sim *s, int member, int leader) {
   s->friction.shared = 1;
 }
 
-/* Share of pair m under the loads x (n): root of the sum of squares over the components with owner[i] = m. */
+/* Share of pair m under the loads x (n): the norm of its components' shares. Component i belongs to the pair owner[i]. */
 static double tr_pair_share(int n, const int *owner, const double *cap, const double *x, int m) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i)
@@ -34,8 +34,8 @@ static double tr_pair_share(int n, const int *owner, const double *cap, const do
   return sqrt(sum);
 }
 
-/* Find loads x (n) with A x = b (A: n×n response) that minimise the largest share. Method: Lawson's iteratively reweighted
- * least squares, in which the weight of a share grows with the share. */
+/* Find loads x (n) with A x = b that minimise the largest share. A: n×n response. Lawson's algorithm of iteratively reweighted
+ * least squares increases the weight of large shares. */
 static void tr_minimise_largest_share(int n, const double *A, const int *owner, const double *cap, const double *b, double *x) {
   double w[n], W[n * n], L[n * n], d[n], v[n];
   int perm[n];
@@ -62,10 +62,10 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   }
 }
 
-/* Order the n multipliers of a group with responses A: first those whose capacity counts, then those without one. `cap`: in the
- * unit of the multiplier; the capacities are compared by the accelerations that they cause. Pairs without capacity carry nothing
- * (their rows store 0), because a share of nothing has no meaning. Returns the number of the others; n if these could not hold
- * the group's freedoms without them. */
+/* Order the n multipliers c of a group with responses A: first loaded multipliers, whose capacity counts, then the others. `cap` is
+ * in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without capacity carry
+ * nothing: their rows store 0, because a share of zero capacity has no meaning. Returns the number of loaded multipliers, or n if
+ * these alone could not hold the group's freedoms. */
 static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A, const double *cap, int rank, int *order) {
   double most = 0.0, B[n * n], L[n * n], d[n];
   int perm[n], count = 0, last = n;
@@ -84,9 +84,9 @@ static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A
   return count;
 }
 
-/* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the
- * capacities with the loads. Newton's method starts from these loads, because the capacities under the loads without friction
- * are different. */
+/* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the capacities
+ * with the loads. Newton's method needs a start from these loads, because the capacities under the loads without friction
+ * differ. */
 static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -127,9 +127,10 @@ static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
   return acc;
 }
 
-/* Set the impending axes of the balls among the n multipliers c, which one freedom would move with rates v. Returns the index
- * of the leader in c. The first multiplier leads unless it belongs to a ball, which may carry no load along its axis. In that
- * case the first pair that is not a ball leads, or else the ball component with the largest part perpendicular to the force. */
+/* Set the impending axes of the balls among the n multipliers c. One freedom would move these multipliers with the rates v. Returns
+ * the index of the leader in c. The first multiplier leads unless it belongs to a ball, which may carry no load along its axis.
+ * Then the first pair that is not a ball leads. If all are balls, the component with the largest part perpendicular to its force
+ * leads. */
 static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
   int owner[n], at, first = -1, leader = 0;
   double t[3], dt[9], most = 0.0;
@@ -155,8 +156,8 @@ static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v
   return leader;
 }
 
-/* The index of the leader; if the leader carries no load at the last solution, the member with the largest capacity, because
- * other loads cannot be proportional to zero. */
+/* The index of the leader that can carry load. If the given leader carries no load at the last solution, this is the member with
+ * the largest capacity, because other loads cannot be proportional to zero. */
 static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leader) {
   int at, loaded = leader;
   const double leads = tr_hold_of(s, tr_pair_of_multiplier(s, c[leader], &at))->capacity;
@@ -169,8 +170,8 @@ static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leade
   return leads < LEADS_NOTHING * most ? loaded : leader;
 }
 
-/* Share a load among the multipliers c (n) of pairs that move together with one freedom. c[0] belongs to the pair that moves
- * fastest. All frictions oppose the motion. */
+/* Share a load among the multipliers c (n) of pairs that one freedom moves together. c[0] belongs to the pair that moves fastest.
+ * All frictions oppose the motion. */
 static void tr_share_along_line(tr_sim *s, int n, const int *c) {
   const double *lever = TR_A(s, lever), way = tr_unheld_acceleration(s, n, c) < 0.0 ? -1.0 : 1.0;
   double v[n];
@@ -182,8 +183,8 @@ static void tr_share_along_line(tr_sim *s, int n, const int *c) {
     if (i != leader) tr_follow_leader(s, c[i], c[leader]);
 }
 
-/* Share the load separately for each of the `rank` freedoms. This requires that each multiplier belongs to one freedom, and
- * all multipliers of a pair to the same freedom. Otherwise returns 0. first: index in c of one multiplier of each freedom. */
+/* Share the load separately for each of the `rank` freedoms. Each multiplier must belong to one freedom, and all multipliers of a
+ * pair to the same freedom; otherwise returns 0. first: for each freedom, the index in c of one of its multipliers. */
 static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
   int line[n], at;
   for (int i = 0; i < n; ++i) {
@@ -204,8 +205,8 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
-/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities that holds all pairs. A growing load
- * then does not overload a pair at once. */
+/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities that holds all pairs. A growing load then
+ * does not overload a pair at once. */
 static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
   memcpy(start, eta, sizeof(double) * s->k->neta);
@@ -217,9 +218,8 @@ static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law
   }
 }
 
-/* Store the loads of the n multipliers c with responses A of rank `rank`. `rank` multipliers, those with the largest reserve
- * and a fixed direction, take the changes of load. All other multipliers keep their loads. Returns 0 if no loads can be
- * stored. */
+/* Store the loads of the n multipliers c, whose responses A have the given rank. `rank` multipliers take the changes of load: those
+ * with the largest reserve and a fixed direction. All others keep their loads. Returns 0 if no loads can be stored. */
 static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int rank) {
   const int e = s->k->neta;
   int law[e], pairs[n], index[n], first[n + 1], lead[n], perm[n], count = 0, at;
@@ -239,7 +239,7 @@ static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int r
     if (count <= KEPT_MORE_THAN || s->friction.reserve) tr_creep_with_reserve(s, &creep, law);
     else tr_creep_minimise(s, &creep, law);
   }
-  for (int i = 0; i < n; ++i) { /* the direction of a ball's load changes with its force, so a ball takes no changes */
+  for (int i = 0; i < n; ++i) { /* a ball takes no changes of load, because the direction of its load changes with its force */
     const int owner = tr_pair_of_multiplier(s, c[i], &at);
     const double spare = fmax(1.0 - tr_friction_ratio(s, owner), 0.0) + SHARE_WEIGHT;
     d[i] = tr_pair_of(s, owner)->cone ? 0.0 : tr_hold_of(s, owner)->capacity * TR_A(s, lever)[c[i]] * spare;
@@ -251,8 +251,8 @@ static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int r
   return 1;
 }
 
-/* Share the load of a connected set c (n multipliers) of dependent rest conditions. Rank 0 occurs only at a trial state that
- * is not finite; the step is then refused. */
+/* Share the load of a connected set of dependent rest conditions, with multipliers c (n). Rank 0 occurs only at a trial state that
+ * is not finite; this step is refused later. */
 static void tr_share_group(tr_sim *s, int n, const int *c) {
   int perm[n], owner[n], at;
   double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
@@ -267,7 +267,7 @@ static void tr_share_group(tr_sim *s, int n, const int *c) {
   tr_share_loads(s, n, c, owner, A, cap, x);
   const int loaded = tr_set_aside_unloaded(s, n, c, A, cap, rank, perm), active = loaded - rank + 1;
   for (int i = 0; i < n; ++i) share[i] = tr_pair_share(n, owner, cap, x, owner[i]);
-  for (int i = 0; i < loaded; ++i) /* sorted by share, largest first */
+  for (int i = 0; i < loaded; ++i) /* sort by share, largest first */
     for (int j = i + 1; j < loaded; ++j)
       if (share[perm[j]] > share[perm[i]]) {
         int t = perm[i];
@@ -278,7 +278,7 @@ static void tr_share_group(tr_sim *s, int n, const int *c) {
   for (int i = 1; i < active; ++i) tr_follow_leader(s, c[perm[i]], c[perm[0]]);
 }
 
-/* Make the next member of each group its leader, in groups without balls. Returns 0 if no group changes. */
+/* In each group without balls, make the next member the leader. Returns 0 if no group changes. */
 static int tr_lead_by_next(tr_sim *s) {
   const int e = s->k->neta;
   int *row = tr_row_kinds(s), any = 0, at;
@@ -295,7 +295,7 @@ static int tr_lead_by_next(tr_sim *s) {
     any = 1;
     for (int j = 0; j < e; ++j)
       if (row[j] == TR_ROW_SHARE && lead[j].multiplier == i && j != next) tr_follow_leader(s, j, next);
-    row[next] = TR_ROW_LAW; /* the loop below sets TR_ROW_REST, after this loop has handled all old leaders */
+    row[next] = TR_ROW_LAW; /* mark of a new leader; the loop below sets TR_ROW_REST after all old leaders are handled */
     tr_follow_leader(s, i, next);
   }
   for (int i = 0; i < e; ++i)
@@ -303,7 +303,8 @@ static int tr_lead_by_next(tr_sim *s) {
   return any;
 }
 
-/* As tr_newton, with other leaders of the groups at rest. Newton's method finds no root at which a leader carries no load. */
+/* As tr_newton, with other leaders of the groups at rest. If a leader carries no load at a root, Newton's method does not find this
+ * root. */
 static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int tried = 1; s->friction.shared && tried < s->k->nsliders; ++tried) {

@@ -1,21 +1,20 @@
-/* Equations of shared loads: the frictions η_i of the members of a group are proportional to values of the members (theory,
- * "Shared loads").
+/* Equations of shared loads: the frictions η_i of a group's members are proportional to values of these members (theory, "Shared
+ * loads").
  *
- * The value of a member with one component is its capacity. In a group that one freedom would move, the value of a ball is its
- * friction in that motion. The group then releases at a state where all members can slide. A ball holds no torque about its
- * force, and the direction of this force changes while the ball is at rest. Near its cone, the friction of a ball is not a
- * smooth function of the force. The value is then its capacity times the part of the motion's axis that is perpendicular to
- * the force. */
+ * The value of a member with one component is its capacity. In a group with one freedom, the value of a ball is its friction in the
+ * impending motion; the group then releases at a state where all members can slide. A ball holds no torque about its force, and the
+ * direction of this force changes while the ball is at rest. Near its cone, the friction of a ball is not a smooth function of the
+ * force. Its value is then its capacity times the part of the motion's axis that is perpendicular to the force. */
 #include "friction/friction.h"
 
 
-/* Whether pair m is a ball with the axis of an impending motion. */
+/* Whether pair m is a ball for which an axis of impending motion is set. */
 static inline int tr_has_impending_axis(const tr_sim *s, int m) {
   const double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0;
   return tr_pair_of(s, m)->cone && (w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0);
 }
 
-/* t: the part of the impending axis of ball m that is perpendicular to its force f. dt = ∂t/∂f (3×3, column-major). */
+/* t: the part of the impending axis of ball m that is perpendicular to its force f. dt: ∂t/∂f (3×3, column-major). */
 static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) {
   const double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0, *f = TR_A(s, NN) + s->k->element[tr_pair_of(s, m)->element].n0;
   double F = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) + NO_FORCE, along = (f[0] * w[0] + f[1] * w[1] + f[2] * w[2]) / F;
@@ -25,8 +24,8 @@ static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) 
   }
 }
 
-/* Evaluate the laws of all pairs at the loads NN. Balls with an impending axis slide about this axis, or spin inside their
- * cone. */
+/* Evaluate the laws of all pairs at the loads NN. Balls with an impending axis slide about this axis; balls inside their cone
+ * spin. */
 static void tr_evaluate_impending_laws(tr_sim *s) {
   const tr_kernel *k = s->k;
   double x[k->nx], rates[k->nrates + 1];
@@ -48,8 +47,8 @@ static void tr_evaluate_impending_laws(tr_sim *s) {
   }
 }
 
-/* Value of multiplier i of pair m. `at`: offset of the derivative of the pair's capacity. d (neta): derivative of the value by
- * η. */
+/* Value of multiplier i of pair m. at: offset of the derivative of the pair's capacity. d (neta) receives the derivative of the
+ * value by η. */
 static double tr_share_value(tr_sim *s, int m, int at, int i, double *d) {
   const tr_kernel *k = s->k;
   int e = k->neta, n = k->nn, impends = tr_has_impending_axis(s, m), ball = impends && !s->friction.impending_laws, part = i - tr_pair_of(s, m)->eta0;
@@ -76,7 +75,8 @@ static double tr_share_value(tr_sim *s, int m, int at, int i, double *d) {
   return unit * hold->capacity * (ball ? t[part] : 1.0);
 }
 
-/* Residual and row i of J for multiplier i, which shares a load: η_i over η of the leader equals the ratio of their values. */
+/* Residual of multiplier i, which shares a load; also writes row i of J. The equation: η_i divided by η of the leader equals the
+ * ratio of their values. */
 static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
   int e = s->k->neta;
   const tr_leader *lead = tr_leaders(s) + i;
@@ -86,8 +86,8 @@ static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *e
   return load * part - eta[i];
 }
 
-/* Residual and row i of J for multiplier i of pair m, which keeps its stored load; a ball keeps the part perpendicular to its
- * force. */
+/* Residual of multiplier i of pair m, which keeps its stored load; also writes row i of J. A ball keeps only the part of its load
+ * that is perpendicular to its force. */
 static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *eta, double *J) {
   const int e = s->k->neta, nn = s->k->nn, first = tr_pair_of(s, m)->eta0, n0 = s->k->element[tr_pair_of(s, m)->element].n0;
   const double *kept = TR_A(s, share) + first, *f = TR_A(s, NN) + n0, *Ne = tr_loads_by_friction(s) + n0;
@@ -101,8 +101,8 @@ static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *et
   return kept[i - first] - along * f[i - first] - eta[i];
 }
 
-/* Reverse the impending motion of groups in which the solution has friction of the opposite sign. Returns 1 if balls are among
- * these groups, because their friction then changes. Requires a solution of tr_newton. */
+/* Reverse the impending motion of groups in which the solution's friction has the opposite sign. Returns 1 if a reversed group has
+ * balls, because their friction then changes. Requires a solution of tr_newton. */
 static int tr_reverse_impending(tr_sim *s, const double *eta) {
   const tr_kernel *k = s->k;
   int turns[k->neta], turned = 0;

@@ -31,8 +31,8 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
   }
 }
 
-/* Add the step r to eta. step, size: largest entries of r and of eta, divided by the levers, so that torques of a small
- * mechanism count as much as forces. */
+/* Add the step r to eta. `step` and `size` receive the largest entries of r and of eta, divided by the levers. Torques of a small
+ * mechanism then count as much as forces. */
 static inline void tr_apply_newton_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
   *step = *size = 0.0;
   for (int i = 0; i < e; ++i) {
@@ -42,7 +42,7 @@ static inline void tr_apply_newton_step(int e, const double *r, const double *pe
   }
 }
 
-/* Change r and J to the residual and Jacobian with the fraction 1 − `eased` of the friction. */
+/* Change the residual r and the Jacobian J to equations with the fraction 1 − `eased` of the friction. */
 static void tr_ease_friction(const tr_sim *s, const double *eta, double *r, double *J) {
   int e = s->k->neta;
   double part = 1.0 - s->friction.eased;
@@ -88,7 +88,8 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* As tr_newton. Also reverses the impending motion of groups at rest if the direction of their load requires this. */
+/* As tr_newton. If the direction of a group's load requires it, also reverses the impending motion of the group and solves
+ * again. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
   if (!s->friction.impending_laws || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
@@ -96,7 +97,8 @@ static int tr_newton_with_sense(tr_sim *s, double *eta) {
   return tr_newton(s, eta);
 }
 
-/* As tr_newton, if balls of stuck groups have no solution with shares by their laws: these balls share by their axes. */
+/* As tr_newton, for groups at rest that have no solution if their balls share by the friction law: the balls share by their
+ * axes. */
 static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   if (!s->friction.impending_laws) return 0;
@@ -107,9 +109,9 @@ static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
-/* Whether the last root of tr_newton is unstable with stiff contacts: the determinant of Newton's matrix, which is 1 without
- * friction, is negative (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the sign
- * changes (``diagnosis/root_fold.c``). With shared loads the sign has no meaning. */
+/* Whether the last root of tr_newton is unstable with stiff contacts. This is so if the determinant of Newton's matrix, which is 1
+ * without friction, is negative (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the
+ * sign changes (``diagnosis/root_fold.c``). With shared loads the sign has no meaning. */
 static int tr_is_unstable_root(const tr_sim *s) {
   const int e = s->k->neta, r = tr_open_count(s);
   if (!s->k->active || s->friction.shared) return 0;

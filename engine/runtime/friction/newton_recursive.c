@@ -2,14 +2,14 @@
  * recursion").
  *
  * Kernels of trees provide `begin`, `narrow`, `respond`, `answer` and `derive`. Kernels of many loops, where a pass finds λ
- * together with η, also provide `shift`. Maps are formed on demand (tr_form_all_maps): for decisions, other roots,
- * certificates, and states where this method fails. */
+ * together with η, also provide `shift`. Maps are formed on demand (tr_form_all_maps): for decisions, other roots, certificates,
+ * and states where the recursion fails. */
 #include "friction/friction.h"
 
-#define CLEAR_ALONG 1e-7 /* × a row's scale: a hundred times KEEP_PIVOT; a ladder of a hundred loops has pivots down to 1e-6 */
+#define CLEAR_ALONG 1e-7 /* × a row's scale: smallest pivot; 100 × KEEP_PIVOT; pivots of 100 loops in a row reach 1e-6 */
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
-#define NEAR_ROOT 1e-2 /* × the largest friction: largest accepted second step after a start from the loads of a close state */
-#define STEPS_TO_SLOW 0.1 /* × the last step: after a larger step, the next step needs a new derivative */
+#define NEAR_ROOT 1e-2 /* × the largest friction: largest second step that is accepted after a start from a close state's loads */
+#define STEPS_TO_SLOW 0.1 /* × the last step: if a step is larger, the next step needs a new derivative */
 
 static int tr_is_recursive(const tr_sim *s) {
   const tr_friction *f = &s->friction;
@@ -22,9 +22,9 @@ static int tr_is_recursive(const tr_sim *s) {
   return 1;
 }
 
-/* Factorise the inertias with the laws' derivative `dlaw`, for the freedoms marked in `moves`. Returns the sign of the
- * determinant of Newton's matrix (1 without friction). Returns 0 if the matrix is singular, or if a pivot of S is so small
- * that maps must decide which rows are independent. */
+/* Factorise the inertias with the laws' derivative `dlaw`, for the freedoms marked in `moves`. Returns the sign of the determinant
+ * of Newton's matrix, which is 1 without friction. Returns 0 if this matrix is singular, or if a small pivot of S means that maps
+ * must decide which rows are independent. */
 static int tr_factor_inertias(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *pivot = TR_A(s, pivots), *own = pivot + k->nbodies + k->nelements, *d = TR_A(s, d);
@@ -43,7 +43,7 @@ static int tr_factor_inertias(tr_sim *s) {
   return sense;
 }
 
-/* Call tr_factor_inertias with the laws' derivative `dn` and the modes in force. Requires the laws' values. */
+/* Call tr_factor_inertias with the laws' derivative `dn`, in the modes in force. Requires the laws' values. */
 static int tr_factor_with_laws(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *moves = TR_A(s, moves), *D = TR_A(s, dlaw);
@@ -65,7 +65,7 @@ static int tr_factor_without_friction(tr_sim *s) {
   return tr_factor_inertias(s);
 }
 
-/* Compute η, N, and λ (in z), from the laws linearised at the old N. law: η by the laws at the old N. */
+/* Compute η, N, and λ (in z) from the laws, linearised at the old N. law: η by the laws at the old N. */
 static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double *eta) {
   const tr_kernel *k = s->k;
   double *D = TR_A(s, dlaw), *less = TR_A(s, less), *borne = TR_A(s, borne);
@@ -90,7 +90,7 @@ static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double
   }
 }
 
-/* step, size: largest entries of to − from and of `to`, as surface forces. */
+/* `step` and `size` receive the largest entries of to − from and of `to`, as surface forces. */
 static void tr_compare_frictions(const tr_sim *s, const double *from, const double *to, double *step, double *size) {
   const double *lever = TR_A(s, lever);
   *step = *size = 0.0;
@@ -128,7 +128,7 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     s->stats.newton_iterations++;
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
-    if (near && it == 1) { /* no convergence test, because laws may jump between the loads of two states */
+    if (near && it == 1) { /* no convergence test here, because laws may jump between the loads of two states */
     } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size)) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
@@ -139,7 +139,7 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   return 0;
 }
 
-/* Whether any pair is a ball. The equations of a ball may have several roots, and the root must not depend on the start. */
+/* Whether any pair is a ball. The equations of a ball may have several roots, and the root found must not depend on the start. */
 static int tr_has_ball(const tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_pair_of(s, i)->cone) return 1;
@@ -171,8 +171,8 @@ static void tr_store_solution_loads(tr_sim *s) {
   s->step.loads_known = 1;
 }
 
-/* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. No body
- * between two joints may be so light that one joint holds the other. */
+/* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. If a body
+ * between two joints is very light, one joint holds the other; then returns 0. */
 static int tr_are_held_pairs_independent(tr_sim *s) {
   const tr_kernel *k = s->k;
   double least = INFINITY, most = 0.0;

@@ -1,12 +1,12 @@
-/* Restarts of Newton's method: continuation with growing friction, then random starts. They are used if the usual starts (the
- * last friction, zero, a ball's tilt) fail and the run would end. */
+/* Restarts of Newton's method: continuation with growing friction, then random starts. Restarts follow if the run would otherwise
+ * end, because the usual starts (the last friction, zero, a ball's tilt) fail. */
 #include "friction/friction.h"
 
 #define PART_FIRST 0.25 /* × the full friction: first step of the continuation */
-#define PART_GROWS 1.5 /* factor on the step after a success; a failure halves the step */
-#define PART_LEAST 1e-3 /* smallest step */
-#define CHANCES 24 /* random starts, in multiples of the friction under the loads without friction */
-#define FAR 1e6 /* × that friction: a larger root means that Newton's method has diverged */
+#define PART_GROWS 1.5 /* factor on the continuation's step after a success; a failure halves the step */
+#define PART_LEAST 1e-3 /* smallest step of the continuation */
+#define CHANCES 24 /* number of random starts; their unit is the friction under the loads without friction */
+#define FAR 1e6 /* × this friction: a larger root means that Newton's method has diverged */
 
 static int tr_is_on_branches(const tr_sim *s) {
   TR_NEED(s, TR_HAS_LAW);
@@ -20,8 +20,8 @@ static int tr_is_on_branches(const tr_sim *s) {
   return 1;
 }
 
-/* Replace the unstable root in eta by a stable root on the branches of the modes, if one is found. Newton's method starts from
- * the frictions at the start of the step, then from zero. */
+/* If possible, replace the unstable root in eta by a stable root on the branches of the modes. Newton's method starts from the
+ * frictions at the start of the step, then from zero. */
 static void tr_prefer_stable_root(tr_sim *s, double *eta) {
   const int e = s->k->neta;
   double found[e];
@@ -75,7 +75,7 @@ static void tr_random_start(const tr_sim *s, const double *size, int which, unsi
   for (int i = 0; i < s->k->neta; ++i) eta[i] = reach * size[i] * tr_next_random(seed);
 }
 
-/* Whether eta is small enough for a root. Leaves the laws' values at eta. */
+/* Whether eta is small enough for a root. Afterwards, the laws' values belong to eta. */
 static int tr_is_of_root_size(tr_sim *s, const double *size, const double *eta) {
   double most = 0.0, load = 0.0;
   for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(eta[i])), load = fmax(load, size[i]);
@@ -85,7 +85,7 @@ static int tr_is_of_root_size(tr_sim *s, const double *size, const double *eta) 
 
 static int tr_is_root(tr_sim *s, const double *size, const double *eta) { return tr_is_of_root_size(s, size, eta) && tr_is_on_branches(s); }
 
-/* Whether the root would be on the branches of the modes if the balls inside their cones were spinning. Decisions then let
+/* Whether the root would be on the branches of the modes if all sliding balls inside their cones were spinning. Later decisions let
  * these balls spin (``events/event_handling.c``, ``events/initial_modes.c``), and this root is a close start. */
 static int tr_is_root_with_spinning_balls(tr_sim *s) {
   tr_mode modes[s->k->nsliders + 1];
@@ -97,8 +97,8 @@ static int tr_is_root_with_spinning_balls(tr_sim *s) {
   return fits;
 }
 
-/* Find η on the branches of the modes from all starts of this file. If no such root is found, accept a root for which balls
- * must spin. Returns 1 on success. */
+/* Find η on the branches of the modes from all starts of this file. If there is no such root, accept a root at which balls would
+ * have to spin. Returns 1 on success. */
 static int tr_newton_from_anywhere(tr_sim *s, double *eta) {
   double size[s->k->neta], spinning[s->k->neta];
   int spins = 0;

@@ -31,8 +31,8 @@ void tr_gap(tr_sim *s, double *h) {
   if (k->rows) k->closure(TR_A(s, x), TR_A(s, y), TR_A(s, c) + k->c_closure, h);
 }
 
-/* Set the units of the tolerance. Angles and quaternions: 1. Lengths: the length scale. Rates: these units times the rate
- * scale. */
+/* Set the units of the tolerance. For angles and quaternions the unit is 1, and for lengths the length scale. The units of rates
+ * are these units times the rate scale. */
 static void tr_set_tolerance_units(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *u = TR_A(s, scale);

@@ -1,10 +1,10 @@
 /* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
- * Each case makes the same calls as a single run, in a fresh block, so its results are bitwise identical. The host owns all
- * memory; a call returns when its step budget is used up. */
+ * Each case makes the same calls as a single run, in a fresh block. Its results are therefore bitwise identical to those of a
+ * single run. The host owns all memory. A call returns when its step budget is used up. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define START_STEPS 20 /* steps that cost as much as assembly and start */
+#define START_STEPS 20 /* number of steps that cost as much as assembly and start */
 
 /* Number of doubles in a case's output. */
 static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
@@ -24,7 +24,7 @@ static void tr_case_clear(tr_batch *b) {
   for (int i = 0; i < b->width; ++i) r[i].max = r[i].min = r[i].final = NAN;
 }
 
-/* Add a row to the reductions: maximum, minimum and sum of finite values, and the last value. */
+/* Add a row to the reductions: maximum, minimum and sum of finite values, and last value. */
 static void tr_case_row(tr_batch *b, const double *row) {
   tr_reduced *r = tr_case_columns(b);
   tr_case_out(b)->rows += 1.0, b->last = row[0];
@@ -43,7 +43,7 @@ static void tr_case_row(tr_batch *b, const double *row) {
   }
 }
 
-/* Count the events stored in the block by kind, with first times and margins. Empties the buffer. */
+/* Count the events in the block's buffer by kind, and record first times and margins. Empties the buffer. */
 static void tr_case_events(tr_batch *b, tr_sim *s) {
   tr_case *o = tr_case_out(b);
   for (int i = 0; i < s->events.count; ++i) {
@@ -71,7 +71,7 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
   s->lane = which ? 0 : b->lane;
-  if (b->lane) s->ask.host = 0; /* a host must not be called from the separate stack of a case */
+  if (b->lane) s->ask.host = 0; /* the host must not be called on the separate stack of a case */
   b->which = which, b->now = s;
   return s;
 }
@@ -125,7 +125,7 @@ static void tr_case_end(tr_batch *b, int status) {
   b->running = 0;
 }
 
-/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not yet provided this unit. */
+/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not provided this unit yet. */
 static int tr_case_attach(tr_batch *b) {
   tr_variant *v = b->variant + b->which;
   if (!v->full) return 0;
@@ -144,7 +144,7 @@ int tr_batch_run(tr_batch *b, long budget) {
       continue;
     }
     if (budget <= 0) return TR_MORE;
-    /* Rows needed: a first row, a full buffer, a last row. */
+    /* Room is needed for a first row, a full buffer and a last row. */
     if (b->kept && b->kept_rows + b->capacity + 2 > b->kept_capacity) return TR_MORE;
     if (!b->running) {
       budget -= START_STEPS;

@@ -1,34 +1,34 @@
-/* Cases of a batch that step together (theory, "Ensembles"). Each case has its own stack, step size, method and modes, and runs
- * the code of a single run. When a case requests a step (``evaluate/lane_requests.c``), it waits until enough equal requests
- * fill the SIMD lanes. Lanes are independent, so results do not depend on the other cases. A case that cannot continue is left
- * to the host. Ensembles require x86-64 outside Windows, because the stacks are switched in assembly. */
+/* Cases of a batch that step together (theory, "Ensembles"). Each case has its own stack, step size, method and modes, and runs the
+ * code of a single run. A case that requests a step (``evaluate/lane_requests.c``) waits until enough similar requests fill the
+ * SIMD lanes. Lanes are independent, so results do not depend on the other cases. If a case cannot continue, the host runs it
+ * alone. Ensembles require x86-64 outside Windows, because assembly code switches the stacks. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #if defined __x86_64__ && !defined _WIN32 && defined __clang__
-#define TR_STACK_MARK 0x7472756e6e696f6eL /* at the end of each stack; a stack overflow overwrites it */
-/* Step budget of a case per call: unlimited in effect; a case runs until its next request. */
+#define TR_STACK_MARK 0x7472756e6e696f6eL /* mark at the end of each stack; a stack overflow overwrites it */
+/* Step budget of a case per call. It is practically unlimited, because a case runs until its next request. */
 #define TR_ALL_STEPS 1000000000L
 enum { TR_QUEUES = TR_ASKS * TR_METHODS };
 
-/* Switch from the present stack to `to`. Callee-saved registers (System V ABI, 3.2.1) are stored on the stack that is left. */
+/* Switch from the present stack to `to`. The stack that is left stores the callee-saved registers (System V ABI, 3.2.1). */
 __attribute__((naked, noinline)) static void tr_change_stacks(void **from __attribute__((unused)), void *to __attribute__((unused))) {
   __asm__ volatile("pushq %rbp\n pushq %rbx\n pushq %r12\n pushq %r13\n pushq %r14\n pushq %r15\n movq %rsp, (%rdi)\n"
                    "movq %rsi, %rsp\n popq %r15\n popq %r14\n popq %r13\n popq %r12\n popq %rbx\n popq %rbp\n ret");
 }
 
-/* Entry of a new stack: r13 holds the function, r12 its argument. */
+/* Entry of a new stack: r13 contains the function, r12 its argument. */
 __attribute__((naked, noinline)) static void tr_begin_stack(void) {
   __asm__ volatile("movq %r12, %rdi\n callq *%r13\n ud2");
 }
 
-/* Leave the case's stack and set its state. */
+/* Leave the stack of the case, and set the state of its strand. */
 static void tr_leave_stack(tr_strand *c, int state) {
   c->state = state;
   tr_change_stacks(&c->here, c->back);
 }
 
-/* Function `ask` of a case's lane: wait until the request has been served. Returns the result of the request. */
+/* Function `ask` of a case's lane: wait until the request is served. Returns the result of the request. */
 static int tr_wait_for_lane(tr_lane *lane, tr_request *request) {
   tr_strand *c = (tr_strand *)lane;
   c->request = request, request->ok = 0;
@@ -58,7 +58,7 @@ static void tr_run_strand(tr_strand *c) {
 static void tr_reset_strand(tr_strand *c, tr_ensemble *e) {
   void **top = (void **)(((size_t)c->stack + (size_t)e->stack_bytes) & ~(size_t)63);
   *(long *)c->stack = TR_STACK_MARK;
-  *--top = 0, *--top = 0; /* a `ret` reaches the entry function, with an aligned stack */
+  *--top = 0, *--top = 0; /* place for `ret` to the entry function, with an aligned stack */
   *--top = (void *)tr_begin_stack;
   *--top = 0, *--top = 0;             /* rbp, rbx */
   *--top = c, *--top = (void *)tr_run_strand; /* r12, r13 */
@@ -80,12 +80,13 @@ void tr_ensemble_drop(tr_ensemble *e, int which) {
   tr_reset_strand(e->strand + which, e);
 }
 
-/* Queue of requests that lanes can serve together. */
+/* Number of the queue for a request. Lanes can serve the requests of a queue together. */
 static inline int tr_queue_of(const tr_request *request) {
   return request->kind * TR_METHODS + (request->kind <= TR_ASK_DENSE ? request->method : 0);
 }
 
-/* Serve waiting requests in groups of `width`. all: also serve an incomplete last group. Returns the number of calls. */
+/* Serve waiting requests in groups of `width`. `all`: also serve an incomplete last group. Returns the number of calls of the
+ * lanes. */
 static long tr_serve_queue(tr_ensemble *e, tr_strand **asks, int count, int all) {
   tr_request *request[TR_STRANDS];
   const int width = e->lanes->width;

@@ -1,17 +1,17 @@
-/* Co-simulation: the host chooses communication points. An accepted step may extend beyond the requested time; it then waits,
- * and rows inside it come from the dense output. Internal step sizes are therefore those of an uninterrupted run. The exception
- * is a change of inputs or parameters, which cuts the waiting step. */
+/* Co-simulation: the host chooses communication points. An accepted step may extend beyond the requested time. The step then waits,
+ * and rows inside it come from the dense output. Internal step sizes are therefore those of an uninterrupted run. Only a change of
+ * inputs or parameters cuts the waiting step. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* Evaluate the state at t inside the waiting step, in yout. Returns 0 on failure. */
+/* Compute the state at t inside the waiting step, in yout. Returns 0 on failure. */
 static int tr_evaluate_state_at(tr_sim *s, double t) {
   if (!tr_ensure_dense(s)) return 0;
   tr_state_in_step(s, (t - s->step.t0) / s->step.size, TR_A(s, yout));
   return 1;
 }
 
-/* Write the row just before the event at the end of the waiting step. On failure, the row's time is NaN. */
+/* Write the row just before the event at the end of the waiting step. On failure, the time of the row is NaN. */
 static void tr_write_row_before(tr_sim *s, double *row) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -19,9 +19,9 @@ static void tr_write_row_before(tr_sim *s, double *row) {
   tr_restore_solution(s, kept);
 }
 
-/* Run until t and write the row at t. Steps may extend up to `limit` ≥ t. each: also end at the next logged event, with
- * TR_EVENT. before: row just before the last event that ended a step; 0: not requested. Returns TR_DONE, TR_EVENT, TR_MORE
- * after max_steps steps, TR_NEED_JACOBIAN, or a lasting failure. */
+/* Run until t and write the row at t. Steps may extend up to `limit` ≥ t. `each`: also end at the next logged event, with TR_EVENT.
+ * before receives the row just before the last event that ended a step; null pointer: not requested. Returns TR_DONE, TR_EVENT,
+ * TR_MORE after max_steps steps, TR_NEED_JACOBIAN, or a lasting failure. */
 static int tr_reach_time(tr_sim *s, double t, double limit, long max_steps, double *row, int each, double *before) {
   const double close = tr_time_tolerance(t);
   if (s->clock.status >= TR_FAIL_NOT_FINITE) return s->clock.status;
@@ -87,9 +87,9 @@ int tr_cut(tr_sim *s, double t) {
 int tr_resume(tr_sim *s, int anew) {
   s->step.have_k1 = s->step.have_jac = s->step.have_dense = 0;
   if (!anew) return TR_OK;
-  const double energy = tr_audit_energy(s); /* with constants computed from the old parameters */
+  const double energy = tr_audit_energy(s); /* uses constants of the old parameters */
   tr_set_parameters(s);
-  int code = s->set.evaluations > 0 ? TR_OK : tr_set_initial_modes(s); /* a bounded step decides pairs at rest itself */
+  int code = s->set.evaluations > 0 ? TR_OK : tr_set_initial_modes(s); /* a bounded step decides about pairs at rest itself */
   tr_audit_allow_change(s, energy);
   if (code != TR_OK) s->clock.status = code;
   return code;

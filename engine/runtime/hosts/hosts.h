@@ -3,24 +3,25 @@
 #define TR_HOSTS_H
 #include "base/simulation.h"
 
-/* Bytes of a block. ntable: doubles in the tables of signals. ev_capacity: events stored until they are read. */
+/* Bytes of a block. ntable: number of doubles in the tables of signals. ev_capacity: number of events stored until they are
+ * read. */
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity);
 
-/* Initialise a zeroed block of tr_size bytes. Returns 0 if versions of the interface differ. */
+/* Initialise a zeroed block of tr_size bytes. Returns 0 if the versions of the interface differ. */
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity);
 
-/* Restore the addresses and offsets of a block that was copied or read from a file. Sizes must be equal. Returns 1 if the
+/* Restore the addresses and offsets of a block that was copied or read from a file. The sizes must be equal. Returns 1 if the
  * contents can belong to a run. */
 int tr_refit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity);
 
-/* Array `which` (TR_ARRAY_…) of the block; 0 for an unknown value. */
+/* Array `which` (TR_ARRAY_…) of the block; a null pointer for an unknown value. */
 double *tr_array(tr_sim *s, int which);
 
-/* Move a running simulation into a larger block with room for the Jacobian unit j. Returns 0 if versions of the interface
+/* Move a running simulation into a larger block with room for the Jacobian unit j. Returns 0 if the versions of the interface
  * differ. */
 int tr_attach_jacobian(tr_sim *to, const tr_sim *from, const tr_jacobian *j, int ntable);
 
-/* Write time t and `count` signals to x. tables: starts with the offset of each signal's record. */
+/* Write time t and `count` signals to x. tables: begins with the offset of each signal's record. */
 void tr_signals(const double *tables, int count, double t, double *x);
 
 /* Time of the next break of the signals, s; INFINITY if there is none. */
@@ -30,8 +31,8 @@ double tr_break_after(const tr_sim *s, double t);
 
 void tr_certify_run(tr_sim *s, tr_certificate *out);
 
-/* Number of roots of the complement equations at the state `y` in the modes in force, found from many starts. -1: the state
- * cannot be evaluated. */
+/* Number of roots of the complement equations at the state `y`, in the modes in force, found from many starts. Returns −1 if the
+ * state cannot be evaluated. */
 int tr_roots(tr_sim *s);
 
 /* Audit the final state of the run. Replaces the solution. */
@@ -39,32 +40,33 @@ void tr_audit_end(tr_sim *s);
 
 void tr_judge(const tr_sim *s, tr_judgement *out);
 
-/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The `count` ends, from the
- * first row's time to the last row's, divide time into spans. Polynomials through nearby rows of a span are integrated up to
- * its ends. A span without rows uses the row before it. */
+/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The `count` values of `ends`,
+ * from the first row's time to the last row's, divide time into spans. Polynomials through nearby rows of a span are integrated up
+ * to the ends of the span. A span without rows uses the row before it. */
 void tr_integrate_rows(int rows, const double *time, int columns, const double *values, int count, const double *ends, double *total, double *out);
 
-/* Distribute the wear `volume` up to each row into bins around a circle, starting at −π. The contact is at angle + sense ×
- * turned, rad; between rows it moves along the shorter arc. stride: doubles between rows of angle and turned. */
+/* Distribute the wear into bins around a circle, which start at −π. volume: wear up to each row. The contact is at angle + sense ×
+ * turned, rad; between rows it moves along the shorter arc. stride: number of doubles between rows of angle and turned. */
 void tr_bin_around(int rows, long stride, const double *angle, const double *turned, double sense, const double *volume, int bins, double *on);
 
-/* Reason TR_WHY_… of a friction failure, and its pair. TR_WHY_UNKNOWN without a set-valued law. */
+/* Reason TR_WHY_… of a friction failure; *pair receives its pair. Returns TR_WHY_UNKNOWN if no law is set-valued. */
 int tr_diagnose_friction(tr_sim *s, int *pair);
 
-/* Constraint row of a loop failure; -1: unknown. *number: independence of the rows, from 1 (independent) to 0 (dependent); -1:
- * not the reason. */
+/* Constraint row of a loop failure; −1 if it is unknown. *number receives the independence of the rows, from 1 (independent) to 0
+ * (dependent), or −1 if dependence is not the reason. */
 int tr_fail_row(const tr_sim *s, double *number);
 
-/* Run to time t by bounded steps of equal size, at most the fixed step, and write the row at t. Returns TR_DONE or a failure. */
+/* Run to time t by bounded steps of equal size, which is at most the fixed step. Write the row at t. Returns TR_DONE or a
+ * failure. */
 int tr_reach_bounded(tr_sim *s, double t, double *row);
 
-/* Advance to `target` with at most max_steps steps. Appends rows to rows[capacity][width] and counts them in *count. Returns
- * TR_DONE, TR_MORE, TR_ROWS_FULL, TR_EVENTS_FULL, TR_NEED_JACOBIAN, TR_CANCELLED or a failure. Cancellation takes precedence
- * over failures. */
+/* Advance to `target` with at most max_steps steps. Appends rows to rows[capacity][width], and counts these rows in *count. Returns
+ * TR_DONE, TR_MORE, TR_ROWS_FULL, TR_EVENTS_FULL, TR_NEED_JACOBIAN, TR_CANCELLED or a failure. If the host cancels, the result is
+ * TR_CANCELLED even after a failure. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count);
 
-/* Check the state, modes and multipliers of the block against the laws. deciding: check as a decision about pairs at rest;
- * otherwise as the end of a step. Returns the violated law; 0 if all hold. */
+/* Check the state, modes and multipliers of the block against the laws. `deciding`: check as after a decision about pairs at rest,
+ * otherwise as at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
 int tr_verify(tr_sim *s, int deciding);
 
 /* Compute all constants from the parameters in the block. */
@@ -73,11 +75,11 @@ void tr_set_parameters(tr_sim *s);
 /* Close the loops at time t from the state in the block; see tr_assemble_state. */
 int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven);
 
-/* Residuals of the loops at the state `y`, by row (m, or the sine of an angle), followed by the residuals of their rates. */
+/* Residuals of the loops at the state `y`, by row (m, or the sine of an angle), then residuals of their rates. */
 void tr_gap(tr_sim *s, double *h);
 
-/* Start a run at the assembled state (t, y): scales, rank of the loops, modes, first row. row 0: no row is written. Returns a
- * status. */
+/* Start a run at the assembled state (t, y): set scales, rank of the loops and modes, and write the first row. With a null pointer
+ * `row`, no row is written. Returns a status. */
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
 
 /* Write the row at the block's state. Returns a status. */
@@ -86,72 +88,72 @@ int tr_row(tr_sim *s, double *row);
 /* Evaluate ẏ and the multipliers z at the block's (t, y) in the modes in force. Returns 0 on failure. */
 int tr_evaluate(tr_sim *s, double *dy, double *z);
 
-/* dẏ/d[y, t] at the block's (t, y): ny × (ny + 1), column-major. Requires the Jacobian unit. Returns 0 on failure. */
+/* dẏ/d[y, t] at the block's (t, y), ny × (ny + 1), column-major. Requires the Jacobian unit. Returns 0 on failure. */
 int tr_derivatives(tr_sim *s, double *out);
 
-/* Number of reaction directions that the motion does not determine at the block's state; -1: no solution. out (nkappa × count):
- * their scaled reactions, orthonormal. */
+/* Number of reaction directions that the motion does not determine at the block's state; −1 if there is no solution. out (nkappa ×
+ * count) receives their scaled reactions, orthonormalised. */
 int tr_redundancy(tr_sim *s, double *out);
 
 const tr_stats *tr_statistics(const tr_sim *s);
 
 double tr_time(const tr_sim *s);
 
-/* Return the number of stored events and empty the buffer; the records stay readable until the run continues. */
+/* Return the number of stored events, and empty the buffer. The records stay readable until the run continues. */
 int tr_events_take(tr_sim *s);
 
-/* Set the host function that is called every few milliseconds; it returns 1 to cancel. 0: no function. A cancelled run or start
- * ends with TR_CANCELLED. */
+/* Set the host function that the runtime calls every few milliseconds; null pointer: no function. The function returns 1 to cancel.
+ * A cancelled run or start ends with TR_CANCELLED. */
 void tr_ask(tr_sim *s, int (*host)(void));
 
-/* Replace the settings. They apply from the next step. */
+/* Replace the settings. The new settings apply from the next step. */
 void tr_configure(tr_sim *s, const tr_settings *set);
 
-/* Solve with all pairs stuck at the state `y`. out: result of each pair. Requires tr_start. The pairs remain stuck, so that a
- * following tr_evaluate returns the remaining motion. Returns 0 if the statics have no solution. */
+/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. The pairs remain stuck, so
+ * that a following tr_evaluate returns the remaining motion. Returns 0 if the statics have no solution. */
 int tr_hold_all(tr_sim *s, tr_held *out);
 
-/* Directional derivatives at the block's (t, y). rates (ny) = ∂ẏ·direction; columns (nout) = ∂columns·direction. The direction
- * is inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
+/* Directional derivatives at the block's (t, y): rates (ny) = ∂ẏ·direction, and columns (nout) = ∂columns·direction. The direction
+ * consists of inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
-/* Advance to `target` by at most `most` steps, and record time, state (with works) and external values after each. made: number
- * of recorded steps. rows: room for `capacity` rows. Drops events. Returns as tr_advance. */
+/* Advance to `target` by at most `most` steps. After each step, record time, state (with works) and external values. made: number
+ * of recorded steps. rows: room for `capacity` rows. Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, double *t, double *y, double *x, int *made);
 
-/* Doubles of the work space of tr_march_tangents. */
+/* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);
 
-/* f, its tangents df (m × nf) and the multipliers g->z at time t, at the state y with the tangents g->S and external values x. In
- * df, the tangents of the multipliers replace those of the residuals. Returns 0 if the multipliers have no clear solution. */
+/* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
+ * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if the multipliers have no clear solution. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
-/* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: before the first step,
- * then at the end of each of the `count` steps; x: within each step. At the end of a sampled step, appends a row of columns to
- * `values` and their derivatives (m × columns) to `derivatives`. Returns 2 k if step k has a stage without a clear solution of the
- * multipliers, and is not integrated; 2 k + 1 if step k is integrated and the host must complete its end, because of stops[k] or
- * such a sample; 2 count if all is done. */
+/* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
+ * step, then at the end of each of the `count` steps. x: external values within each step. At the end of a sampled step, appends a
+ * row of columns to `values` and their derivatives (m × columns) to `derivatives`. Returns 2 count if all is done. Returns 2 k if
+ * step k is not integrated, because a stage has no clear solution of the multipliers. Returns 2 k + 1 if step k is integrated, but
+ * the host must complete its end, because of stops[k] or because its sample has no clear solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const int *stops, const int *sampled, double *values, double *derivatives);
 
-/* Number of states that an importer integrates: y and the works that columns need. */
+/* Number of states that an importer integrates: y, and the works that columns need. */
 int tr_states(const tr_sim *s);
 
-/* Set time and state from the importer. y: tr_states values; 0: the state is unchanged. */
+/* Set time and state from the importer. y: tr_states values; null pointer: the state is unchanged. */
 void tr_set_state(tr_sim *s, double t, const double *y);
 
-/* ẏ of the last evaluation. tr_indicators: event indicators of the last evaluation. */
+/* ẏ of the last evaluation. tr_indicators returns the event indicators of this evaluation. */
 const double *tr_rates_known(const tr_sim *s);
 
 const double *tr_indicators(const tr_sim *s);
 
-/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. There may be no solution, because an event before
- * t is not yet located. Then ẏ uses the last multipliers found, and the last indicator is negative. Returns 0 if ẏ cannot be
- * evaluated either. */
+/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. If an event before t is not yet located, there may be
+ * no solution. In this case ẏ uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot
+ * be evaluated. */
 const double *tr_rates_in_modes(tr_sim *s);
 
-/* Follow the branch of friction from the state just evaluated, if all indicators are positive. To be called when the importer
- * requests indicators, as it does at accepted steps. */
+/* Follow the branch of friction from the state evaluated last, if all indicators are positive. Call this when the importer requests
+ * indicators, because importers do so at accepted steps. */
 void tr_follow(tr_sim *s);
 
 /* Complete a step of the importer. Returns 1 if the importer must handle an event. */
@@ -163,28 +165,28 @@ const double *tr_begin_exchange(tr_sim *s);
 /* Write the row at the block's (t, y) in the modes in force. Returns a status. */
 int tr_row_in_modes(tr_sim *s, double *row);
 
-/* Nominal size of state i for the importer (``NOMINAL`` of fmu/exchange.py). */
+/* Nominal value of state i for the importer (``NOMINAL`` of fmu/exchange.py). */
 double tr_nominal(const tr_sim *s, int i);
 
-/* tr_directional at the block's (t, y) in the modes in force; projects y. rates, dy: tr_states values. integral: 1 for each
- * column that contains works, else 0. A null pointer `integral`: columns are not computed. */
+/* As tr_directional, at the block's (t, y) in the modes in force; projects y. rates, dy: tr_states values. integral: 1 for each
+ * column that contains works, otherwise 0. If `integral` is a null pointer, columns are not computed. */
 int tr_directional_in_modes(tr_sim *s, const tr_linear *l, const int *integral, const tr_signal *inputs, const double *dy, double *rates,
                             double *columns);
 
-/* Handle an event at the block's (t, y): breaks, open loops, ends of modes. jumped: the loads have jumped. *changed: whether y
- * changed. Returns a status. */
+/* Handle an event at the block's (t, y): breaks, open loops, ends of modes. `jumped`: the loads have jumped. *changed receives
+ * whether y changed. Returns a status. */
 int tr_update(tr_sim *s, int jumped, int *changed);
 
-/* Continue the batch for about `budget` steps and rows. TR_DONE: all cases are done. TR_MORE: call again. TR_CASE_FAILED: a
- * case ended early; `now` is its block until the next call. TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: the host provides the unit in
+/* Continue the batch for about `budget` steps and rows. TR_DONE: all cases are done. TR_MORE: call again. TR_CASE_FAILED: a case
+ * ended early; `now` is its block until the next call. TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: the host provides the unit in
  * variant[which] and calls again. TR_CANCELLED: the host cancelled during a case. */
 int tr_batch_run(tr_batch *b, long budget);
 
-/* End the present case with this status, because the host cancelled it or an ensemble dropped it. The next tr_batch_run
- * continues as after TR_CASE_FAILED. */
+/* End the present case with this status. The host cancelled the case, or an ensemble dropped it. The next tr_batch_run continues as
+ * after TR_CASE_FAILED. */
 void tr_batch_end(tr_batch *b, int status);
 
-/* Bytes of tr_batch. The host compares them with its own declaration. */
+/* Bytes of tr_batch. The host compares this number with its own declaration. */
 size_t tr_batch_size(void);
 
 /* Whether this build supports ensembles. */
@@ -192,11 +194,11 @@ int tr_ensemble_there(void);
 
 void tr_ensemble_begin(tr_ensemble *e);
 
-/* Drop the case of strand `which`. The host then runs this case alone. */
+/* Drop the case of strand `which` (a stack on which cases run one after another). The host then runs this case alone. */
 void tr_ensemble_drop(tr_ensemble *e, int which);
 
-/* Continue for about `budget` calls of the SIMD lanes. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some
- * cases wait for the Jacobian unit. TR_FAIL_STALLED: a stack overflowed. */
+/* Continue for about `budget` calls of the SIMD lanes. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some cases
+ * wait for the Jacobian unit. TR_FAIL_STALLED: a stack overflowed. */
 int tr_ensemble_run(tr_ensemble *e, long budget);
 
 /* Continue the cases that waited for the Jacobian unit. */
@@ -206,26 +208,26 @@ void tr_ensemble_resume(tr_ensemble *e);
  * lasting failure. */
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 
-/* tr_reach that also ends at the next logged event, with TR_EVENT and the row just after this event. before: row just before
- * the event; 0: not requested. */
+/* As tr_reach, but also ends at the next logged event, with TR_EVENT and the row just after this event. before receives the row
+ * just before the event; null pointer: not requested. */
 int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *row, double *before);
 
-/* End of the next internal step, s. The step is computed, and waits for the next call that advances the run. Returns `limit`
- * if no step can be made; that call then reports the failure. */
+/* End of the next internal step, s. The step is computed, and waits for the next call that advances the run. Returns `limit` if no
+ * step can be made; the next call then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
-/* Whether pair i is in the proportional zone of its law. *turned: time of a reversal inside the zone. NaN: no reversal yet, or
- * it lies inside the waiting step. The reversal is logged when the pair leaves the zone. */
+/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone. NaN: there was no
+ * reversal yet, or the reversal lies inside the waiting step. The reversal is logged when the pair leaves the zone. */
 int tr_within_zone(const tr_sim *s, int i, double *turned);
 
 /* Cut the waiting step at a time t inside the step. Returns TR_OK or a failure. */
 int tr_cut(tr_sim *s, double t);
 
-/* Continue at the block's (t, y) after an external change. anew: parameters changed, so the modes are decided again. Returns
+/* Continue at the block's (t, y) after an external change. `anew`: parameters changed, so the modes are decided again. Returns
  * TR_OK or a failure. */
 int tr_resume(tr_sim *s, int anew);
 
-/* Record of an external input. tr_input_value evaluates the input and its derivatives at t from this record. */
+/* Record of an external input. From this record, tr_input_value evaluates the input and its derivatives at time t. */
 tr_input *tr_input_record(tr_sim *s, int input);
 
 void tr_input_value(const tr_input *record, double t, tr_signal *value);

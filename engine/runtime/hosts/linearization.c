@@ -1,19 +1,19 @@
 /* Exact derivatives of ẏ and of columns along a direction of inputs and state.
  *
- * Derivatives of multipliers follow from the implicit function theorem, as in the stiff method. For redundant loops,
- * derivatives of the minimum-norm reactions (output/rows.c), and of friction that depends on them, come from central
- * differences. */
+ * Derivatives of multipliers follow from the implicit function theorem, as in the stiff method. In redundant loops, central
+ * differences replace this theorem for the minimum-norm reactions (output/rows.c), and for friction that depends on them. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* Evaluate ẏ and all multipliers z at (t, y + h · direction). z 0: not requested. Inputs are restored. Returns 0 on failure. */
+/* Evaluate ẏ and all multipliers z at (t, y + h · direction). If z is a null pointer, the multipliers are not requested. Restores
+ * the inputs. Returns 0 on failure. */
 static int tr_multipliers_moved(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double h, double *z) {
   double y[s->ny + 4];
   tr_input kept[ninputs + 1];
   tr_signal now;
   memcpy(y, TR_A(s, y), sizeof(double) * s->ny);
   for (int i = 0; i < s->ny; ++i) y[i] += h * dy[i];
-  for (int i = 0; i < ninputs; ++i) { /* replaces each input by its Taylor polynomial from time t */
+  for (int i = 0; i < ninputs; ++i) { /* replaces each input by its Taylor polynomial from time t on */
     tr_input *input = (tr_input *)tr_table_of(s, i);
     kept[i] = *input;
     tr_evaluate_input(input, s->clock.t, &now);
@@ -35,8 +35,7 @@ static double tr_difference_step(const tr_sim *s, int ninputs, const tr_signal *
   return DIFFERENCE_STEP / size;
 }
 
-/* Derivative of all multipliers along the direction by central differences, for loops that leave reactions open. Returns 0 on
- * failure. */
+/* Derivative of all multipliers along the direction by central differences, for loops with open reactions. Returns 0 on failure. */
 static int tr_open_derivative(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *dz) {
   int n = s->k->rows + s->k->neta;
   double plus[n + 1], minus[n + 1], h = tr_difference_step(s, ninputs, inputs, dy);
@@ -56,7 +55,7 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   s->step.watch = s->step.have_jac = 0;
   memset(dz, 0, sizeof dz), memset(seed, 0, sizeof seed);
   l->prepare(l->scene, TR_A(s, p), c);
-  if (k->rows) { /* first, because the differences replace the current state */
+  if (k->rows) { /* computed first, because the differences change the current state */
     if (!tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
     if ((a < k->rows || tr_dependent_rows(s)) && !tr_open_derivative(s, l->ninputs, inputs, dy, dz)) return 0;
   }
@@ -74,7 +73,7 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   l->rates(x, y, c, TR_A(s, z), seed, f);
   memcpy(rates, f, sizeof(double) * ny);
   tr_expand_multipliers(s, y, z, 1);
-  if (a == k->rows && !tr_dependent_rows(s)) /* no open reactions */
+  if (a == k->rows && !tr_dependent_rows(s)) /* there are no open reactions */
     for (int i = 0; i < a; ++i) dz[k->active_rows[i]] = seed[ni + ny + i];
   memcpy(dz + k->rows, seed + ni + ny + a, sizeof(double) * e);
   memcpy(seed + ni + ny, dz, sizeof(double) * (k->rows + e));

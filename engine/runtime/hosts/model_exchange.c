@@ -1,30 +1,30 @@
-/* Model exchange: an importer makes the steps. ẏ is evaluated in fixed modes, and indicators show when a mode ends (theory,
+/* Model exchange: an importer makes the steps. ẏ is evaluated in fixed modes, and event indicators show when a mode ends (theory,
  * "Model exchange").
  *
- * All results are functions of (t, y) and of stored modes, directions, and multipliers from which a branch of friction is
- * followed. These are stored at events, at completed steps, and when all requested indicators are positive. Each pair has two
- * indicators, positive while its mode lasts: one for its end, one for the branch or direction within it. Each end stop has one.
- * The last indicator is negative if friction has no solution. Small shifts keep indicators off zero just after their event. */
+ * All results are functions of (t, y) and of stored data: modes, directions, and multipliers from which a branch of friction is
+ * followed. The data are stored at events, at completed steps, and when all requested indicators are positive. Each pair has two
+ * indicators, which are positive while its mode lasts: one for the end of the mode, one for the branch or direction within the
+ * mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small shifts keep indicators
+ * away from zero just after their event. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed allowed for a pair that has just started */
-#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio */
-#define SHIFT_KINK TOL_KINK /* × the kink speed */
-#define SHIFT_STOP 1e-11   /* × the length, or rad */
-#define BEGUN_SPEED 1e-6   /* × the speed unit: above this speed sliding has begun, and its direction is that of the motion */
-#define DRIFT 1.0          /* × tolerance · length (rad): larger residuals of the loops require projection */
+#define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed that is allowed just after a pair has started */
+#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: the same shift for stuck pairs */
+#define SHIFT_KINK TOL_KINK /* × the kink speed: the same shift for kinks */
+#define SHIFT_STOP 1e-11   /* × the length, or rad: the same shift for stops */
+#define BEGUN_SPEED 1e-6   /* × the speed unit: at a higher speed sliding has begun, and its direction is that of the motion */
+#define DRIFT 1.0          /* × tolerance · length, or rad: larger residuals of the loops require projection */
 #define DRIFT_TURN 1e-6    /* larger errors of a quaternion's squared norm require projection */
-#define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state indicates another branch */
+#define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
 #define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
-/* × the scenario's scales: BDF methods of importers are less accurate than the runtime's methods by this factor
- * (fmu/README.md). */
+/* × the scenario's scales: BDF methods of importers are less accurate than the runtime's methods by this factor (fmu/README.md). */
 #define NOMINAL 0.1
 
-/* Number of times that the mode of each pair and stop has ended in the present event. */
+/* Array of counts: how often the mode of each pair and stop has ended in the present event. */
 static inline double *tr_handled_counts(const tr_sim *s) { return TR_A(s, indicators) + 2 * s->k->nsliders + s->k->nstops + 1; }
 
-/* Evaluate signals as between the last break and the next, at whatever time the importer requests. */
+/* Evaluate signals as between the last break and the next, whatever time the importer requests. */
 static void tr_set_moment_between_breaks(tr_sim *s) {
   const double *b = TR_A(s, breaks);
   const int next = s->clock.next_break;
@@ -41,15 +41,15 @@ void tr_set_state(tr_sim *s, double t, const double *y) {
   if (y) tr_copy(tr_states(s), y, TR_A(s, y));
 }
 
-/* Surface speed of pair i, m/s; negative if the pair slides against its direction. Requires a solution. */
+/* Surface speed of pair i, m/s. It is negative if the pair slides against its direction. Requires a solution. */
 static double tr_speed_in_mode(const tr_sim *s, int i) {
   if (tr_pair_of(s, i)->nrates == 1) return tr_sliding_of(s, i)->speed;
   if (tr_frozen_length(s, i) > TR_LINE) return tr_speed_along(s, i);
   return tr_has_reversed(s, i) ? -tr_pair_speed(s, i) : tr_pair_speed(s, i);
 }
 
-/* Indicator of a sliding pair of several components: positive until its direction must be renewed, or until the pair leaves its
- * line. */
+/* Indicator of a sliding pair of several components. It is positive until the direction must be renewed, or until the pair leaves
+ * its line. */
 static double tr_direction_indicator(const tr_sim *s, int i) {
   const double speed = tr_pair_speed(s, i), unit = tr_pair_speed_unit(s, i);
   if (tr_is_starting_to_slide(s, i)) return BEGUN_SPEED - speed / unit;
@@ -73,8 +73,7 @@ static void tr_set_valued_indicators(tr_sim *s, int i, double *z) {
   z[1] = fmin(z[1], tr_distance_to_cone(s, i));
 }
 
-/* Both indicators of pair i with a kink in its law: the first for the kink, the second for a reversal inside the proportional
- * zone. */
+/* Both indicators of pair i, whose law has a kink: one for the kink, one for a reversal inside the proportional zone. */
 static void tr_kink_indicators(tr_sim *s, int i, double *z) {
   const double speed = tr_sliding_of(s, i)->speed, kink = tr_sliding_of(s, i)->border;
   const tr_zone *zone = tr_zone_of(s, i);
@@ -102,8 +101,8 @@ const double *tr_rates_known(const tr_sim *s) { return TR_A(s, dy); }
 
 const double *tr_indicators(const tr_sim *s) { return TR_A(s, indicators); }
 
-/* ẏ at the block's (t, y) from the stored multipliers. A second solution starts from the first, so that the result does not
- * depend on the stored values. Returns 0 on failure. */
+/* ẏ at the block's (t, y), starting from the stored multipliers. A second solution starts from the first, so that the result does
+ * not depend on the stored values. Returns 0 on failure. */
 static int tr_rhs_from_stored(tr_sim *s) {
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
   for (int twice = 0; twice <= (s->k->neta > 0); ++twice)
@@ -111,7 +110,8 @@ static int tr_rhs_from_stored(tr_sim *s) {
   return tr_is_finite(tr_states(s), TR_A(s, dy));
 }
 
-/* Whether the friction of a pair differs from the stored friction by more than FAR_BRANCH, which may indicate another branch. */
+/* Whether the friction of a pair differs from its stored friction by more than FAR_BRANCH. Such a difference may mean another
+ * branch. */
 static int tr_has_friction_jumped(const tr_sim *s) {
   double most;
   tr_find_most_changed(s, TR_A(s, zold) + s->k->active, TR_A(s, z) + s->k->active, &most);
@@ -178,7 +178,7 @@ void tr_follow(tr_sim *s) {
   tr_save_followed(s);
 }
 
-/* Complete a step of the importer at the block's (t, y), just evaluated. Stores this state and renews directions and end
+/* Complete a step of the importer at the block's (t, y), which was evaluated last. Stores this state, and renews directions and end
  * speeds. */
 static void tr_complete_followed(tr_sim *s) {
   tr_save_followed(s);

@@ -1,12 +1,12 @@
-/* Directional derivatives for model exchange: of rates and columns along a change of states and inputs, in fixed modes.
+/* Directional derivatives for model exchange: derivatives of rates and columns along a change of states and inputs, in fixed modes.
  *
- * The derivatives are computed as in ``hosts/linearization.c``. Columns are defined for closed loops and unit quaternions, so
- * the direction is first projected; with loops, by central differences. Derivatives of works, and of columns that contain
- * works, also come from differences. */
+ * The derivatives are computed as in ``hosts/linearization.c``. Columns are defined for closed loops and unit quaternions, so the
+ * direction is first projected. With loops, central differences do this. Derivatives of works, and of columns that contain works,
+ * also come from differences. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ONTO 1e-5 /* × the scales: step of differences of projected states; accurate to 1e-10 */
+#define ONTO 1e-5 /* × the scales: step of differences between projected states; accurate to 1e-10 */
 
 /* Derivatives (nworks) of the powers along the direction. Returns 0 on failure. */
 static int tr_power_slopes(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *out) {
@@ -26,7 +26,7 @@ static int tr_move_onto_manifold(tr_sim *s, const double *dy, double h, double *
   return tr_project(s, s->clock.t, y);
 }
 
-/* Project the state and the direction dy. onto (tr_states values): the projected direction. Returns 0 on failure. */
+/* Project the state and the direction dy. onto (tr_states values) receives the projected direction. Returns 0 on failure. */
 static int tr_project_direction(tr_sim *s, const double *dy, double *onto) {
   const tr_kernel *k = s->k;
   const int n = tr_states(s);
@@ -48,7 +48,7 @@ static int tr_project_direction(tr_sim *s, const double *dy, double *onto) {
   return 1;
 }
 
-/* Derivatives of the columns that contain works, along a direction on the manifold. integral: 1 for each such column, else 0.
+/* Derivatives of the columns that contain works, along a direction on the manifold. integral: 1 for each such column, otherwise 0.
  * Returns 0 on failure. */
 static int tr_integral_slopes(tr_sim *s, const int *integral, const double *dy, double *columns) {
   const int nout = s->o->nout;

@@ -1,20 +1,20 @@
-/* Event handling of model exchange, at the importer's time and state. */
+/* Event handling of model exchange, at the time and state of the importer. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #define ENDS_AGAIN 0.5     /* × the speed at which rest last failed: the next attempt is made below this speed */
-#define TURNS_ROUND -0.9   /* cosine: a larger turn means that the pair stopped in between */
-#define LAST_MOST 60       /* most evaluations to find the direction in which a pair comes to rest */
-#define LAST_PART 0.5      /* applied fraction of the predicted turn, at first; an oscillation multiplies it by LAST_PART */
-#define LAST_GROWS 1.1     /* factor on this fraction otherwise */
-#define LAST_FOUND 1e-6    /* tangent of the remaining turn at which the direction has converged */
-#define ROUNDS 4           /* most mode ends of a pair or stop at one time */
-/* × s²/|ω|²: a ball this close to its cone is at the cone, because importers may stop just before an event. */
+#define TURNS_ROUND -0.9   /* cosine: after a larger turn, the pair must have stopped in between */
+#define LAST_MOST 60       /* largest number of evaluations to find the direction in which a pair comes to rest */
+#define LAST_PART 0.5      /* fraction of the predicted turn applied at first; an oscillation multiplies it by LAST_PART */
+#define LAST_GROWS 1.1     /* factor on this fraction without an oscillation */
+#define LAST_FOUND 1e-6    /* tangent of the remaining turn at convergence */
+#define ROUNDS 4           /* number of times that the mode of a pair or stop may end at one time */
+/* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event. */
 #define DUE_CONE 1e-9
-#define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball this close to its cone is also evaluated slightly ahead */
-#define LOOKED 1e-9        /* / rate: how far ahead */
+#define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball closer to its cone is also evaluated slightly later */
+#define LOOKED 1e-9        /* / rate: delay of this later evaluation */
 
-/* A pair or stop whose mode ends; -1 if there is none. Sliding pairs come first, because their events change the loads of other
+/* A pair or stop whose mode ends; −1 if there is none. Sliding pairs come first, because their events change the loads of other
  * pairs. */
 static int tr_find_mode_end(const tr_sim *s) {
   const double *z = TR_A(s, indicators), *handled = tr_handled_counts(s);
@@ -28,8 +28,8 @@ static int tr_find_mode_end(const tr_sim *s) {
   return found;
 }
 
-/* A ball whose friction jumps across its cone just ahead; -1 if there is none. Such a jump is no root of an indicator, so
- * importers stop before it. Indicators are restored. */
+/* A ball whose friction jumps across its cone slightly later; −1 if there is none. Such a jump is not a root of an indicator, so
+ * importers stop before it. Restores the indicators. */
 static int tr_find_cone_jump_ahead(tr_sim *s) {
   const double ahead = LOOKED / s->set.rate, t = s->clock.t;
   const int n = tr_state_width(s), numbers = 2 * s->k->nsliders + s->k->nstops + 1;
@@ -47,7 +47,7 @@ static int tr_find_cone_jump_ahead(tr_sim *s) {
   return tr_rhs_in_modes(s) && at_cone ? due : -1;
 }
 
-/* Whether pair i, of several components, stops at the block's state. The pair is slow or slides against its direction. */
+/* Whether pair i, with several components, stops at the block's state. The pair is slow, or slides against its direction. */
 static int tr_is_pair_stopping(tr_sim *s, int i) {
   const double speed = tr_pair_speed(s, i), unit = tr_pair_speed_unit(s, i);
   const int back = tr_speed_in_mode(s, i) < 0.0;
@@ -77,7 +77,7 @@ static int tr_decide_exchange_event(tr_sim *s, int i) {
   return code;
 }
 
-/* Renew the direction of pair i, of several components: it becomes the direction of its motion or of its line. */
+/* Renew the direction of pair i, which has several components. The new direction is that of its motion or of its line. */
 static void tr_renew_direction(tr_sim *s, int i) {
   const double *rates = tr_pair_rates(s, i);
   const int line = tr_frozen_length(s, i) > TR_LINE;
@@ -86,7 +86,7 @@ static void tr_renew_direction(tr_sim *s, int i) {
   TR_A(s, end_speed)[i] = tr_last_speed(tr_pair_speed_unit(s, i));
 }
 
-/* Surface acceleration of pair i for sliding along the surface direction d. Returns 0 on failure. */
+/* Surface acceleration of pair i when it slides along the surface direction d. Returns 0 on failure. */
 static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, double *acc) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *lever = TR_A(s, lever) + pair->eta0;
@@ -96,9 +96,9 @@ static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, dou
   return 1;
 }
 
-/* Find the direction in which pair i, of several components, comes to rest at the block's state, and make it the pair's
- * direction. The motion turns towards this direction as the pair slows down. The last speeds do not show it, because they
- * contain the solver's errors. */
+/* Find the direction in which pair i, with several components, comes to rest at the block's state. The pair gets this direction.
+ * The motion turns towards this direction as the pair slows down. The last velocities do not show it, because they contain the
+ * solver's errors. */
 static void tr_find_last_direction(tr_sim *s, int i) {
   const int n = tr_pair_of(s, i)->nrates;
   const double *lever = TR_A(s, lever) + tr_pair_of(s, i)->eta0;
@@ -119,7 +119,7 @@ static void tr_find_last_direction(tr_sim *s, int i) {
   tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy));
 }
 
-/* Set the speed of a spinning ball to zero before its mode is decided. The branch of the ball is then irrelevant. */
+/* Set the speed of a spinning ball to zero before its mode is decided. The branch of the ball then has no effect. */
 static void tr_stop_spinning_ball(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   if (tr_mode_flag(tr_mode_of(s, i)) != TR_CONE || pair->v0 < 0) return;
@@ -127,7 +127,7 @@ static void tr_stop_spinning_ball(tr_sim *s, int i) {
   tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy));
 }
 
-/* End the mode of the set-valued pair i at the block's state, just evaluated. Returns a status. */
+/* End the mode of the set-valued pair i at the block's state, which was evaluated last. Returns a status. */
 static int tr_end_set_valued_mode(tr_sim *s, int i) {
   const double *z = TR_A(s, indicators) + 2 * i;
   const int several = tr_pair_of(s, i)->nrates > 1 && !tr_is_stuck(s, i);
@@ -148,7 +148,7 @@ static int tr_end_set_valued_mode(tr_sim *s, int i) {
   return tr_rhs(s, s->clock.t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* End the mode of pair or stop i at the block's state, just evaluated. Returns a status. */
+/* End the mode of pair or stop i at the block's state, which was evaluated last. Returns a status. */
 static int tr_end_mode(tr_sim *s, int i) {
   const int pairs = s->k->nsliders;
   tr_handled_counts(s)[i] += 1.0;
@@ -161,7 +161,7 @@ static int tr_end_mode(tr_sim *s, int i) {
   return tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Continue with another root at the block's (t, y), where the present root ended at a fold. Returns 1 on success. */
+/* Continue with another root at the block's (t, y), where the present root has ended at a fold. Returns 1 on success. */
 static int tr_pass_exchange_fold(tr_sim *s) {
   const tr_kernel *k = s->k;
   double jump;

@@ -1,26 +1,26 @@
 /* Tangents along recorded steps: the variational equation, integrated with the explicit method of the run.
  *
  * A state with its tangents is one vector [y | derivatives by parameter 1 | by parameter 2 | …]. At each stage the multipliers z
- * follow from R(z) = 0. The factors of ∂R/∂z at the last stage correct z until it settles. Then one pass of the unit's derivatives
- * along all multipliers and all parameters gives the new factors and the tangents. Events belong to the host. */
+ * follow from R(z) = 0. The factors of ∂R/∂z at the last stage correct z until z settles. One pass of the unit's derivatives along
+ * all multipliers and all parameters then gives new factors and the tangents. The host handles events. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over so small a change */
-#define SETTLED_AFTER 2e-13       /* the same with the new factors, which change the correction slightly */
-#define NO_MULTIPLIERS 1e-200     /* correction of multipliers that are all zero */
-#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by factors of an earlier stage */
-#define CONTRACTION 0.25          /* the last factors are used as long as each correction is smaller by this factor */
-#define REGULAR_PIVOTS 1e-4       /* least pivot over largest: the scaled matrix is clearly regular */
-#define MOST_CORRECTIONS 20       /* corrections by new factors */
+#define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over such a small change */
+#define SETTLED_AFTER 2e-13       /* × the largest multiplier: last correction by new factors, which change it slightly */
+#define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
+#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
+#define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
+#define REGULAR_PIVOTS 1e-4       /* smallest pivot over largest: above this, the scaled matrix is clearly regular */
+#define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
 
 typedef struct tr_march {
   tr_sim *s;
   const tr_tangents *g;
   const tr_explicit *method;
-  size_t width;                              /* doubles of a state with its tangents, padded */
+  size_t width;                              /* number of doubles of a state with its tangents, padded */
   double *K, *start, *now, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *kept, *all;
-  int *perm, solved;                         /* solved: the factors belong to a recent stage */
+  int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
 } tr_march;
 
 static double *tr_take(double *work, size_t *used, size_t count) {
@@ -33,7 +33,7 @@ static int tr_seed_width(const tr_tangents *g) { return g->ny + g->nz + g->np + 
 static int tr_column_width(const tr_tangents *g) { return g->n + g->nall + g->nv + g->np + 1; }
 static double *tr_derivatives_by(const tr_march *c, int row) { return c->df + (size_t)row * c->g->nf; }
 
-/* Divide the work space. Returns the doubles used. */
+/* Divide the work space among the arrays. Returns the number of doubles used. */
 static size_t tr_divide_work(tr_march *c, double *work) {
   const tr_tangents *g = c->g;
   const size_t nz = g->nz, rows = nz + g->m;
@@ -88,7 +88,8 @@ static void tr_apply_factors(const tr_march *c, double *b) {
   for (int i = 0; i < nz; ++i) b[i] /= c->scale[nz + i];
 }
 
-/* Set the correction of the multipliers from the residuals in f. Returns its largest part over the largest multiplier. */
+/* Compute the correction of the multipliers from the residuals in f. Returns its largest component, divided by the largest
+ * multiplier. */
 static double tr_correction(tr_march *c) {
   const int nz = c->g->nz;
   memcpy(c->change, c->f + c->g->residual, sizeof(double) * nz);
@@ -98,8 +99,8 @@ static double tr_correction(tr_march *c) {
   return most < NO_MULTIPLIERS ? 0.0 : most / fmax(tr_largest_size(nz, c->g->z), most);
 }
 
-/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. If the
- * first correction is large, the extrapolated start is poor: then start anew from `before`, the multipliers of the last stage. */
+/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. If the first
+ * correction is large, the extrapolated start is poor. Then start again from `before`, the multipliers of the last stage. */
 static void tr_settle_multipliers(tr_march *c, const double *y) {
   const tr_tangents *g = c->g;
   double last = NEAR_MULTIPLIERS;
@@ -114,7 +115,7 @@ static void tr_settle_multipliers(tr_march *c, const double *y) {
   }
 }
 
-/* Add dz times the derivatives by the multipliers to f or to its tangents. */
+/* Add dz times the derivatives by the multipliers to f, or to tangents of f. */
 static void tr_add_by_multipliers(const tr_march *c, const double *dz, double sign, double *f) {
   for (int j = 0; j < c->g->nz; ++j) {
     const double *by = tr_derivatives_by(c, j), a = sign * dz[j];
@@ -122,8 +123,8 @@ static void tr_add_by_multipliers(const tr_march *c, const double *dz, double si
   }
 }
 
-/* Evaluate f, z and the tangents of f (the rows of df after those of the multipliers) at the state y with tangents S, at time t.
- * Afterwards the residuals' rows of the tangents hold the tangents of z. Returns 0 if z has no clear solution. */
+/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
+ * multipliers; there, the tangents of z replace those of the residuals. Returns 0 if z has no clear solution. */
 static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S) {
   const tr_tangents *g = c->g;
   const int nz = g->nz, wide = tr_seed_width(g);
@@ -153,8 +154,8 @@ static int tr_tangents_at(tr_march *c, double t, const double *y, const double *
 
 /* -- steps ------------------------------------------------------------------------------------------------------------------------- */
 
-/* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. The
- * direction of friction then has its limit, and the velocity across it no tangent. */
+/* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. Its
+ * direction of friction is then the limit before rest, and its velocity perpendicular to this direction has no tangent. */
 static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   const tr_tangents *g = c->g;
   for (int p = 0; p < g->turning; ++p) {
@@ -173,7 +174,7 @@ static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   }
 }
 
-/* The stage's slopes of the state with its tangents in c->now at time t. */
+/* Slopes, at time t, of the state with its tangents in c->now. Returns 0 if the multipliers have no clear solution. */
 static int tr_tangent_slopes(tr_march *c, double t, double *slopes) {
   const tr_tangents *g = c->g;
   tr_keep_slip_direction(c, c->now, c->now + g->n);
@@ -183,7 +184,7 @@ static int tr_tangent_slopes(tr_march *c, double t, double *slopes) {
   return 1;
 }
 
-/* Extrapolate the multipliers from those of the earlier stages to stage i. */
+/* Extrapolate the multipliers of earlier stages to stage i. */
 static void tr_extrapolate_multipliers(const tr_march *c, int i) {
   const double *weight = c->method->lead + i * c->method->stages;
   const int nz = c->g->nz;
@@ -192,7 +193,7 @@ static void tr_extrapolate_multipliers(const tr_march *c, int i) {
     for (int j = 0; j < nz && weight[k] != 0.0; ++j) c->g->z[j] += weight[k] * c->old[(size_t)k * nz + j];
 }
 
-/* Integrate the tangents from t to t + h. Returns 0, and changes nothing, if a stage has no clear solution. */
+/* Integrate the tangents from t to t + h. If a stage has no clear solution, returns 0 and changes nothing. */
 static int tr_march_step(tr_march *c, double t, double h, const double *y) {
   const tr_tangents *g = c->g;
   const tr_explicit *m = c->method;
@@ -231,7 +232,7 @@ static int tr_tangents_of_state(tr_march *c, double t, const double *y) {
   return 0;
 }
 
-/* Columns and their derivatives (m × columns) at the state y and time t. Returns 0 if the state has no clear solution. */
+/* Columns and their derivatives (m × columns) at the state y and time t. Returns 0 if this state has no clear solution. */
 static int tr_tangent_columns(tr_march *c, double t, const double *y, double *value, double *derivatives) {
   const tr_tangents *g = c->g;
   const int wide = tr_column_width(g), nz = g->nz;

@@ -1,4 +1,4 @@
-"""Integration methods as data. A new method requires one file and one line in ``REGISTRY``. Schema, settings, help, statistics,
+"""Integration methods as data. A new method requires one file and one line in ``REGISTRY``. The schema, settings, help, statistics,
 the C runtime, FMUs and charts use this registry."""
 
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ REGISTRY: tuple[Method, ...] = (
 
 @dataclass(frozen=True)
 class Auto:
-    """Methods from which ``auto`` chooses. Above the tolerance ``loose_above``, the explicit method is ``loose``, below it
-    ``tight``. ``stiff`` is for stiff motion, ``accumulating`` for events that accumulate."""
+    """Methods from which ``auto`` chooses. The explicit method is ``loose`` above the tolerance ``loose_above``, and ``tight``
+    below. ``stiff`` is for stiff motion, ``accumulating`` for events that accumulate."""
 
     loose: Tableau
     tight: Tableau
@@ -33,7 +33,7 @@ class Auto:
 
 AUTO = Auto(RK5, RK8, 2e-4, RODAS5P, MOREAU)
 METHODS = ("auto", *(m.name for m in REGISTRY))
-"""Names of all methods. The index of a name is the number of the method in C."""
+"""Names of all methods. The index of a name is the method's number in C."""
 if len(set(METHODS)) < len(METHODS):
     raise ValueError(f"two methods have the same name: {', '.join(METHODS)}")
 

@@ -1,7 +1,7 @@
-/* Dense output of the last step: formed at the first use, evaluated at a fraction θ. */
+/* Dense output of the last step. It is formed at its first use, and evaluated at a fraction θ of the step. */
 #include "integrators/integrators.h"
 
-#define NEAR_LIMIT 0.4 /* × the h |λ| of the stability limit: estimates of h |λ| at the limit vary by this factor */
+#define NEAR_LIMIT 0.4 /* × h |λ| of the stability limit: estimates at the limit vary by this factor */
 
 static void tr_evaluate_dense(const tr_sim *s, double theta, double *out) {
   TR_NEED(s, TR_HAS_DENSE);
@@ -29,8 +29,8 @@ static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {
   tr_restore_solution(s, kept);
 }
 
-/* Add the rows of works to the dense output (tr_form_dense_rosenbrock), after the step's end was evaluated. Also sets the works
- * in ynew. */
+/* Add the rows of works to the dense output (tr_form_dense_rosenbrock). The step's end must be evaluated. Also sets the works in
+ * ynew. */
 static void tr_form_dense_works(tr_sim *s) {
   const int n = tr_state_width(s);
   const double h = s->step.size, *K = TR_A(s, K), *start = K, *middle = K + TR_MIDDLE_ROW * n, *end = K + tr_method_of(s)->end * n;

@@ -1,18 +1,18 @@
-/* Error norm of all methods: positions and velocities, works, directions of slow sliding. */
+/* Error norm of all methods. It combines positions and velocities, works, and directions of slow sliding. */
 #include "integrators/integrators.h"
 
-/* A work is measured in units of its own size. The unit is at least these fractions of the largest work and of the scenario's
- * energy scale, plus round-off. */
+/* The error of a work is relative to the work itself. Its unit is at least these fractions of the largest work and of the
+ * scenario's energy scale, plus round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
-#define NOISE_ENERGY 1e-14 /* × the energy scale */
+#define NOISE_ENERGY 1e-14 /* × the energy scale; divided by rtol */
 #define DIRECTION_ERROR 1e-3 /* rad: tolerated error of the direction of slow sliding */
-#define DIRECTION_CUTS 0.01  /* × squared (error over tolerance): a smaller direction error does not limit steps */
-#define SLOWEST 1e-9         /* × the speed unit: slower sliding is treated as this fast */
+#define DIRECTION_CUTS 0.01  /* squared error in tolerances: a smaller direction error does not limit steps */
+#define SLOWEST 1e-9         /* × the speed unit: slower sliding counts as sliding at this speed */
 #define SECOND_WEIGHT 0.01   /* weight of the second of two error estimators (Hairer, Nørsett, Wanner I, II.10) */
 
-/* Squared error of the directions of slow sliding, on which friction depends at any speed: (|e⊥|/(DIRECTION_ERROR |v|))² of the
- * worst pair, *which. e⊥: error across the velocity v. */
+/* Squared error of the directions of slow sliding, because friction depends on the direction at any speed. The result is
+ * (|e⊥|/(DIRECTION_ERROR |v|))² of the worst pair, whose index *which receives. e⊥: error perpendicular to the velocity v. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew, int *which) {
   double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -34,7 +34,7 @@ static double tr_smallest_work_unit(const tr_sim *s, double most) {
   return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
-/* Smallest unit of n works from place `first` of the state, J. Includes the works of this step, so that the unit is positive at
+/* Smallest unit of the n works from index `first` of the state, J. It includes the works of this step, so that it is positive at
  * the start. */
 static double tr_work_unit(const tr_sim *s, double h, const double *y, int first, int n) {
   double most = 0.0;
@@ -62,7 +62,7 @@ static double tr_squared_work_error(const tr_sim *s, const double *e, const doub
   return sum / (s->set.rtol * s->set.rtol * (s->ny ? s->ny : n + 1));
 }
 
-/* tr_squared_motion_error plus the error of slow sliding directions, which are frozen over a step. Stores the pair whose
+/* tr_squared_motion_error plus the squared error of slow sliding directions, which are frozen over a step. Stores the pair whose
  * direction limits the steps. */
 static double tr_squared_error(tr_sim *s, const double *e, const double *y, const double *ynew) {
   int which = -1;
@@ -71,8 +71,8 @@ static double tr_squared_error(tr_sim *s, const double *e, const double *y, cons
   return sum + turns;
 }
 
-/* Store the speed errors of pairs whose rates are states, as the fraction `part` of the errors e of a trial step
- * (``events/event_margin.c``). */
+/* Store the fraction `part` of the errors e of a trial step as speed errors of pairs (``events/event_margin.c``). Only pairs whose
+ * rates are states have such errors. */
 static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
@@ -85,7 +85,7 @@ static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   }
 }
 
-/* Squared error from the squared errors of two estimators; its order is higher than that of either estimator. */
+/* Squared error from the squared errors of two estimators. Its order is higher than the order of either estimator. */
 static double tr_combine_estimators(double first, double second) {
   double den = first + SECOND_WEIGHT * second;
   return den > 0.0 ? first * first / den : (first == 0.0 ? 0.0 : NAN);

@@ -1,4 +1,4 @@
-"""Time stepping by impulses, a method without coefficients (``time_stepping/moreau.c``)."""
+"""Time stepping by impulses: a method without coefficients (``time_stepping/moreau.c``)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Impulses:
     """A method that applies friction and loop reactions as impulses over a step, without event location. ``fixed_order``: order
     with fixed steps. ``order``: order under error control, by extrapolation from one whole step and two half steps. ``weights``:
-    factors of the whole step and of the half steps. ValueError if weights and orders disagree."""
+    factors of the whole step and of the half steps. Raises ValueError if weights and orders disagree."""
 
     name: str
     about: str

@@ -3,70 +3,70 @@
 #define TR_INTEGRATORS_H
 #include "evaluate/evaluate.h"
 
-/* Lower limit of the scale to which errors of works are related, J. most: the largest of the works, J. */
+/* Lower limit of the unit in which errors of works are measured, J. most: the largest work, J. */
 static double tr_smallest_work_unit(const tr_sim *s, double most);
 
-/* Mean squared error `e` of positions and velocities over a step from y to ynew, 1 at the tolerance. Errors of multipliers
- * count only through the motion. Works include other errors, such as that of a driven joint's effort. */
+/* Mean squared error of positions and velocities over a step from y to ynew, from the errors `e`, in units of the tolerance.
+ * Errors of multipliers count only through the motion. Errors of works, for example of a drive's effort, count separately. */
 static double tr_squared_motion_error(const tr_sim *s, const double *e, const double *y, const double *ynew);
 
-/* Squared error of n works from place `first` of the state, 1 at the tolerance. unit: smallest unit, J. */
+/* Squared error of the n works from index `first` of the state, in tolerances. unit: smallest unit, J. */
 static double tr_squared_work_error(const tr_sim *s, const double *e, const double *y, const double *ynew, int first, int n, double unit);
 
-/* One trial step h from (t, y); requires K[0]. Results: ynew and, with ends_in_error, the end derivative in K[stages]. Returns
- * the error, 1 at the tolerance. NaN: a stage failed. */
+/* One trial step h from (t, y). Requires K[0]. Results: ynew and, with ends_in_error, the derivative at the end in K[stages].
+ * Returns the error in units of the tolerance, or NaN if a stage failed. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h);
 
-/* dz/d[y, t] (nz × (ny+1)) from the residual rows R of the Jacobian J: R_z dz = −R_y. choice: linearised choice of open λ,
- * whose rows follow R; 0: basic solution. Requires a solution. Returns 0 if R_z is singular. */
+/* dz/d[y, t] (nz × (ny+1)) from the residual rows R of the Jacobian J: R_z dz = −R_y. choice: linearised choice of the open
+ * reactions, whose rows follow R; null pointer: basic solution. Requires a solution. Returns 0 if R_z is singular. */
 static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const tr_reaction_choice *choice, double *dz);
 
 /* jac ← dF/d[y, t] at (t, y), where ẏ = F: ny × (ny+1), column-major, with column stride tr_jacobian_rows. Returns 0 on
  * failure. */
 static int tr_jacobian_at(tr_sim *s, double t, const double *y);
 
-/* One trial step h from (t, y); requires K[0]. Rows of K: f(t, y), stages, derivative at the end. The caller evaluates this
- * last derivative after projection. Returns the error, 1 at the tolerance. NaN: a stage failed, or the status is
+/* One trial step h from (t, y). Requires K[0]. Rows of K: f(t, y), the stages, the derivative at the end; the caller evaluates this
+ * derivative after projection. Returns the error in units of the tolerance. Returns NaN if a stage failed, or if the status is
  * TR_NEED_JACOBIAN. */
 static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h);
 
 /* y(θ) = yold + θ(R0 + (1−θ)(R1 + θ(R2 + (1−θ)(…)))). Requires the dense output. */
 static void tr_evaluate_dense(const tr_sim *s, double theta, double *out);
 
-/* Evaluate the powers in the middle of the trial step from yold to ynew; NaN without a solution. Restores the multipliers. */
+/* Evaluate the powers in the middle of the trial step from yold to ynew; NaN if there is no solution. Restores the multipliers. */
 static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m);
 
 /* Form the dense output of the last step, unless it exists. Returns 0 on failure. */
 static int tr_ensure_dense(tr_sim *s);
 
-/* State at θ of the last step, and η at θ as a start of Newton's method. Requires the dense output. */
+/* State at θ of the last step. Also interpolates η at θ, as a start of Newton's method. Requires the dense output. */
 static void tr_dense_state(tr_sim *s, double theta, double *out);
 
-/* Integrate works over the pending step up to its end, if the method does not integrate them or its result is inaccurate. */
+/* Integrate the works over the pending step up to its end, unless the method has already integrated them accurately. */
 static void tr_integrate_works(tr_sim *s, const tr_method *m);
 
-/* State at θ of the pending step for a row; works are integrated in parts if necessary. Requires the dense output. */
+/* State at θ of the pending step for a row. If necessary, works are integrated in parts. Requires the dense output. */
 static void tr_state_in_step(tr_sim *s, double theta, double *y);
 
-/* Method auto: count a step that ended at a kink. If nearly every step ends at a kink, switch to the stiff method. When a
- * velocity creeps below the kink speed, explicit steps jump between branches. */
+/* Method auto: count a step that ended at a kink. If nearly every step ends at a kink, switch to the stiff method: when a velocity
+ * creeps below the kink speed, explicit steps jump between the branches of the law. */
 static void tr_count_kink(tr_sim *s);
 
-/* Whether stability limits the pending explicit step, and its dense output is less accurate than its end. Changes the
+/* Whether stability limits the pending explicit step, and its dense output is therefore less accurate than its end. Changes the
  * multipliers. */
 static int tr_is_limited_by_stability(tr_sim *s);
 
-/* Method auto: switch to the stiff method when stability limits the steps, and back when explicit steps of its size would be
- * stable. */
+/* Method auto: switch to the stiff method when stability limits the steps. Switch back when explicit steps of the stiff method's
+ * size would be stable. */
 static void tr_choose_method(tr_sim *s);
 
-/* First step size (Hairer, Nørsett, Wanner I, II.4) from the norms of y, ẏ and ÿ. Requires K[0]. */
+/* First step size from the norms of y, ẏ and ÿ (Hairer, Nørsett, Wanner I, II.4). Requires K[0]. */
 static double tr_first_step(tr_sim *s, double span, int order);
 
 /* Factor on the size of a refused step with error `err`. */
 static double tr_retry_factor(double err, int order);
 
-/* Factor on the size of an accepted step with error `err`. Proportional–integral control with the previous error reduces
+/* Factor on the size of an accepted step with error `err`. Proportional–integral control uses the previous error, which reduces
  * refusals where the difficulty varies. */
 static double tr_next_step_factor(tr_sim *s, double err, int order, double most);
 

@@ -1,8 +1,8 @@
-/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R: residuals that determine the multipliers z,
- * which are eliminated as in the right-hand side. */
+/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R are the residuals that determine the multipliers z.
+ * The derivative eliminates z in the same way as the right-hand side. */
 #include "integrators/integrators.h"
 
-/* Set the right-hand sides of the rows of stuck pairs (tr_form_rest_rows). R: derivative of their accelerations. */
+/* Set the right-hand sides of the rows of stuck pairs (tr_form_rest_rows). R: derivatives of these pairs' accelerations. */
 static void tr_rest_rows_shift(tr_sim *s, const double *R, const double *lam, double *deta) {
   const tr_kernel *k = s->k;
   const int *row = tr_row_kinds(s);

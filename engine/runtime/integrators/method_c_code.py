@@ -1,5 +1,5 @@
-"""C code of the methods. An explicit method becomes unrolled functions, one for each sum of stages, vectorised over the state.
-A Rosenbrock method becomes tables. The runtime accesses all methods through one table (``base/method_tables.h``)."""
+"""C code of the methods. An explicit method becomes unrolled functions, one for each sum of stages, vectorised over the state. A
+Rosenbrock method becomes tables. The runtime reads all methods from one table (``base/method_tables.h``)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from trunnion.runtime.integrators import AUTO, METHODS, REGISTRY, Impulses, Method, Rosenbrock, Tableau
 
 HERMITE = 3
-"""Number of dense-output rows that all explicit methods share: those of cubic Hermite interpolation."""
+"""Number of dense-output rows that all explicit methods share, which are those of cubic Hermite interpolation."""
 ROWS = "const tr_vec*restrict K"
 
 
@@ -33,7 +33,8 @@ def _loop(target: str) -> str:
 
 
 def explicit_text(t: Tableau) -> str:
-    """C functions of one explicit method: argument of each stage, solution, errors, dense rows. K has rows of n vectors."""
+    """C functions of one explicit method: argument of each stage, solution, errors, dense rows. Each row of K has n SIMD
+    vectors."""
     s, name = t.stages, t.name
     loops = {i: _sum(row) for i, row in enumerate(t.A) if i}
     loops |= {s + 1 + i: _sum(row) for i, row in enumerate(t.A_dense)}
@@ -60,7 +61,7 @@ def explicit_text(t: Tableau) -> str:
 
 
 def _rosenbrock(t: Rosenbrock) -> str:
-    """C tables of a Rosenbrock method. Zeros fill its triangular matrices up to squares."""
+    """C tables of a Rosenbrock method. Its triangular matrices are padded with zeros to square matrices."""
     n, name = t.stages, t.name
 
     def square(rows: Sequence[Sequence[float]]) -> list[float]:
@@ -73,7 +74,7 @@ def _rosenbrock(t: Rosenbrock) -> str:
 
 
 def _impulses(t: Impulses) -> str:
-    """C weights of time stepping: of the whole step and of the two half steps."""
+    """C table of the weights of time stepping: for the whole step and for the two half steps."""
     whole, halves = t.weights
     return f"static const tr_impulses {t.name}_method={{.whole={float(whole)!r},.halves={float(halves)!r}}};\n"
 

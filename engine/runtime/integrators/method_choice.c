@@ -1,14 +1,14 @@
 /* Method auto: choice between the stiff method and the explicit methods. */
 #include "integrators/integrators.h"
 
-#define KINKS_MAX 12      /* steps that end at a kink, minus other steps: switch to the stiff method */
-#define STIFF_STEPS 15    /* steps limited by stability: switch to the stiff method (Hairer, Wanner II, IV.2) */
-#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability: the count of limited steps restarts */
-#define CALM 2.0          /* h |λ| up to which an explicit step of size h counts as stable */
-#define CALM_STEPS 8      /* consecutive such steps: switch back to the explicit method */
-#define POWER_STEPS 8     /* iterations for |λ|; a factor of two suffices */
+#define KINKS_MAX 12      /* count that switches to the stiff method: steps that end at a kink, minus other steps */
+#define STIFF_STEPS 15    /* count of steps limited by stability that switches to the stiff method (Hairer, Wanner II, IV.2) */
+#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability, after which this count restarts */
+#define CALM 2.0          /* largest h |λ| at which an explicit step of size h counts as stable */
+#define CALM_STEPS 8      /* consecutive stable steps after which auto switches back to the explicit method */
+#define POWER_STEPS 8     /* power iterations for |λ|; accuracy by a factor of two suffices */
 
-/* h |λ|max of the Jacobian by power iteration in the tolerance metric. */
+/* h |λ|max of the Jacobian, by power iteration in the metric of the tolerance. */
 static double tr_estimate_spectral_radius(tr_sim *s, double h) {
   TR_NEED(s, TR_HAS_JACOBIAN);
   int ny = s->ny, ld = tr_jacobian_rows(s);

@@ -19,7 +19,7 @@ Matrix = Sequence[Sequence[float]]
 MOST = 9
 """Largest order tested."""
 ROUND_OFF = 1e-12
-"""Largest relative defect of a condition that counts as zero; coefficients have 16 digits."""
+"""Largest relative defect of an order condition that counts as zero, because coefficients have 16 digits."""
 
 
 @lru_cache(maxsize=MOST + 1)
@@ -61,8 +61,9 @@ def carried(matrix: Matrix, values: Sequence[float]) -> list[float]:
 
 
 class Elementary:
-    """Elementary weights Φ(t) of a method, one number per stage. The weights of a subtree are multiplied by the matrix ``single``
-    if its parent has one branch, and by ``several`` if the parent has several. Runge–Kutta: both are A. Rosenbrock: β and α."""
+    """Elementary weights Φ(t) of a method, one number per stage. The weights of a subtree are multiplied by a matrix. This is
+    ``single`` if the subtree's parent has one branch, and ``several`` if the parent has several. For Runge–Kutta methods both
+    matrices are A; for Rosenbrock methods they are β and α."""
 
     def __init__(self, single: Matrix, several: Matrix):
         self.single, self.several = single, several
@@ -77,7 +78,7 @@ class Elementary:
         return self.known[tree]
 
     def defect(self, weights: Sequence[float], tree: Tree, part: float = 1.0, exact: bool = True) -> float:
-        """Relative defect of the order condition of a tree. With ``exact`` False, the sum itself must vanish, as for error
+        """Relative defect of a tree's order condition. If ``exact`` is false, the weighted sum itself must vanish, as for error
         estimators."""
         terms = [w * p for w, p in zip(weights, self(tree), strict=True)]
         wanted = part ** size(tree) / density(tree) if exact else 0.0

@@ -1,23 +1,24 @@
 /* Quadrature of works, separate from the motion. Works never influence steps, so the motion does not depend on the requested
  * columns.
  *
- * Audit sums along stiff steps: powers at both ends, and in the middle on the dense output, are integrated by Simpson's rule.
- * If its error matters to the audit, the sums are integrated like works of columns.
+ * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and in the middle on the dense output. If its
+ * error matters to the audit, the sums are integrated like the works of columns.
  *
  * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
- * rules use three, five or nine powers. Where they fail, the step is divided into parts (a contact load passing near zero has a
- * corner). */
+ * rules use three, five or nine powers. Where these rules fail, the step is divided into parts. An example is the corner in the
+ * power of a contact load near zero. */
 #include "integrators/integrators.h"
 
 #define WORK_RULES 3
 #define WORK_PART (1.0 / 1024.0) /* × a step: shortest part */
-#define PARTS 1024                /* most parts of a step, so that noise above the tolerance is not refined without limit */
-/* If a rule differs by r from the next coarser rule, relatively, its error is about r^(1 + SHARPER) (orders 5 and 7; 7 and 11). */
+#define PARTS 1024                /* largest number of parts of a step; prevents endless refinement of noise above the tolerance */
+/* If a rule and the next coarser rule have the relative difference r, the error of the finer rule is about r^(1 + SHARPER). The
+ * orders are 5 and 7, or 7 and 11. */
 #define SHARPER 0.4
-#define DOUBTED 10.0              /* factor on that estimate; the result is at most r */
-#define AUDIT_LOOSER 100.0        /* × the tolerance: allowed error of audit sums per step */
+#define DOUBTED 10.0              /* safety factor on this error estimate; the product is limited to r */
+#define AUDIT_LOOSER 100.0        /* × the tolerance: error of the audit's sums that is allowed per step */
 
-/* Works to integrate: place of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */
+/* Works to integrate: index of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */
 typedef struct tr_work_selection {
   int first, count;
   double unit, looser;
@@ -34,7 +35,7 @@ static const double work_weight[1 + WORK_RULES][TR_WORK_NODES] = {
     {1.0 / 126.0, 0.07310932460800909, 44.0 / 315.0, 0.1808589293602449, 62.0 / 315.0, 0.1808589293602449, 44.0 / 315.0, 0.07310932460800909,
      1.0 / 126.0}};
 
-/* Powers of the selected works at θ of the last step (w->count values). Returns 0 without a solution. */
+/* Powers of the selected works at θ of the last step (w->count values). Returns 0 if there is no solution. */
 static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selection *w, double theta, double *power) {
   const int n = tr_state_width(s);
   double *y = TR_A(s, ytmp), *dy = TR_A(s, dy);
@@ -49,11 +50,11 @@ static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selec
   return 1;
 }
 
-/* Index distance of the nodes that a rule uses. */
+/* Distance between the indices of the nodes that a rule uses. */
 static inline int tr_node_step(int rule) { return (TR_WORK_NODES - 1) >> rule; }
 
-/* Works (w->count values) of a part of the step by a rule (1 to WORK_RULES). Returns the squared error, 1 at the tolerance,
- * estimated from the next coarser rule. */
+/* Works (w->count values) of a part of the step, by the given rule (1 to WORK_RULES). Returns the squared error in units of the
+ * tolerance. The difference from the next coarser rule gives this estimate. */
 static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_selection *w, const double *power, double *work) {
   const int q = w->count;
   double e[tr_state_width(s)];
@@ -70,8 +71,8 @@ static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_se
   return tr_squared_work_error(s, e, TR_A(s, yold), TR_A(s, ynew), w->first, q, w->unit) / (w->looser * w->looser);
 }
 
-/* Works (w->count values) from θ = a to a + part. power: powers at the nodes (TR_WORK_NODES × count); the caller provides those
- * of the first node. *rule: last rule used. Returns the squared error; NaN: no solution. */
+/* Works (w->count values) from θ = a to a + part. power: powers at the nodes (TR_WORK_NODES × count); the caller provides the
+ * powers of the first node. *rule receives the last rule used. Returns the squared error; NaN if there is no solution. */
 static double tr_work_of_part(tr_sim *s, const tr_method *m, const tr_work_selection *w, double a, double part, double *power, double *work, int *rule) {
   double err = INFINITY;
   for (*rule = 1; *rule <= WORK_RULES; ++*rule) {
@@ -84,7 +85,7 @@ static double tr_work_of_part(tr_sim *s, const tr_method *m, const tr_work_selec
   return err;
 }
 
-/* Add the works (w->count values) from θ = a to `end`, integrated in parts. Returns 0 without a solution. */
+/* Add the works (w->count values) from θ = a to `end`, integrated in parts. Returns 0 if there is no solution. */
 static int tr_work_in_parts(tr_sim *s, const tr_method *m, const tr_work_selection *w, double a, double end, double *work) {
   const int q = w->count;
   double some[q], power[TR_WORK_NODES * q];
@@ -104,8 +105,8 @@ static int tr_work_in_parts(tr_sim *s, const tr_method *m, const tr_work_selecti
   return 1;
 }
 
-/* Fit rows of the dense output, W = R₀ θ + R₁ θ (1−θ) + R₂ θ² (1−θ) + …, to the powers at the nodes of a rule up to θ = end,
- * and to `work` at θ = end. */
+/* Fit the rows R of the dense output W = R₀ θ + R₁ θ (1−θ) + R₂ θ² (1−θ) + …. The fit matches the powers at the nodes of a rule up
+ * to θ = end, and `work` at θ = end. */
 static void tr_fit_work_rows(tr_sim *s, int rule, double end, const double *power, const double *work) {
   const int n = tr_state_width(s), q = s->nworks, every = tr_node_step(rule), count = 1 + (TR_WORK_NODES - 1) / every;
   double A[TR_WORK_NODES * TR_WORK_NODES], at_end[TR_WORK_NODES], b[TR_WORK_NODES], *R = TR_A(s, kstep);
@@ -132,12 +133,12 @@ static void tr_fit_work_rows(tr_sim *s, int rule, double end, const double *powe
   }
 }
 
-/* Selection of the works of columns. */
+/* Selection of the works that columns need. */
 static tr_work_selection tr_column_works(const tr_sim *s) {
   return (tr_work_selection){s->ny, s->nworks, tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, s->nworks), 1.0};
 }
 
-/* Integrate the audit sums over the pending stiff step up to its end: by Simpson's rule, or more accurately if necessary. */
+/* Integrate the audit's sums over the pending stiff step up to its end: by Simpson's rule, or if necessary more accurately. */
 static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   const int n = tr_state_width(s), first = s->ny + s->nworks, q = s->naudit, trouble = s->step.failure;
   const double end = s->pending.theta, *K = TR_A(s, K), *yold = TR_A(s, yold);
@@ -150,7 +151,7 @@ static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   }
   if (tr_work_by_rule(s, 1, 1.0, &sums, power, work) <= 1.0) return;
   tr_save_solution(s, kept);
-  s->step.watch = 0; /* the value of watch between steps */
+  s->step.watch = 0; /* between steps, `watch` is 0 */
   memset(work, 0, sizeof work);
   if (tr_ensure_dense(s) && tr_work_in_parts(s, m, &sums, 0.0, end, work)) {
     tr_evaluate_dense(s, end, at_end);
@@ -173,7 +174,7 @@ static void tr_integrate_works(tr_sim *s, const tr_method *m) {
   double power[TR_WORK_NODES * q + 1], work[q + 1], kept[tr_solution_size(s)];
   int rule;
   tr_save_solution(s, kept);
-  s->step.watch = 0; /* the value of watch between steps */
+  s->step.watch = 0; /* between steps, `watch` is 0 */
   if (tr_ensure_dense(s) && tr_evaluate_powers(s, m, &sums, 0.0, power)) {
     const double err = tr_work_of_part(s, m, &sums, 0.0, end, power, work, &rule);
     s->step.parts = err > 1.0, s->step.worked = 0.0;

@@ -1,4 +1,4 @@
-"""Dormand and Prince's method of order 5(4) with Shampine's dense output of order 4 (Hairer, Nørsett, Wanner I, II.5, II.6)."""
+"""Dormand and Prince's method of order 5(4), with Shampine's dense output of order 4 (Hairer, Nørsett, Wanner I, II.5, II.6)."""
 
 from trunnion.runtime.integrators.runge_kutta_tableau import Tableau
 

@@ -1,5 +1,5 @@
-"""Dormand and Prince's method of order 8, with error estimators of order 5 and 3 and dense output of order 7. Published
-coefficients (Hairer, Nørsett, Wanner, "Solving Ordinary Differential Equations I", II.5, II.6)."""
+"""Dormand and Prince's method of order 8, with error estimators of orders 5 and 3, and dense output of order 7. The coefficients
+are published (Hairer, Nørsett, Wanner, "Solving Ordinary Differential Equations I", II.5, II.6)."""
 
 from trunnion.runtime.integrators.runge_kutta_tableau import Tableau
 
@@ -51,11 +51,12 @@ D = (
         -37.45832313645163, 104.0996495089623, 29.8402934266605, -43.53345659001114, 96.32455395918828, -39.17726167561544,
         -149.72683625798564),
 )
-"""Rows of the dense output beyond cubic Hermite interpolation. Each has an entry for each of the 16 stages; the 13th is the
-derivative at the end of the step."""
+"""Rows of the dense output beyond cubic Hermite interpolation. Each row has an entry for each of the 16 stages. The 13th stage is
+the derivative at the end of the step."""
 
-# Each stage extrapolates friction from the stages that predict it best in runs of example 8.1 and of a chain with skew axes. The
-# absolute weights add up to at most 40. Relative errors are 1e-4 to 1e-6; a parabola through the start and the last two gives 1e-3.
+# Each stage extrapolates friction from selected earlier stages. This selection predicts best in runs of example 8.1 and of a chain
+# with skew axes. The absolute weights add up to at most 40. Relative errors are 1e-4 to 1e-6; a parabola through the start and the
+# last two stages gives 1e-3.
 RK8 = Tableau(
     "rk8", "Dormand and Prince, order 8(5,3)", order=8, error_orders=(5, 3), dense_order=7, first_same_as_last=False,
     A=A[:12], B=B, C=C[:12], E=(E5, E3), A_dense=A[13:], C_dense=C[13:], D=D,

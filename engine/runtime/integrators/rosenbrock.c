@@ -1,5 +1,5 @@
-/* Steps of an L-stable Rosenbrock method with the exact Jacobian. The method does not integrate works; ``quadrature.c``
- * integrates them along the dense output. */
+/* Steps of an L-stable Rosenbrock method with the exact Jacobian. The method does not integrate works; ``quadrature.c`` integrates
+ * works along the dense output. */
 #include "integrators/integrators.h"
 
 /* W ← E/(γh) − ∂F/∂y at (t, y), factorised. Returns 0 on failure. */
@@ -17,7 +17,7 @@ TR_INLINE int tr_factor_stiff_matrix(tr_sim *s, double shift) {
   return tr_lu(ny, W, (int *)TR_A(s, wperm));
 }
 
-/* out = y + Σ a[p] K[p + 1] over `count` stages; nv vectors per row. */
+/* out = y + Σ a[p] K[p + 1] over `count` stages. A row has nv SIMD vectors. */
 TR_INLINE void tr_add_stages(int nv, int count, const double *a, const tr_vec *y, const tr_vec *K, tr_vec *out) {
   for (int i = 0; i < nv; ++i) {
     tr_vec sum = y[i];
@@ -62,8 +62,8 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   return sqrt(tr_squared_error(s, K + m->stages * n, y, ynew));
 }
 
-/* Form dense rows for tr_evaluate_dense: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂ + …))), Δ =
- * y₁ − y. */
+/* Form the dense rows for tr_evaluate_dense, with Δ = y₁ − y: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ +
+ * θ (K₂ + …))). */
 static int tr_form_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
   const int nv = tr_state_width(s) / TR_LANES;
   const tr_vec *K = (tr_vec *)TR_A(s, K), *y0 = (tr_vec *)TR_A(s, yold), *y1 = (tr_vec *)TR_A(s, ynew);
@@ -78,7 +78,7 @@ static int tr_form_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
     R[i] = y1[i] - y0[i];
     R[nv + i] = d[0] + 0.0;
     R[2 * nv + i] = d[1] + d[2];
-    R[3 * nv + i] = -d[2]; /* θ (K₂ + θ K₃) = θ (K₂ + K₃ − (1−θ) K₃): the nested form alternates θ and 1−θ */
+    R[3 * nv + i] = -d[2]; /* the nested form alternates θ and 1−θ: θ (K₂ + θ K₃) = θ (K₂ + K₃ − (1−θ) K₃) */
   }
   TR_MADE(s, TR_HAS_DENSE);
   return 1;

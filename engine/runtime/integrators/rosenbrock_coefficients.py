@@ -15,17 +15,19 @@ from dataclasses import dataclass
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, Matrix, carried
 
 ROUND_OFF = 1e-11
-"""Largest violation of the conditions on nodes, d and stability that counts as round-off, which a matrix inverse amplifies."""
+"""Largest violation that counts as round-off in the conditions on nodes, on d and on stability. A matrix inverse amplifies this
+round-off."""
 HERMITE = 3
 """Number of rows of H."""
 
 
 @dataclass(frozen=True)
 class Rosenbrock:
-    """A stiffly accurate method with coefficients as in the module's docstring.
+    """A stiffly accurate method, with coefficients as in the module's docstring.
 
-    ValueError if the coefficients do not give the declared order, error_order (of the estimator) and dense_order. ValueError if the
-    nodes c and the factors d do not follow from A, C and γ, or if the stability function does not vanish at infinity.
+    Raises ValueError if the coefficients do not give the declared order, error_order (of the estimator) and dense_order. Also
+    raises ValueError if the nodes c and the factors d do not follow from A, C and γ, or if the stability function does not vanish
+    at infinity.
     """
 
     name: str
@@ -55,7 +57,7 @@ class Rosenbrock:
 
     @property
     def end(self) -> int:
-        """Row of K that holds the derivative at the end of the step. Earlier rows hold f(t, y) and the stages."""
+        """Row of K with the derivative at the end of the step. Earlier rows contain f(t, y) and the stages."""
         return self.stages + 1
 
     @property
@@ -68,14 +70,14 @@ class Rosenbrock:
         return [*self.A[-1], 1.0]
 
     def classical(self) -> tuple[Matrix, Matrix, list[float], Matrix]:
-        """(α, β, b, Γ) of the classical form, with Γ = (E/γ − C)⁻¹ and β = α + Γ."""
+        """The coefficients (α, β, b, Γ) of the classical form, with Γ = (E/γ − C)⁻¹ and β = α + Γ."""
         gamma = inverse(self.gamma, self.C)
         alpha = [by(row, gamma) for row in self.A]
         beta = [[a + g for a, g in zip(x, y, strict=True)] for x, y in zip(alpha, gamma, strict=True)]
         return alpha, beta, by(self.weights(), gamma), gamma
 
     def defect(self) -> float:
-        """Largest violation of the conditions on the nodes c, on d, and on stability at infinity (b β⁻¹ 1 = 1)."""
+        """Largest violation of the conditions on the nodes c, on the factors d, and on stability at infinity (b β⁻¹ 1 = 1)."""
         alpha, beta, b, gamma = self.classical()
         ones = [1.0] * self.stages
         worst = max(abs(x - c) for x, c in zip(carried(alpha, ones), self.c, strict=True))

@@ -3,15 +3,15 @@
 
 #define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
 
-/* Squared error of n works from place `first` of the state in the last explicit step. second: errors of the second estimator; 0
- * if there is none. */
+/* Squared error of the n works from index `first` of the state in the last explicit step. second: errors of the second estimator;
+ * null pointer if there is no second estimator. */
 static double tr_step_work_error(const tr_sim *s, double h, const double *e, const double *second, int first, int n) {
   const double *y = TR_A(s, y), *ynew = TR_A(s, ynew), unit = tr_work_unit(s, h, y, first, n);
   const double error = tr_squared_work_error(s, e, y, ynew, first, n, unit);
   return second ? tr_combine_estimators(error, tr_squared_work_error(s, second, y, ynew, first, n, unit)) : error;
 }
 
-/* Extrapolate x, the start of Newton's method at stage i, from its values `old` at earlier stages. e: size of x. */
+/* Extrapolate x (e), the start of Newton's method at stage i, from its values `old` at earlier stages. */
 TR_INLINE void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, const double *old) {
   const double *weight = m->lead + i * m->stages;
   for (int j = 0; j < e; ++j) x[j] = 0.0;
@@ -60,7 +60,7 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
 }
 
-/* The state at θ of the pending explicit step, from a step of size θ · size from its start. Works are not integrated. Returns 0
+/* State at θ of the pending explicit step, by a new step of size θ · size from the same start. Does not integrate works. Returns 0
  * on failure. */
 static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   const tr_explicit *m = tr_method_of(s)->explicit;
@@ -82,7 +82,7 @@ static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   return made;
 }
 
-/* Form the rows of the dense output in kstep from both ends of the step and K. Evaluates the extra stages. Returns 0 if a stage
+/* Form the rows of the dense output in kstep, from both ends of the step and K. Evaluates the extra stages. Returns 0 if a stage
  * fails. */
 static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {
   int n = tr_state_width(s), nv = n / TR_LANES;

@@ -12,7 +12,7 @@ Rows = Sequence[Sequence[float]]
 LONGEST = 40.0
 """Upper limit of the search for the real stability interval."""
 MARGIN = 0.7
-"""Fraction of the real stability interval above which stability, not accuracy, limits the steps."""
+"""Fraction of the real stability interval. Above it, stability limits the steps, not accuracy."""
 
 
 def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float) -> float:
@@ -22,17 +22,18 @@ def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float)
 
 @dataclass(frozen=True)
 class Tableau:
-    """An explicit pair with dense output.
+    """An explicit Runge–Kutta pair with dense output.
 
     A: rows of the stages (row i has i entries). B: weights. C: nodes. E: one or two error estimators, with an entry for each stage
-    and optionally one for the end derivative (the derivative at the end of the step). A_dense, C_dense: extra stages of the dense
+    and optionally one for the derivative at the end of the step (end derivative). A_dense, C_dense: extra stages of the dense
     output, from the stages, the end derivative and earlier extra stages. D: rows of the dense output beyond cubic Hermite
     interpolation, with entries for all of these. The end derivative is not listed as a stage, because every step computes it.
 
     Dense output: y(θ) = y₀ + θ(R₀ + (1−θ)(R₁ + θ(R₂ + (1−θ)(D₀ + θ(D₁ + …))))).
 
-    Declared are order, error_orders (one for each estimator), dense_order and first_same_as_last. The last means that an estimator
-    uses the end derivative, which is the first stage of the next step. ValueError if the coefficients disagree.
+    Declared properties: order, error_orders (one for each estimator), dense_order and first_same_as_last. first_same_as_last means
+    that an estimator uses the end derivative, which is the first stage of the next step. Raises ValueError if the coefficients
+    disagree with a declared property.
     """
 
     name: str
@@ -49,10 +50,11 @@ class Tableau:
     C_dense: Sequence[float] = ()
     D: Rows = ()
     led: Sequence[Sequence[int]] = ()
-    """For each stage: earlier stages at different nodes, from which a polynomial extrapolates friction. The result is the initial
-    value of the iteration at that stage. Empty: the first stage and the last two stages."""
+    """For each stage: earlier stages at different nodes. A polynomial through them extrapolates friction to the start of Newton's
+    method at this stage. Empty: the first stage and the last two stages."""
     stiff_at: float = field(init=False)
-    """Estimate of h|λ| above which stability limits steps: a fraction of the real stability interval, to the nearest half."""
+    """Estimate of h|λ| above which stability limits the steps. It is a fraction of the real stability interval, rounded to the
+    nearest half."""
 
     def __post_init__(self) -> None:
         self._shapes()
@@ -69,7 +71,7 @@ class Tableau:
 
     @property
     def end(self) -> int:
-        """Row of K that holds the derivative at the end of the step."""
+        """Row of K with the derivative at the end of the step."""
         return self.stages
 
     @property
@@ -78,16 +80,16 @@ class Tableau:
         return self.stages + 1 + len(self.A_dense)
 
     def lead(self) -> list[list[float]]:
-        """For each stage: weights of earlier stages in its extrapolation (``led``)."""
+        """For each stage, the weights with which its extrapolation uses earlier stages (``led``)."""
         rows = []
         for i in range(self.stages):
-            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # one stage per node
+            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # only one stage per node
             through = self.led[i] if self.led else list(near.values())
             rows.append([_lagrange(self.C, through, j, self.C[i]) if j in through else 0.0 for j in range(self.stages)])
         return rows
 
     def _shapes(self) -> None:
-        """ValueError for coefficients of inconsistent sizes."""
+        """Raise ValueError if the sizes of the coefficients are inconsistent."""
 
         def refuse(what: str) -> None:
             raise ValueError(f"tableau {self.name}: {what}")
@@ -113,7 +115,7 @@ class Tableau:
             refuse(f"a node differs from the sum of its row by {nodes:.1e}")
 
     def _derived(self) -> dict[str, object]:
-        """Values of the declared properties, computed from the coefficients."""
+        """The declared properties, computed from the coefficients."""
         n, s = self.rows, self.stages
         full = (*self.A, self.B, *self.A_dense)
         phi = Elementary(full, full)
@@ -139,7 +141,7 @@ class Tableau:
         }
 
     def real_interval(self) -> float:
-        """Stability interval along the negative real axis: the largest x with |R(−x')| ≤ 1 for all 0 ≤ x' ≤ x, where R is the
+        """Length of the stability interval on the negative real axis: the largest x with |R(−x')| ≤ 1 for all 0 ≤ x' ≤ x. R is the
         stability polynomial."""
         power, coefficients = [1.0] * self.stages, [1.0]
         for _ in range(self.stages):

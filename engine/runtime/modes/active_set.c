@@ -1,18 +1,18 @@
-/* Modes of all pairs at rest (theory, "Deciding modes"). A pair sticks while the friction that it needs is within its capacity.
- * It slips if friction then opposes its acceleration. The search starts with all pairs stuck and repeatedly changes the mode
- * with the largest misfit. If that fails, it starts from other modes. Finally it tries all combinations of a few pairs. */
+/* Modes of all pairs at rest (theory, "Deciding modes"). A pair sticks if the friction that it needs is within its capacity. A pair
+ * slips if friction then opposes its acceleration. The search starts with all pairs stuck, and repeatedly changes the mode with the
+ * largest misfit. If this fails, the search starts from other modes. Finally it tries all combinations of a few pairs. */
 #include "modes/modes.h"
 
-/* Pairs: up to this number all mode combinations are tried (3 per pair, 2 per pair of several components). */
+/* Largest number of pairs for which all mode combinations are tried: 3 modes per pair, 2 for pairs with several components. */
 #define ENUMERATE_MAX 8
-#define MANY_WORK 6e8      /* multiplications (half a second): bound of the one-by-one search for more than ENUMERATE_MAX pairs */
-#define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): bound of the search through combinations */
+#define MANY_WORK 6e8      /* multiplications (half a second): limit of the one-by-one search with more than ENUMERATE_MAX pairs */
+#define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): limit of the search over combinations */
 #define ONSET_SWEEPS 20    /* iterations on the directions of several pairs that start to slide together */
-/* × length · rate²: least difference of accelerations of two solutions; far above round-off, far below typical motion. */
+/* × length · rate²: smallest difference between accelerations of two solutions; far above round-off, far below typical motion. */
 #define DIFFERENT 1e-6
 
-/* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. near: accept only
- * directions near the present ones. Returns 0 on failure; *idle is then the pair without a direction, or -1. */
+/* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. `near`: accept only
+ * directions near the present ones. Returns 0 on failure. *idle then receives the pair without a direction, or −1. */
 static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int *idle) {
   int several = 0;
   *idle = -1;
@@ -59,10 +59,11 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
   return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
-/* Number of modes of pair i to try: stuck, and both directions of its line or the direction found from a guess. */
+/* Number of modes to try for pair i: stuck, and both directions of its line. A pair without a line has one sliding mode, with a
+ * direction found from a guess. */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
-/* Apply the mode combination `code`. Each of the `count` pairs in `apart` represents its class. guess: 3 components for each
+/* Apply mode combination number `code`. Each of the `count` pairs in `apart` represents its class. guess: 3 components for each
  * pair in `apart`. */
 static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apart, int count, int code, const double *guess) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
@@ -81,8 +82,8 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
   }
 }
 
-/* Try all combinations of modes. Returns the number of combinations that satisfy all laws with different accelerations, at most
- * `most`. The first such combination stays in force. Returns 0 if there are too many combinations. */
+/* Try all combinations of modes. The first combination that satisfies all laws stays in force. Returns the number of such
+ * combinations with different accelerations, at most `most`. Returns 0 if there are too many combinations to try. */
 static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) {
   const tr_kernel *k = s->k;
   int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
@@ -115,8 +116,8 @@ static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) 
   return found;
 }
 
-/* Search from the modes in force, then with all pairs stuck, then with all slipping. released: pair just released, whose mode
- * holds its direction; -1: no pair. old: initial η of Newton's method. */
+/* Search from the modes in force, then with all pairs stuck, then with all pairs slipping. released: pair just released, with its
+ * direction in its mode; −1: no pair. old: initial η of Newton's method. */
 static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released, const double *old) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = released >= 0 && tr_are_coupled(s, rest[q], released) ? TR_SLIPS : TR_STUCK;
@@ -131,7 +132,7 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* tr_decide_one_by_one for many pairs: first all pairs at once, then one by one, bounded by MANY_WORK. */
+/* As tr_decide_one_by_one, for many pairs: first all pairs at once, then one by one within MANY_WORK. */
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
   double *eta = TR_A(s, z) + s->k->active;
@@ -147,9 +148,10 @@ static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const
   return found;
 }
 
-/* Release the class of the pair `released`, which shared its load by the rule. One freedom moves all its pairs; each has
- * reached its capacity against that motion, so all can slide. Preloads against the motion could hold the class a little longer,
- * but creep, which loads each pair against the motion, does not cause them. Returns 0 if sliding breaks a law. */
+/* Release the class of the pair `released`, if the class shared its load by the rule. One freedom moves all pairs of the class.
+ * Each pair has reached its capacity against this motion, so all can slide. Preloads against the motion could hold the class a
+ * little longer. Creep does not cause such preloads, because it loads each pair against the motion. Returns 0 if sliding violates a
+ * law. */
 static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
   int idle, apart[n + 1];
   if (released < 0 || !s->friction.shared || s->friction.stored || tr_collect_independent(s, rest, n, apart) > 1) return 0;

@@ -1,11 +1,12 @@
-/* Decisions by the cone equations (``modes/cone_equations.c``). */
+/* Decisions by the cone equations (``modes/cone_equations.c``): along a path with growing friction, of balls or of all pairs, then
+ * directly. */
 #include "modes/modes.h"
 
 #define CONES_MASSES 3       /* masses ρ, tried in this order */
-#define CONES_WORK 4e9       /* multiplications (half a second): bound of all attempts */
-#define CONES_MATRICES 300   /* factorisations: bound of all attempts */
+#define CONES_WORK 4e9       /* multiplications (half a second): limit of all attempts */
+#define CONES_MATRICES 300   /* factorisations: limit of all attempts */
 
-/* × the mass that a pair's own friction moves; a larger mass meets fewer kinks. */
+/* × the mass that a pair's own friction moves. With a larger mass, the iteration meets fewer kinks. */
 static const double tr_cones_masses[CONES_MASSES] = {10.0, 3.0, 1.0};
 
 /* Apply the solution: a pair that accelerates slips in the direction of its acceleration; every other pair sticks. */
@@ -26,7 +27,7 @@ static void tr_cones_set_modes(tr_sim *s, const tr_cone_problem *c) {
   }
 }
 
-/* The pair forced to stick (`holds`) that exceeds its capacity most; -1 if there is none. */
+/* Among the pairs that are forced to stick (`holds`), the one that exceeds its capacity most; −1 if no pair does. */
 static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
   double most = 1.0 + TOL_RESOLVE;
   int worst = -1;
@@ -42,8 +43,8 @@ static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
   return worst;
 }
 
-/* Solve again with sliding friction for pairs that slide, where static friction is larger. Stuck pairs are forced to stick;
- * overloaded ones are released one by one. Returns the sign of the determinant; 0: no solution. */
+/* Solve again with sliding friction for the pairs that slide; static friction was larger. Stuck pairs are forced to stick, and
+ * overloaded pairs are then released one by one. Returns the sign of the determinant; 0 if there is no solution. */
 static int tr_cones_use_sliding_friction(tr_sim *s, tr_cone_problem *c) {
   int sense = 0, worst = 0;
   for (int q = 0; q < c->n; ++q) c->holds[q] = c->rho[q] > 0.0 && c->mode[q] == TR_STUCK;

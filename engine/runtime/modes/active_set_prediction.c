@@ -1,18 +1,17 @@
-/* Modes of many pairs at rest: predicted for all pairs at once, then checked against the exact equations (theory, "Many
- * pairs"). */
+/* Modes of many pairs at rest: predicted for all pairs at once, then checked against the exact equations (theory, "Many pairs"). */
 #include "modes/modes.h"
 
-#define TURNS_MOST 40        /* Newton iterations on all onset directions together */
-#define BRANCHES_MOST 12     /* iterations, from the first one, in which balls may change between sliding and spinning */
-#define ONSETS_FOUND 1e-14   /* relative step of the friction: converged; a smaller step is round-off */
-/* Relative step: converged if steps stop shrinking, because difference quotients lose half of the digits. */
+#define TURNS_MOST 40        /* limit of Newton iterations on all onset directions together */
+#define BRANCHES_MOST 12     /* number of first iterations in which balls may change between sliding and spinning */
+#define ONSETS_FOUND 1e-14   /* relative step of the friction at convergence; a smaller step is round-off */
+/* Relative step that also counts as converged if steps stop shrinking. Difference quotients lose half of the digits. */
 #define ONSETS_NEARLY 1e-9
 
 /* Whether pair i slides in an unknown direction. */
 static inline int tr_is_direction_unknown(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1; }
 
-/* Set the direction of pair i to the direction of its acceleration at the present multipliers. *size: the acceleration, m/s².
- * If the acceleration is too faint, the direction is unchanged and *size is INFINITY. */
+/* Set the direction of pair i to the direction of its acceleration at the present multipliers. *size receives the acceleration,
+ * m/s². If the acceleration is too faint, the direction stays unchanged, and *size is INFINITY. */
 static void tr_turn_onset_direction(tr_sim *s, int i, double *size) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);
@@ -28,8 +27,7 @@ static void tr_turn_onset_direction(tr_sim *s, int i, double *size) {
   for (int j = 0; j < pair->nrates; ++j) m->direction[j] = tr_onset_length(s) * d[j] / lever[j];
 }
 
-/* Evaluate the laws at the present multipliers. Balls that are outside the range of their branch change between sliding and
- * spinning. */
+/* Evaluate the laws at the present multipliers. A ball outside the range of its branch changes between sliding and spinning. */
 static void tr_evaluate_laws_on_branches(tr_sim *s, const int *rest, int n) {
   int changes = 0;
   tr_evaluate_laws(s, TR_A(s, z) + s->k->active);
@@ -42,9 +40,9 @@ static void tr_evaluate_laws_on_branches(tr_sim *s, const int *rest, int n) {
   if (changes) tr_evaluate_laws(s, TR_A(s, z) + s->k->active);
 }
 
-/* Add to the Jacobian J (e×e) of the laws the effect of directions that turn with accelerations, by differences. size:
- * acceleration of each pair in `rest`. Friction along the direction is taken from the present multiplier, not from the law.
- * Otherwise the iteration oscillates where friction nearly stops a pair (``friction/creep_minimisation.c``). */
+/* Add to the Jacobian J (e×e) of the laws the effect of directions that turn with accelerations, by differences. size: acceleration
+ * of each pair in `rest`. Friction along the direction is taken from the present multiplier. With friction from the law, the
+ * iteration would oscillate where friction nearly stops a pair (``friction/creep_minimisation.c``). */
 static void tr_onset_slopes(tr_sim *s, const int *rest, int n, const double *size, double *J) {
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;
@@ -78,8 +76,8 @@ static void tr_onset_slopes(tr_sim *s, const int *rest, int n, const double *siz
   }
 }
 
-/* One Newton step on multipliers and onset directions. branches: balls may change between sliding and spinning. Returns the
- * norm of the step relative to the multipliers; INFINITY on failure. */
+/* One Newton step on multipliers and onset directions. `branches`: balls may change between sliding and spinning. Returns the norm
+ * of the step relative to the multipliers; INFINITY on failure. */
 static double tr_onsets_newton_step(tr_sim *s, const int *rest, int n, int branches) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *r = TR_A(s, r), *J = TR_A(s, lu), size[n + 1], step = 0.0, most = 0.0;
@@ -100,7 +98,7 @@ static double tr_onsets_newton_step(tr_sim *s, const int *rest, int n, int branc
   return step < INFINITY ? step / fmax(most, NO_FORCE) : INFINITY;
 }
 
-/* Find the multipliers and the onset directions of all pairs in `rest`, starting with the present values. Returns 1 on success. */
+/* Find the multipliers and the onset directions of all pairs in `rest`, starting from the present values. Returns 1 on success. */
 static int tr_find_all_onsets(tr_sim *s, const int *rest, int n) {
   int several = 0;
   double last = INFINITY, step = INFINITY;
@@ -116,7 +114,7 @@ static int tr_find_all_onsets(tr_sim *s, const int *rest, int n) {
   return 0;
 }
 
-/* Apply the result of the creep: a pair that moves slips in its direction of motion; every other pair sticks. */
+/* Apply the result of the creep minimisation: a pair that moves slips in its direction of motion; every other pair sticks. */
 static void tr_set_predicted_modes(tr_sim *s, const tr_creep_problem *c) {
   const double *lever = TR_A(s, lever);
   for (int q = 0; q < c->n; ++q) {
@@ -131,8 +129,8 @@ static void tr_set_predicted_modes(tr_sim *s, const tr_creep_problem *c) {
   }
 }
 
-/* Predict the modes of the n pairs `rest` by a creep, and apply these modes and their frictions. Requires maps of the current
- * state. */
+/* Predict the modes of the n pairs `rest` by a creep minimisation. Apply these modes and their frictions. Requires maps of the
+ * current state. */
 static void tr_predict_modes(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double B[e * e], w0[e], w[e], x[e], u[e], cap[e], eps[n], *eta = TR_A(s, z) + s->k->active;

@@ -1,28 +1,29 @@
 /* Friction at rest of any number of pairs as one equation (theory, "Many pairs").
  *
- * For a pair about to slide, friction y (N) and surface acceleration x (m/s²) follow from p = y + ρ x, with a mass ρ. y =
- * R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. y, x and the loads are affine
- * functions of each other. y − R = 0 is therefore a piecewise smooth equation for sticking, sliding and spinning. Newton's
- * method with a line search solves it, starting from zero friction or along a path on which friction grows from zero
- * (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
+ * For a pair about to slide, the friction y (N) and the surface acceleration x (m/s²) follow from p = y + ρ x, with a mass ρ. y =
+ * R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. The loads, x and y are affine functions
+ * of each other. y − R = 0 is therefore a piecewise smooth equation for sticking, sliding and spinning. Newton's method with a line
+ * search solves this equation. The start is zero friction, or a path on which friction grows from zero (``modes/cone_homotopy.c``).
+ * The caller verifies the result with the exact equations. */
 #include "modes/modes.h"
 
-#define CONES_TRIED 1e-7     /* step of the derivative with respect to `part` */
+#define CONES_TRIED 1e-7     /* step of the difference quotient with respect to `part` */
 #define CONES_GRIP 1e-6      /* relative: a smaller excess of static over sliding friction is neglected */
 
-/* Unknowns and data of the equation. The comments give array sizes before the colon; n: pairs, e: multipliers. */
+/* Unknowns and data of the equation. The comments give array sizes before the colon; n: number of pairs, e: number of
+ * multipliers. */
 typedef struct tr_cone_problem {
   int n, e;
   const int *pairs; /* n: pairs at rest */
   double part;      /* fraction of the friction of balls; grows from 0 to 1 along a path */
-  int all;          /* `part` applies to all pairs, not only to balls */
-  int most;         /* factorisations left */
-  double *rho;      /* n: mass ρ, kg; 0 if the motion is prescribed or does not depend on this friction, or for a freed pair */
-  int grips;        /* static friction is used, and some pair has static friction above its sliding friction */
+  int all;          /* whether `part` applies to all pairs, not only to balls */
+  int most;         /* number of factorisations that are still allowed */
+  double *rho;      /* n: mass ρ, kg; 0 for a freed pair, and if the motion is prescribed or does not depend on this friction */
+  int grips;        /* whether static friction is used, because some pair has static friction above its sliding friction */
   double *grip;     /* e: ratio of static to sliding friction, for pairs other than balls */
   double *mu;       /* n: present friction ratio of a ball; negative for other pairs */
   double *slides;   /* n: sliding friction ratio of a ball */
-  int *holds;       /* n: the pair sticks at any load */
+  int *holds;       /* n: whether the pair sticks at any load */
   double *turn;     /* n: ±1, orientation of a ball's frame (t, i) */
   double *x, *y, *g;/* e: surface accelerations, m/s²; frictions, N; residual, N */
   int *mode;        /* n: TR_STUCK, TR_SLIPS or TR_CONE */
@@ -34,8 +35,8 @@ static void tr_set_direction(tr_sim *s, int i, const double *d) {
   for (int j = 0; j < pair->nrates; ++j) tr_mode_of(s, i)->direction[j] = length * d[j] / (pair->nrates > 1 ? TR_A(s, lever)[pair->eta0 + j] : 1.0);
 }
 
-/* Evaluate the laws with unit loads on balls while all pairs slide. spins: balls spin about their contact, oblique to the load;
- * otherwise they slide across the load. u (e): unit friction along these directions. */
+/* Evaluate the laws with unit loads on balls while all pairs slide. `spins`: balls spin about their contact, oblique to the load;
+ * otherwise they slide perpendicular to the load. u (e) receives unit friction along these directions. */
 static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spins, double *u) {
   const double load[3] = {0.0, 0.0, 1.0}, along[3] = {1.0, 0.0, 0.0}, oblique[3] = {sqrt(0.5), 0.0, sqrt(0.5)};
   memset(u, 0, sizeof(double) * c->e);
@@ -49,8 +50,8 @@ static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spin
   s->k->laws(TR_A(s, NN), map_rates(s->k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + s->k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
-/* Determine from the laws: friction ratios and frames of balls, and ratios of static to sliding friction. A ball with another
- * form of friction law (Adams') gets the ratio NAN. */
+/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball whose friction law
+ * has another form (Adams') gets the ratio NAN. */
 static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   const tr_kernel *k = s->k;
   double u[c->e + 1], none[c->e + 1];
@@ -71,8 +72,8 @@ static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   for (int q = 0; q < c->n; ++q) c->turn[q] = TR_A(s, law)[tr_pair_of(s, c->pairs[q])->eta0 + (c->mu[q] >= 0.0)] < 0.0 ? -1.0 : 1.0;
 }
 
-/* Set up the problem with zero friction. mass: factor of ρ. Requires maps of the current state. Returns 0 if a pair has a
- * friction law of another form. */
+/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if a pair has a friction
+ * law of another form. */
 static int tr_cones_set_up(tr_sim *s, tr_cone_problem *c, double mass) {
   const int e = s->k->neta;
   const double *Qe = TR_A(s, Q) + e, *lever = TR_A(s, lever);
@@ -101,7 +102,8 @@ static inline void tr_cones_combination(const tr_sim *s, const tr_cone_problem *
   for (int j = 0; j < pair->neta; ++j) p[j] = c->y[pair->eta0 + j] + c->rho[q] * c->x[pair->eta0 + j];
 }
 
-/* Mode and residual of pair q, not a ball, whose law was evaluated. The pair sticks while |p| is within its sliding friction. */
+/* Mode and residual of pair q, which is not a ball. Its law must have been evaluated. The pair sticks if |p| is within its sliding
+ * friction. */
 static void tr_cones_pair_residual(tr_sim *s, tr_cone_problem *c, int q) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   double p[3], most = 0.0;
@@ -149,7 +151,7 @@ static double tr_cones_residual(tr_sim *s, tr_cone_problem *c) {
   return sum;
 }
 
-/* Rows of J of ball q. */
+/* Rows of J that belong to ball q. */
 static void tr_cones_ball_rows(const tr_sim *s, const tr_cone_problem *c, int q, double *J) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   const int e = c->e, at = pair->eta0, n = s->k->nn, n0 = s->k->element[pair->element].n0;
@@ -170,7 +172,7 @@ static void tr_cones_ball_rows(const tr_sim *s, const tr_cone_problem *c, int q,
   }
 }
 
-/* Rows of J of a stuck pair q: −ρ ∂x/∂y. If loads are redundant, a small multiple of the unit matrix makes J regular. */
+/* Rows of J of a stuck pair q: −ρ ∂x/∂y. With redundant loads, a small multiple of the unit matrix makes J regular. */
 static void tr_cones_stuck_rows(const tr_sim *s, const tr_cone_problem *c, int q, double *J) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   const double *Qe = TR_A(s, Q) + c->e, *lever = TR_A(s, lever), slack = s->k->active ? RANK_PIVOT : 0.0;
@@ -179,7 +181,7 @@ static void tr_cones_stuck_rows(const tr_sim *s, const tr_cone_problem *c, int q
       J[i + j * c->e] = (i == j) * slack - c->rho[q] * lever[i] * Qe[i + j * c->e] * lever[j];
 }
 
-/* Add to J, by differences, the effect of the turning directions of sliding two-component pairs. */
+/* Add to J the effect of the turning directions of sliding pairs with two components, by differences. */
 static void tr_cones_turn_rows(tr_sim *s, tr_cone_problem *c, double *J) {
   const tr_kernel *k = s->k;
   const int e = c->e;
@@ -214,7 +216,7 @@ static void tr_cones_turn_rows(tr_sim *s, tr_cone_problem *c, double *J) {
   }
 }
 
-/* Factorise J = ∂g/∂y into `lu` at the state of the last tr_cones_residual. Returns the sign of the determinant; 0 if J is
+/* Factorise J = ∂g/∂y into `lu`, at the frictions of the last tr_cones_residual. Returns the sign of the determinant; 0 if J is
  * singular. */
 static int tr_cones_factor(tr_sim *s, tr_cone_problem *c) {
   const int e = c->e;
@@ -236,7 +238,7 @@ static int tr_cones_factor(tr_sim *s, tr_cone_problem *c) {
   return tr_lu(e, J, perm) ? tr_lu_determinant_sign(e, J, perm) : 0;
 }
 
-/* by (e) = −∂g/∂part at the state of the last tr_cones_residual. */
+/* by (e) = −∂g/∂part, at the frictions of the last tr_cones_residual. */
 static void tr_cones_part_derivative(tr_sim *s, const tr_cone_problem *c, double *by) {
   double p[3], R[3], more[3];
   tr_ball_equation b;

@@ -1,17 +1,17 @@
 /* Friction y of a ball at rest or about to slide, from p = y + ρ x at a load f (theory, "Many pairs").
  *
- * Let F = |f|, u = f/F, t the part of p across f, and i = t × u. Then y = A t + B i. The ball slides where |t|² ≥ c² + μ²
- * (p·u)², with c = F μ/√(1 + μ²). Otherwise it spins about its contact, or rests. Both branches agree at the border, and both
- * are smooth there. */
+ * Let F = |f|, u = f/F, t the part of p perpendicular to f, and i = t × u. Then y = A t + B i. The ball slides where |t|² ≥ c² + μ²
+ * (p·u)², with c = F μ/√(1 + μ²). Otherwise it spins about its contact, or rests. Both branches agree at the border, and both are
+ * smooth there. */
 #include "modes/modes.h"
 
-/* A and B of y = A t + B i, and their derivatives with respect to |t|², p·u (`along`) and F. */
+/* Coefficients A and B of y = A t + B i, and their derivatives with respect to |t|², p·u (`along`) and F. */
 typedef struct tr_ball_equation {
   double F, u[3], t[3], along, A, B, dA[3], dB[3];
   int flag;
 } tr_ball_equation;
 
-/* Sliding branch: y = c e, with a unit vector e such that t = T e + turn μ (p·u) e × u. P = |t|². */
+/* Sliding branch: y = c e. The unit vector e satisfies t = T e + turn μ (p·u) e × u. P = |t|². */
 static void tr_ball_sliding_branch(tr_ball_equation *b, double mu, double turn, double P) {
   const double c = b->F * mu / sqrt(1.0 + mu * mu), T = sqrt(P - mu * mu * b->along * b->along);
   b->flag = TR_SLIPS;
@@ -20,7 +20,8 @@ static void tr_ball_sliding_branch(tr_ball_equation *b, double mu, double turn, 
   b->dB[0] = -b->B / P, b->dB[1] = -turn * mu * c / P, b->dB[2] = b->B / b->F;
 }
 
-/* Spinning branch, or rest. w = |x_⊥|²/x_∥² (x across and along f) solves along² w² + (along² + F² − P) w = P, P = |t|². */
+/* Spinning branch, or rest. The unknown w = |x_⊥|²/x_∥², with x perpendicular and parallel to f, solves along² w² + (along² + F² −
+ * P) w = P. P = |t|². */
 static void tr_ball_spinning_branch(tr_ball_equation *b, double turn, double P) {
   const double l = b->along, F = b->F, c = l * l + F * F - P, r = sqrt(c * c + 4.0 * l * l * P);
   const double w = c > 0.0 ? 2.0 * P / (c + r) : (r - c) / (2.0 * l * l), h = turn * l * sqrt(1.0 + w) / F, half = 0.5 * h / (1.0 + w);
@@ -30,8 +31,8 @@ static void tr_ball_spinning_branch(tr_ball_equation *b, double turn, double P) 
   for (int q = 0; q < 3; ++q) b->dA[q] = -2.0 * h * b->A * b->A * dh[q], b->dB[q] = (2.0 * h * h * b->A - 1.0) * b->A * dh[q];
 }
 
-/* y (3) of a ball with load f (3) at p (3) and friction ratio mu. turn: ±1, orientation of the frame. y is zero without load or
- * friction. */
+/* y (3) of a ball with load f (3) at p (3) and friction ratio mu. turn: ±1, orientation of the frame. Without load or friction, y
+ * is zero. */
 static void tr_ball_friction(const double *f, const double *p, double mu, double turn, tr_ball_equation *b, double *y) {
   double i[3], P = 0.0;
   memset(b, 0, sizeof *b);
@@ -48,7 +49,7 @@ static void tr_ball_friction(const double *f, const double *p, double mu, double
   for (int j = 0; j < 3; ++j) y[j] = b->A * b->t[j] + b->B * i[j];
 }
 
-/* ∂y/∂f and ∂y/∂p (3×3, column-major) after tr_ball_friction. */
+/* Derivatives Df = ∂y/∂f and Dp = ∂y/∂p (3×3, column-major). Call after tr_ball_friction. */
 static void tr_ball_friction_slopes(const tr_ball_equation *b, const double *p, double *Df, double *Dp) {
   const double F = b->F > 0.0 ? b->F : 1.0;
   double i[3];
@@ -56,7 +57,7 @@ static void tr_ball_friction_slopes(const tr_ball_equation *b, const double *p, 
   for (int by = 0; by < 2; ++by)
     for (int j = 0; j < 3; ++j) {
       double e[3] = {-b->u[j] * b->u[0], -b->u[j] * b->u[1], -b->u[j] * b->u[2]}, dt[3], di[3], *D = (by ? Dp : Df) + 3 * j;
-      e[j] += 1.0; /* dt: derivative of t with respect to p_j, or to f_j */
+      e[j] += 1.0; /* dt: derivative of t with respect to p_j (`by` 1) or f_j */
       const double dl = by ? b->u[j] : b->t[j] / F, dP = by ? 2.0 * b->t[j] : -2.0 * b->along * dl, dF = by ? 0.0 : b->u[j];
       const double dA = b->dA[0] * dP + b->dA[1] * dl + b->dA[2] * dF, dB = b->dB[0] * dP + b->dB[1] * dl + b->dB[2] * dF;
       for (int q = 0; q < 3; ++q) dt[q] = by ? e[q] : -dl * b->u[q] - b->along * e[q] / F;

@@ -1,34 +1,34 @@
-/* Path of solutions along which friction grows from zero to its full value (theory, "Many pairs"). It is used where Newton's
- * method fails or finds a root that does not last. Continuation by arc length passes folds. At a root at the end of the path,
- * the determinant has the same sign as without friction. */
+/* Path of solutions along which friction grows from zero to its full value (theory, "Many pairs"). It is used where Newton's method
+ * fails or finds a root that does not last. Continuation by arc length passes folds. A root at the end of the path lasts: its
+ * determinant has the same sign as without friction. */
 #include "modes/modes.h"
 
-#define GROWTH_FIRST 0.3   /* first step; arc length 1 corresponds to full friction */
+#define GROWTH_FIRST 0.3   /* first step; an arc length of 1 corresponds to full friction */
 #define GROWTH_LONGEST 0.5 /* longest step */
-#define GROWTH_SHORT 1e-4  /* step below which a large turn of the path is accepted */
-#define GROWTH_LEAST 1e-8  /* a step below this means a kink of the path, which a step of GROWTH_AFTER passes */
+#define GROWTH_SHORT 1e-4  /* below this step, a large turn of the path is accepted */
+#define GROWTH_LEAST 1e-8  /* a smaller step means a kink of the path; a step of GROWTH_AFTER passes the kink */
 #define GROWTH_AFTER 3e-4
-#define GROWTH_STEPS 7     /* Newton iterations from the predicted point back to the path */
-#define GROWTH_BACK 1e-4   /* × the step: a last correction below this means that the point is on the path */
-#define GROWTH_SHRINKS 0.5 /* × the previous correction: a larger correction shortens the step */
+#define GROWTH_STEPS 7     /* Newton iterations that correct a predicted point back to the path */
+#define GROWTH_BACK 1e-4   /* × the step: after a smaller last correction, the point is on the path */
+#define GROWTH_SHRINKS 0.5 /* × the previous correction: after a larger correction, the step is shortened */
 #define GROWTH_ASIDE 0.5   /* × the step: largest distance between the predicted and the corrected point */
-#define GROWTH_TURNS 0.3   /* cosine: largest turn of the tangent in one step */
-#define GROWTH_KINKS 4     /* kinks at one place, after which the search fails */
-#define CONES_MOST 40        /* Newton iterations */
-#define CONES_HALVES 14      /* halvings of one Newton step in the search for a smaller residual */
-#define CONES_SLOPE 1e-4     /* × the decrease predicted by the linear model: least accepted decrease (Armijo) */
-#define CONES_FOUND 1e-13    /* × the largest friction: residual due to round-off */
-#define CONES_NEARLY 1e-10   /* × the largest friction: residual accepted if no step reduces it */
+#define GROWTH_TURNS 0.3   /* cosine of the largest turn of the tangent in one step */
+#define GROWTH_KINKS 4     /* number of kinks at one place, after which the search fails */
+#define CONES_MOST 40        /* largest number of Newton iterations */
+#define CONES_HALVES 14      /* largest number of halvings of a Newton step in the search for a smaller residual */
+#define CONES_SLOPE 1e-4     /* × the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
+#define CONES_FOUND 1e-13    /* × the largest friction: residual from round-off */
+#define CONES_NEARLY 1e-10   /* × the largest friction: residual that is accepted if no step reduces it */
 
-/* Continuation state. A point has e + 1 components: y, then the fraction of friction. */
+/* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
 typedef struct tr_homotopy_path {
   double load;     /* N: unit of y */
   double *at, *way;/* e + 1: present point, and the unit tangent there */
-  double *by;      /* e: dy/dpart at the last point evaluated */
+  double *by;      /* e: dy/dpart at the point evaluated last */
 } tr_homotopy_path;
 
-/* Newton's method with a line search, starting at c->y. Returns the sign of the determinant at the root (1: the root lasts); 0:
- * no root. */
+/* Newton's method with a line search, starting from c->y. Returns the sign of the determinant at the root, which is 1 if the root
+ * lasts; returns 0 if there is no root. */
 static int tr_cones_newton(tr_sim *s, tr_cone_problem *c) {
   const int e = c->e;
   double step[e + 1], from[e + 1], sum = tr_cones_residual(s, c);
@@ -52,13 +52,13 @@ static int tr_cones_newton(tr_sim *s, tr_cone_problem *c) {
   return 0;
 }
 
-/* Inner product of two points: y by its mean square in units of the load, plus the product of the fractions. */
+/* Inner product of two points: the mean product of the components of y, in units of the load, plus the product of the fractions. */
 static double tr_path_product(const tr_homotopy_path *w, int e, const double *a, const double *b) {
   return tr_dot(a, b, e) / (w->load * w->load * e) + a[e] * b[e];
 }
 
-/* Evaluate at the point z: the Newton step at fixed `part` (e components), and w->by. Returns the sign of the determinant; 0:
- * singular. */
+/* At the point z, compute the Newton step at fixed `part` (e components), and w->by. Returns the sign of the determinant; 0 if the
+ * matrix is singular. */
 static int tr_path_evaluate(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, const double *z, double *step) {
   const int e = c->e, *perm = (const int *)TR_A(s, perm) + s->k->active;
   memcpy(c->y, z, sizeof(double) * e), c->part = z[e];
@@ -72,7 +72,7 @@ static int tr_path_evaluate(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, 
   return sense;
 }
 
-/* Unit tangent at the last point evaluated. Friction grows along it if `sense` is 1, and decreases if `sense` is -1. */
+/* Unit tangent at the point evaluated last. Along it, friction grows if `sense` is 1, and decreases if `sense` is −1. */
 static void tr_path_tangent(const tr_homotopy_path *w, int e, int sense, double *way) {
   for (int i = 0; i < e; ++i) way[i] = sense * w->by[i];
   way[e] = sense;
@@ -80,8 +80,8 @@ static void tr_path_tangent(const tr_homotopy_path *w, int e, int sense, double 
   for (int i = 0; i <= e; ++i) way[i] /= size;
 }
 
-/* Correct z back to the path, perpendicular to the tangent w->way, or at full friction if `last`. turned: tangent at the first
- * iterate. *steps: iterations made. Returns the sign of the determinant; 0: no convergence. */
+/* Correct z back to the path, perpendicular to the tangent w->way; with `last`, correct z at full friction. turned receives the
+ * tangent at the first iterate, and *steps the number of iterations. Returns the sign of the determinant; 0 without convergence. */
 static int tr_path_correct(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, double *z, double length, int last, double *turned, int *steps) {
   const int e = c->e;
   double step[e + 1], expected[e + 1], off[e + 1], before = INFINITY;
@@ -108,7 +108,7 @@ static int tr_path_correct(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, d
   return 0;
 }
 
-/* Follow the path from zero to full friction. Returns the sign of the determinant at the root; 0: no root. */
+/* Follow the path from zero friction to full friction. Returns the sign of the determinant at the root; 0 if there is no root. */
 static int tr_cones_follow_path(tr_sim *s, tr_cone_problem *c) {
   const int e = c->e;
   double at[e + 1], way[e + 1], by[e + 1], z[e + 1], on[e + 1], turned[e + 1], step[e + 1], length = GROWTH_FIRST;

@@ -1,13 +1,14 @@
-/* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). Their rates have fixed ratios, so all pairs
- * of such a class slide, or none. One multiplier of one pair identifies the class; `class_rates` holds the rates of all its
- * pairs at unit rate of this multiplier. A class requires A_ij² = A_ii A_jj, where A is the response of freedoms to frictions
- * with closed loops. It also requires frictionless accelerations in these ratios, which excludes driven pairs and dead centres. */
+/* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed ratios, so
+ * either all pairs of such a class slide, or none. One multiplier of one pair identifies the class; `class_rates` contains the
+ * rates of all its pairs at unit rate of this multiplier. A class requires A_ij² = A_ii A_jj, where A is the response of freedoms
+ * to frictions with closed loops. The frictionless accelerations must also have these ratios, which excludes driven pairs and dead
+ * centres. */
 #include "modes/modes.h"
 
-/* × the accelerations: largest deviation from the ratio of a class; allows for loops open by a step's error. */
+/* × the accelerations: largest deviation from the ratio of a class; the loops may be open by the error of a step. */
 #define SAME_START 1e-3
-#define NO_START 1e-9   /* × length · rate²: largest deviation where the accelerations vanish */
-/* × their unit: rates that loops impose on a mechanism at rest count above this; smaller ones are round-off. */
+#define NO_START 1e-9   /* × length · rate²: largest deviation if the accelerations vanish */
+/* × the unit of the rates: loops impose rates above this on a mechanism at rest; smaller rates are round-off. */
 #define DRIVES_MOVE 1e-12
 
 static int tr_line_multiplier(const tr_sim *s, int m) {
@@ -20,8 +21,8 @@ static int tr_line_multiplier(const tr_sim *s, int m) {
   return most;
 }
 
-/* Whether the frictionless acceleration of pair i is proportional to that of multiplier `lead`. Writes the rates of pair i at
- * unit rate of `lead` into class_rates. */
+/* Whether the frictionless acceleration of pair i is proportional to that of multiplier `lead`. Also writes the rates of pair i, at
+ * unit rate of `lead`, to class_rates. */
 static int tr_is_proportional_start(tr_sim *s, int i, int lead) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *Q0 = TR_A(s, Q), *lever = TR_A(s, lever);
@@ -71,7 +72,7 @@ static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y) {
   return moves;
 }
 
-/* Whether drives move pair i across its line at (t, y) after the loops are closed. Leaves maps of (t, y). */
+/* Whether drives move pair i perpendicular to its line at (t, y) after the loops are closed. Leaves maps of (t, y). */
 static int tr_is_driven_across(tr_sim *s, int i, double t, const double *y) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0, *lever = TR_A(s, lever) + pair->eta0, *line = TR_A(s, class_rates) + pair->eta0;
@@ -93,7 +94,7 @@ static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y) {
   return tr_pair_classes(s)[i] && !tr_is_driven_across(s, i, t, y);
 }
 
-/* Let pair i and the stuck pairs of its class slip. way > 0: forward along the class's freedom; otherwise backward. */
+/* Let pair i and the stuck pairs of its class slip: forward along the freedom of the class if way > 0, otherwise backward. */
 static void tr_let_class_slip(tr_sim *s, int i, double way) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);

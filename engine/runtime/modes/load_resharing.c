@@ -1,8 +1,8 @@
-/* Groups of stuck pairs share their load again before a pair is released: first by the sharing rule, then by stored loads. */
+/* Groups of stuck pairs share their load again before a pair is released: first by the sharing rule, then with stored loads. */
 #include "modes/modes.h"
 
-#define SHARE_GAIN 1e-10   /* × the capacity: least increase of the reserve by resharing */
-/* × the capacity: least reserve with stored loads; a smaller one would repeat without limit near the end of a group. */
+#define SHARE_GAIN 1e-10   /* × the capacity: smallest increase of the reserve by which resharing succeeds */
+/* × the capacity: smallest reserve with stored loads. Near the end of a group, a smaller value would cause endless resharing. */
 #define KEPT_GAIN 1e-7
 
 static int tr_has_stored_load(const tr_sim *s) {
@@ -14,7 +14,7 @@ static int tr_has_stored_load(const tr_sim *s) {
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
   s->friction.reserve = 1;
-  /* The second solution computes shares from the loads of the first. */
+  /* The second solution computes shares from the loads of the first solution. */
   const int solved = tr_solve_in_modes(s) && tr_solve_in_modes(s);
   s->friction.reserve = 0;
   if (!solved) return 0;
@@ -29,7 +29,7 @@ static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {
   if (!s->friction.shared || s->friction.stored) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_CREEP; s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second solution computes stored loads from those of the first */
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second solution computes stored loads from the first */
     if (ok && s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) ? -KEPT_GAIN : 0.0);
     if (ok && tr_is_valid_decision(s, rest, n)) return 1;
@@ -53,7 +53,7 @@ static int tr_continue_by_stored_loads(tr_sim *s) {
   for (s->friction.stored = TR_STORES_CREEP; n && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
     if (!tr_hold_by_resharing(s, rest, n) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) continue;
-    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would return to the rule */
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would use the rule */
     s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
     return 1;
   }

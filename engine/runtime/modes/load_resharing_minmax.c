@@ -1,27 +1,27 @@
-/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). The minimum
- * depends only on the state, and so does the release time. A search that stops early would make the release depend on history. */
+/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). Both the minimum and
+ * the release time depend only on the state. If the search stopped early, the release would depend on history. */
 #include "modes/modes.h"
 
-/* × the capacity: the search ends at this share, because larger preloads increase the capacity without limit. */
+/* × the capacity: share at which the search ends, because larger preloads increase the capacity without limit. */
 #define SHARE_ENOUGH 0.9
 #define PRESSED_MOST 10.0  /* × the largest friction: upper limit of a stored load */
-#define SPARE_TRIED 1e-6   /* × the capacity: difference for the derivative with respect to a load */
+#define SPARE_TRIED 1e-6   /* × the capacity: difference for the derivative by a load */
 #define SPARE_FIRST 0.1    /* × the capacity: first trust-region radius */
-#define SPARE_REFUSED 0.25 /* factor on the trust-region radius if the gain is below this fraction of the expected gain */
+#define SPARE_REFUSED 0.25 /* × the expected gain: below this, the trust region shrinks, by this factor */
 #define SPARE_TAKEN 3.0    /* factor on the trust-region radius after an accepted step */
-#define SPARE_GAIN 1e-10   /* × the capacity: least gain that continues the search */
-#define SPARE_SOLVED 400   /* most solutions of the equations */
+#define SPARE_GAIN 1e-10   /* × the capacity: smallest gain with which the search continues */
+#define SPARE_SOLVED 400   /* largest number of times that the friction equations are solved */
 #define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the one-by-one search */
-#define MOVED_LEAST 1e-3   /* × the capacity: smallest change of a load in that search */
-#define MOVES_MOST 200     /* most trials of that search */
-#define SPARE_WEIGHTS 300  /* exchanges of weight between two pairs, each at the cost of an inner product */
+#define MOVED_LEAST 1e-3   /* × the capacity: smallest change of a load in the one-by-one search */
+#define MOVES_MOST 200     /* largest number of trials in the one-by-one search */
+#define SPARE_WEIGHTS 300  /* exchanges of weight between two pairs; each costs an inner product */
 
-/* Pairs that stick and loads that are stored. The comments give array sizes before the colon. */
+/* Pairs that stick, and loads that are stored. The comments give array sizes before the colon. */
 typedef struct tr_minmax_problem {
   int n, m;
   const int *pairs, *kept; /* n: pairs; m: multipliers of the stored loads */
-  double most, *unit;      /* largest friction allowed, N; m: units of the loads */
-  double *share, *slope;   /* n: shares of capacity; m×n: their derivatives with respect to the loads in these units */
+  double most, *unit;      /* largest friction allowed, N; m: units of the stored loads */
+  double *share, *slope;   /* n: shares of capacity; m×n: derivatives of the shares by the stored loads, in these units */
 } tr_minmax_problem;
 
 static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
@@ -30,8 +30,8 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-/* Shares of the pairs at the present stored loads, into `share`. Returns the largest share. INFINITY: no root, or the largest
- * friction exceeds its limit. */
+/* Write the shares of the pairs at the present stored loads to `share`. Returns the largest share. Returns INFINITY if there is no
+ * root, or if the largest friction exceeds its limit. */
 static double tr_minmax_shares(tr_sim *s, const tr_minmax_problem *c, double *share) {
   double *eta = TR_A(s, z) + s->k->active, worst = 0.0;
   if (!tr_newton(s, eta) || !(tr_largest_surface_friction(s) <= c->most)) return INFINITY;
@@ -41,7 +41,7 @@ static double tr_minmax_shares(tr_sim *s, const tr_minmax_problem *c, double *sh
   return worst;
 }
 
-/* Derivatives of the shares with respect to the loads, by differences. Returns 0 on failure. */
+/* Derivatives of the shares by the stored loads, from differences. Returns 0 on failure. */
 static int tr_minmax_slopes(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], moved[c->n];
@@ -58,9 +58,9 @@ static int tr_minmax_slopes(tr_sim *s, tr_minmax_problem *c) {
   return 1;
 }
 
-/* Minimise the largest linearised share plus |d|²/(2 reach) over the change d (m components) of the loads. In the dual, d =
- * −reach Σ w slope, with weights w ≥ 0 that add up to 1. Each iteration moves weight from one pair to another. Returns the
- * expected decrease. */
+/* Find the change d (m) of the loads that minimises the largest linearised share plus |d|²/(2 reach). In the dual problem, d =
+ * −reach Σ w slope, with weights w ≥ 0 that add up to 1. Each iteration moves weight from one pair to another. Returns the expected
+ * decrease. */
 static double tr_minmax_step(const tr_minmax_problem *c, double reach, double *d) {
   double w[c->n], now = 0.0, then = -INFINITY;
   for (int q = 0; q < c->n; ++q) w[q] = 1.0 / c->n, now = fmax(now, c->share[q]);
@@ -111,8 +111,8 @@ static double tr_minmax_descend(tr_sim *s, tr_minmax_problem *c) {
   return best;
 }
 
-/* Change one load after another by decreasing amounts while the largest share falls. Shares have several local minima where
- * loads press pairs together. This search passes some minima at which tr_minmax_descend ends. */
+/* Change one load after another, by decreasing amounts, while the largest share falls. Where loads press pairs together, shares
+ * have several local minima. This search passes some of the minima at which tr_minmax_descend ends. */
 static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], best = tr_minmax_shares(s, c, c->share);
@@ -131,8 +131,8 @@ static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
     }
 }
 
-/* Change the stored loads until the largest share of the stuck pairs in `rest` is minimal, or below SHARE_ENOUGH. Capacities
- * depend on all loads, so each trial solves the equations. Requires tr_solve_in_modes. */
+/* Change the stored loads until the largest share of the stuck pairs in `rest` is minimal, or below SHARE_ENOUGH. Each trial solves
+ * the equations, because capacities depend on all loads. Requires tr_solve_in_modes. */
 static void tr_minimise_stored_shares(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   int pairs[n], kept[e], at;

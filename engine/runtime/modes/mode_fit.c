@@ -1,8 +1,8 @@
-/* Whether pairs at rest satisfy the laws of their modes, and the mode changes that remove a misfit. */
+/* Whether pairs at rest satisfy the laws of their modes; mode changes that remove a misfit. */
 #include "modes/modes.h"
 
-#define FAINT 1e-7     /* × length · rate²: the direction of a smaller acceleration is round-off */
-/* × the speed unit: round-off of rates set to zero; divided by a short step, it resembles an acceleration. */
+#define FAINT 1e-7     /* × length · rate²: a smaller acceleration has a direction of round-off */
+/* × the speed unit: round-off of rates set to zero. Divided by a short step, this round-off resembles an acceleration. */
 #define NO_SPEED 1e-15
 
 static void tr_let_slip(tr_sim *s, int i) {
@@ -27,14 +27,13 @@ static void tr_let_slip(tr_sim *s, int i) {
     for (int j = 0; j < pair->nrates; ++j) m->direction[j] = prescribed ? tr_freedom_acceleration(s, pair->eta0 + j) : eta[j] / (lever[j] * lever[j]);
 }
 
-/* Let pair i stick, and with it all pairs in `rest` of its class. */
+/* Let pair i stick, together with all pairs of its class in `rest`. */
 static void tr_let_stick(tr_sim *s, const int *rest, int n, int i) {
   for (int q = 0; q < n; ++q)
     if (tr_are_coupled(s, rest[q], i)) tr_mode_of(s, rest[q])->flag = TR_STUCK;
 }
 
-/* Accelerations up to this value count as zero, in units of length · rate². In an impulse step, round-off of speeds is
- * included. */
+/* Largest acceleration that counts as zero, in units of length · rate². In an impulse step, it includes round-off of speeds. */
 static double tr_acceleration_tolerance(const tr_sim *s) {
   return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
 }
@@ -45,7 +44,7 @@ static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
   for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, lever)[pair->eta0 + j];
 }
 
-/* Surface acceleration, m/s², below which the direction of pair i is round-off, at the present solution. */
+/* Surface acceleration, m/s², below which the direction of pair i is round-off; at the present solution. */
 static double tr_faint_acceleration(tr_sim *s, int i) {
   tr_form_all_maps(s);
   const tr_pair *pair = tr_pair_of(s, i);
@@ -73,7 +72,7 @@ static double tr_mode_misfit(tr_sim *s, int i) {
   return fmax(worst, tr_friction_ratio(s, i) - 1.0 - TOL_RESOLVE);
 }
 
-/* The pair in `rest` with the largest misfit in the modes in force; -1 if all fit. Requires tr_solve_in_modes. */
+/* The pair in `rest` with the largest misfit in the modes in force; −1 if all modes fit. Requires tr_solve_in_modes. */
 static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
   double most = 0.0;
   int worst = -1;
@@ -99,8 +98,8 @@ static int tr_rank_of_stuck(tr_sim *s, int i) {
   return tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT);
 }
 
-/* Whether pair i carries no load, and no stuck pair holds its freedoms. At rest it could hold nothing: the first load would release
- * it again. */
+/* Whether pair i carries no load, and no stuck pair holds its freedoms. Such a pair could not hold anything at rest: the first load
+ * would release it again. */
 static int tr_is_unloaded_and_free(tr_sim *s, int i) {
   if (tr_hold_of(s, i)->capacity > s->friction.faint) return 0;
   tr_form_all_maps(s);
@@ -116,8 +115,8 @@ static int tr_is_slipping_in_place(tr_sim *s, int i) {
   return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Let pairs that slip without acceleration stick, if these modes are also a solution. Requires a solution for the n pairs
- * `rest`. Returns 0 if the equations no longer have a solution. */
+/* Let pairs that slip without acceleration stick, if these modes also have a solution. Requires a solution for the n pairs `rest`.
+ * Returns 0 if afterwards the equations have no solution. */
 static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double eta[e + 1], *now = TR_A(s, z) + s->k->active;

@@ -1,11 +1,12 @@
-/* Which pairs are at rest. Sets pairs to rest, together with those that stop as a consequence. */
+/* Which pairs are at rest. Brings pairs to rest, together with those that stop as a consequence. */
 #include "modes/modes.h"
 
-/* × a period or a rotation: at eight points per step, location finds every maximum of a violation
+/* × a period or a rotation: with this step and eight points per step, location finds every maximum of a violation
  * (``events/event_location.c``). */
 #define HELD_PART 0.25
 
-/* Whether pair i is as slow as the ratios of its class require when pair j of this class is at rest. */
+/* Whether pair i is at rest as a consequence of pair j of the same class: its speed is at most the rest speed times the ratio of
+ * their rates. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);
@@ -36,7 +37,7 @@ static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n
   for (int more = n; n; n = more) {
     tr_bring_to_rest(s, y, rest, n, 0);
     tr_evaluate_maps(s, y);
-    if (!k->active) break; /* without loops, no pair stops because another stops */
+    if (!k->active) break; /* without loops, no pair stops as a consequence of another */
     more = tr_collect_pairs_at_rest(s, also, rest);
     if (more <= n) break;
   }

@@ -1,9 +1,9 @@
-/* Sliding directions, frozen over a step. The norm of the stored direction encodes its kind: TR_FROZEN marks a first step from
- * rest, ON_LINE motion along a line. */
+/* Sliding directions, frozen over a step. The norm of the stored direction encodes its kind: TR_FROZEN means a first step from
+ * rest, ON_LINE means motion along a line. */
 #include "modes/modes.h"
 
-#define ONSET_SPEED 0.1 /* × rtol · speed unit: below this speed the direction stays frozen */
-#define ONSET_LEAST 1e-9 /* × the speed unit: lower limit of that speed, because slower directions are round-off of the loops */
+#define ONSET_SPEED 0.1 /* × rtol · speed unit: speed below which the direction stays frozen */
+#define ONSET_LEAST 1e-9 /* × the speed unit: lower limit of this speed; directions of slower pairs are round-off of loops */
 
 static void tr_set_sliding_direction(tr_sim *s, int i, const double *r) {
   const tr_pair *pair = tr_pair_of(s, i);

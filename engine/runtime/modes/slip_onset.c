@@ -1,18 +1,18 @@
-/* Onset direction of a pair of two or three components (theory, "Onset of sliding"). The pair accelerates along this direction,
- * and returns to it after a small turn. With the velocity α t d and the acceleration's direction â(d), dd/d ln t = â(d) − d.
- * The motion leaves a repelling direction at once.
+/* Onset direction of a pair of two or three components (theory, "Onset of sliding"). A pair that starts to slide accelerates along
+ * this direction, and returns to it after a small turn. With the velocity α t d and the acceleration's direction â(d), dd/d ln t =
+ * â(d) − d. If a direction repels, the motion leaves it at once.
  *
- * This relaxation is infinitely fast at first. The first step is therefore short, with a frozen direction whose norm outweighs
- * the velocity (TR_FROZEN). The direction stays frozen below the tolerance of velocities, which bounds the error.
+ * This relaxation is infinitely fast at first. The first step is therefore short, with a frozen direction whose norm outweighs the
+ * velocity (TR_FROZEN). The direction stays frozen while the speed is below the tolerance of velocities, which bounds the error.
  *
- * Newton's method on the sphere of directions runs from several starts. Fixed-point iteration stalls near wedging. */
+ * Newton's method on the sphere of directions starts from several directions. Fixed-point iteration would stall near wedging. */
 #include "modes/modes.h"
 
-#define SAME_DIRECTION 1e-9 /* largest difference of two unit vectors that counts as round-off: the directions are on one line */
-#define TURN_FOUND 1e-12    /* rad between direction and acceleration: converged */
-#define TURN_NEARLY 1e-8    /* rad: converged if no step reduces the angle further, because of round-off of the multipliers */
-#define LONGEST_TURN 0.5 /* rad: longest Newton step; the start may be far from a solution */
-#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step; over such a step the direction drifts by less than the tolerance */
+#define SAME_DIRECTION 1e-9 /* largest difference of two unit vectors that is round-off; the directions are then on one line */
+#define TURN_FOUND 1e-12    /* rad: angle between direction and acceleration at convergence */
+#define TURN_NEARLY 1e-8    /* rad: angle that also counts as converged if no step reduces it (round-off of multipliers) */
+#define LONGEST_TURN 0.5 /* rad: longest Newton step; needed because the start may be far from a solution */
+#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step, over which the direction drifts by less than the tolerance */
 
 enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
@@ -47,17 +47,17 @@ static int tr_is_onset_too_fast(const tr_sim *s, const double *y, double h) {
   return 0;
 }
 
-/* Norm of a trial direction. Impulse steps use ON_LINE, because friction must not reverse with the rate at their start. */
+/* Norm of a trial direction. Impulse steps use ON_LINE, because friction must not reverse with the rate at the step's start. */
 static inline double tr_onset_length(const tr_sim *s) { return s->moreau.h > 0.0 ? ON_LINE : TR_FROZEN; }
 
-/* Unit direction `dir` of the acceleration when pair i starts to slide along d; d itself if the acceleration is faint. Returns
- * 0 if there are no multipliers. */
+/* Compute `dir`, the unit direction of the acceleration when pair i starts to slide along d. If the acceleration is faint, dir = d.
+ * Returns 0 if no multipliers are found. */
 static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *dir) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);
   const double length = tr_onset_length(s);
   for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? length * d[j] / TR_A(s, lever)[pair->eta0 + j] : 0.0;
-  for (int part = 0; part < 3; ++part) { /* a ball slides or spins, depending on the force */
+  for (int part = 0; part < 3; ++part) { /* the force decides whether a ball slides or spins */
     if (tr_mode_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_in_modes(s)) return 0;
     int cone = pair->cone && tr_sliding_of(s, i)->cone < 0.0;
@@ -70,7 +70,7 @@ static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *
   return size < INFINITY;
 }
 
-/* Tangent basis t (n - 1 vectors) at the unit vector d. */
+/* Tangent basis t (n − 1 vectors) at the unit vector d. */
 static void tr_tangent_basis(int n, const double *d, double t[2][3]) {
   if (n == 2) {
     t[0][0] = -d[1], t[0][1] = d[0];
@@ -86,7 +86,7 @@ static void tr_tangent_basis(int n, const double *d, double t[2][3]) {
   for (int j = 0; j < 3; ++j) t[1][j] = d[(j + 1) % 3] * t[0][(j + 2) % 3] - d[(j + 2) % 3] * t[0][(j + 1) % 3];
 }
 
-/* Difference between the acceleration's direction `dir` and d, as components f along the tangents t. Returns its norm. */
+/* Components f, along the tangents t, of the difference between the acceleration's direction `dir` and d. Returns the norm of f. */
 static double tr_direction_difference(int n, const double *d, const double *dir, double t[2][3], double *f) {
   double size = 0.0;
   for (int p = 0; p < n - 1; ++p) {
@@ -97,7 +97,7 @@ static double tr_direction_difference(int n, const double *d, const double *dir,
   return sqrt(size);
 }
 
-/* Derivative J of tr_direction_difference with respect to the tangent components of d, by differences. Returns 0 on failure. */
+/* Derivative J of tr_direction_difference by the tangent components of d, from differences. Returns 0 on failure. */
 static int tr_direction_difference_slope(tr_sim *s, int i, const double *d, double t[2][3], const double *f, double J[2][2]) {
   int n = tr_pair_of(s, i)->nrates;
   for (int p = 0; p < n - 1; ++p) {
@@ -111,7 +111,7 @@ static int tr_direction_difference_slope(tr_sim *s, int i, const double *d, doub
   return 1;
 }
 
-/* Stability TR_ONSET_… of the direction d, which is a solution. */
+/* Classify the stability (TR_ONSET_…) of the direction d, which is a solution. */
 static int tr_classify_onset(tr_sim *s, int i, const double *d, const double *dir, double t[2][3], const double *f) {
   int n = tr_pair_of(s, i)->nrates;
   double J[2][2], here[3];
@@ -122,7 +122,8 @@ static int tr_classify_onset(tr_sim *s, int i, const double *d, const double *di
   return attracts ? TR_ONSET_ATTRACTS : TR_ONSET_REPELS;
 }
 
-/* Newton's method from d to a stationary direction, which replaces d. Returns its stability; TR_ONSET_NONE: no convergence. */
+/* Newton's method from d to a stationary direction, which replaces d. Returns the stability of this direction; TR_ONSET_NONE
+ * without convergence. */
 static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   int n = tr_pair_of(s, i)->nrates;
   double dir[3], t[2][3], f[2], g[2], J[2][2];
@@ -154,9 +155,10 @@ static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   return TR_ONSET_NONE;
 }
 
-/* Find the direction in which pair i starts to slide; its mode holds a guess. Prefers an attracting direction. A repelling one
- * is accepted if there is no other, or if it equals the guess: symmetric motion (a ball swinging in a plane) stays symmetric.
- * near: accept only the direction found from the guess, within a right angle. Returns 0 if there is no direction. */
+/* Find the direction in which pair i starts to slide; its mode contains a guess. An attracting direction is preferred. A repelling
+ * direction is accepted if there is no other, or if it equals the guess: symmetric motion (a ball swinging in a plane) then stays
+ * symmetric. `near`: accept only the direction found from the guess, within a right angle of the guess. Returns 0 if there is no
+ * direction. */
 static int tr_find_onset(tr_sim *s, int i, int near) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;
@@ -165,7 +167,7 @@ static int tr_find_onset(tr_sim *s, int i, int near) {
   for (int j = 0; j < n; ++j) guess[j] = tr_mode_of(s, i)->direction[j] * TR_A(s, lever)[pair->eta0 + j] / huge;
   int guessed = tr_make_unit(n, guess) > 0.0;
   for (int q = guessed ? -2 : 0; q < (near ? -1 : 26); ++q) {
-    if (q < 0) { /* the guess, then its reverse */
+    if (q < 0) { /* first the guess, then its reverse */
       for (int j = 0; j < n; ++j) d[j] = q == -2 ? guess[j] : -guess[j];
     } else if (n == 2) { /* a grid of directions */
       d[0] = cos(TURN * q / 26.0), d[1] = sin(TURN * q / 26.0);
@@ -180,7 +182,7 @@ static int tr_find_onset(tr_sim *s, int i, int near) {
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
     if (near && !(tr_dot(d, guess, n) > 0.0)) return 0;
     if (kind == TR_ONSET_FAINT) return 1;
-    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* motion continues along a line */
+    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* the motion continues along a line */
       for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / tr_onset_length(s);
       return 1;
     }

@@ -3,37 +3,37 @@
 #define TR_OUTPUT_H
 #include "checks/checks.h"
 
-/* Write the directions of λ that the motion does not determine at the solution (dir, rows × count). N (nkappa × count): their
- * scaled reactions. base: the scaled reactions of z. Returns the count. */
+/* Write the directions of λ that the motion does not determine at the solution to dir (rows × count), and their scaled reactions to
+ * N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base);
 
-/* full ← [λ | η] for all rows, from [λ active | η]. resolve: choose the undetermined reactions with minimum norm. Requires a
- * solution. */
+/* full ← [λ | η] for all rows, from [λ active | η]. `resolve`: choose the undetermined reactions so that their norm is smallest.
+ * Requires a solution. */
 static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 
 /* Contact forces of all pairs at the solution. a: time derivatives of the rates. Returns 0 if the mechanism has no contacts. */
 static int tr_evaluate_contacts(tr_sim *s, const double *y, const double *a, tr_contact *out);
 
-/* tr_evaluate_contacts with the accelerations just evaluated. */
+/* As tr_evaluate_contacts, with the accelerations evaluated last. */
 static inline int tr_current_contacts(tr_sim *s, const double *y, tr_contact *out) { return tr_evaluate_contacts(s, y, TR_A(s, dy) + s->k->nq, out); }
 
 /* Contact forces of pair i at the solution. Returns their number. */
 static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out);
 
-/* Fill in the values that only the runtime can compute, followed by the state of each pair. */
+/* Write the values that only the runtime can compute, then the state of each pair. */
 static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra);
 
-/* Unwrap the angles of cut joints at the end (t, y) of a step. Rows may then be several turns apart. */
+/* Unwrap the angles of cut joints at the end (t, y) of a step. Successive rows may then differ by several turns. */
 static void tr_follow_angles(tr_sim *s, double t, const double *y);
 
-/* Post-process the columns of a row (tr_post); row[-1] is its time. Rows must be passed in order of time. */
+/* Post-process the columns of a row (tr_post), whose time is row[-1]. Rows must be passed in order of time. */
 static void tr_finish_columns(tr_sim *s, double *row);
 
-/* Evaluate the columns at (t, y); row[0] = t. Projects y, and solves for the multipliers if a column needs them. The first row
- * always solves, because the first step starts from its solution. there: y is already projected and solved. Returns TR_OK,
- * TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
+/* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and solved; otherwise projects y, and
+ * solves for the multipliers if a column needs them. The first row always solves, because the first step starts from its solution.
+ * Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there);
 
-/* tr_output_row_of for a state that is not yet projected and solved. */
+/* As tr_output_row_of, for a state that is not yet projected and solved. */
 static inline int tr_output_row(tr_sim *s, double t, double *y, double *row) { return tr_output_row_of(s, t, y, row, 0); }
 #endif

@@ -1,8 +1,8 @@
-/* Output rows: state → multipliers → columns, and values that only the runtime can compute. */
+/* Output rows: from the state to multipliers and columns. Also values that only the runtime can compute. */
 #include "output/output.h"
 
-#define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero (the contact equations regularise roots at zero) */
-#define ANGLE_PROBE 1e-6  /* rad: motion from whose effect the rate of an angle is computed */
+#define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero, because the contact equations regularise roots at zero */
+#define ANGLE_PROBE 1e-6  /* rad: probing motion, whose effect gives the rate of an angle */
 
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
@@ -28,9 +28,9 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
   return count;
 }
 
-/* Redundant loops: among all λ with the same motion, choose the reactions with minimum norm in the metric of the bodies.
- * ``kappa``: reactions of all joints on loops, scaled by the inertia on which they act. The choice does not depend on units,
- * order, or cuts. */
+/* Redundant loops: among all λ with the same motion, choose the reactions with the smallest norm in the metric of the bodies.
+ * ``kappa``: reactions of all joints on loops, scaled by the inertia on which they act. The choice does not depend on units, on the
+ * order of bodies, or on cuts. */
 static void tr_minimise_reactions(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
@@ -71,7 +71,7 @@ static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out) 
   return n;
 }
 
-/* Residuals of the solution, and the verdict so far. */
+/* Fill in the residuals of the solution and the present verdict of the audit. */
 static void tr_fill_audit(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   double worst = 0.0, *h = TR_A(s, loop_error);
@@ -100,12 +100,13 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   }
 }
 
-/* The angle v (within ± π) plus the multiple of 2π that brings it closest to the last value plus rate × time. */
+/* The angle v (within ± π), plus the multiple of 2π that brings it closest to a prediction. The prediction is the last value plus
+ * rate × time. */
 static double tr_unwrap(const tr_memory *last, double t, double rate, double v) {
   return v + TURN * round((last->value + rate * (t - last->t) - v) / TURN);
 }
 
-/* The columns at y that depend on positions alone; all other columns are meaningless. */
+/* Evaluate all columns at y, of which only those that depend on positions alone are valid. */
 static void tr_evaluate_positions(tr_sim *s, double t, const double *y, double *columns) {
   double z[s->k->rows + s->k->neta + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   memset(z, 0, sizeof z), memset(extra, 0, sizeof extra);
@@ -153,7 +154,7 @@ static void tr_finish_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Whether lanes may compute the row: nothing needs by-products of an evaluation here. */
+/* Whether lanes may compute the row. They may if nothing else needs by-products of the evaluation. */
 static inline int tr_is_row_separate(const tr_sim *s) {
   return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
 }

@@ -1,12 +1,12 @@
-/* Wear over the rows of a run (theory, "Rest, swings and efforts"): integrals over smooth spans between events, and the
- * distribution of the wear around a pin. */
+/* Wear over the rows of a run (theory, "Rest, swings and efforts"). Integrals cover smooth spans between events. The wear around a
+ * pin is distributed over its circumference. */
 #include "output/output.h"
 
-#define WORN_POINTS 6    /* rows per polynomial: integrals are of sixth order in the spacing */
-#define WORN_EVEN 1e-9   /* × a spacing: spacings that differ by less are equal, because times have round-off */
+#define WORN_POINTS 6    /* rows per polynomial; integrals then have sixth order in the spacing */
+#define WORN_EVEN 1e-9   /* × a spacing: smaller differences between spacings are round-off of times */
 
-/* For each of k nodes: ∫ from lo to hi of the polynomial that is 1 at this node and 0 at the other nodes. Three Gauss points
- * are exact. */
+/* Weights w of k nodes. w[j] is the integral from lo to hi of the polynomial that is 1 at node j and 0 at the other nodes. Three
+ * Gauss points are exact. */
 static void tr_node_weights(int k, const double *node, double lo, double hi, double *w) {
   const double half = 0.5 * (hi - lo), middle = 0.5 * (hi + lo), away = sqrt(3.0 / 5.0);
   for (int j = 0; j < k; ++j) {
@@ -20,7 +20,7 @@ static void tr_node_weights(int k, const double *node, double lo, double hi, dou
   }
 }
 
-/* Whether k nodes have the equal spacing hi − lo, and lo and hi are the two nodes in the middle. */
+/* Whether the k nodes have the equal spacing hi − lo, with lo and hi as the two middle nodes. */
 static int tr_are_nodes_even(int k, const double *node, double lo, double hi) {
   if (k < WORN_POINTS || node[k / 2] != hi || node[k / 2 - 1] != lo) return 0;
   for (int i = 1; i < k; ++i)
@@ -60,11 +60,11 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
   }
 }
 
-/* Distribute the volume `worn` evenly over an arc of `step` bin widths, starting at `place` (in bin widths). */
+/* Distribute the volume `worn` evenly over an arc that starts at `place` and is `step` long, both in bin widths. */
 static void tr_spread_over_bins(int bins, double *on, double place, double step, double worn) {
   const double way = fabs(step), turns = way < bins ? 0.0 : floor(way / bins);
   place -= bins * floor(place / bins);
-  if (floor(place) == floor(place + step) && place < bins) { /* usual case: the arc lies in one bin */
+  if (floor(place) == floor(place + step) && place < bins) { /* usual case: the arc lies within one bin */
     on[(int)place] += worn;
     return;
   }

@@ -1,22 +1,22 @@
 /* Fixed steps for real time, with bounded evaluations, iterations and events (theory, "Bounded steps").
  *
- * A bounded step locates its events until it reaches a bound or friction has no solution. One impulse step then covers the
- * rest, with any number of events; its modes are decided within the remaining iterations. If that fails, relaxation sweeps over
- * the pairs compute friction within the capacities. `bound.overrun` records the method used. */
+ * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers the
+ * rest, with any number of events. Its modes are decided within the remaining iterations. If this decision fails, relaxation sweeps
+ * over the pairs compute friction within the capacities. `bound.overrun` records the method used. */
 #include "stepping/stepping.h"
 
-#define FAR_MORE 1e3          /* × the friction that would stop an open-loop freedom: applied to prescribed motion */
-#define WHOLE_SLACK 1e-9      /* × a step: round-off tolerance in the number of steps per communication step */
+#define FAR_MORE 1e3          /* × the friction that stops a freedom without loops: friction applied to prescribed motion */
+#define WHOLE_SLACK 1e-9      /* × a step: round-off in the number of steps per communication step */
 
-/* Bound the work from now on to these numbers of evaluations and iterations. */
+/* Limit the work from now on to these numbers of evaluations and iterations. */
 static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {
   s->bound.evaluations = tr_counted_evaluations(s) + evaluations;
   s->bound.iterations = tr_counted_iterations(s) + iterations;
   s->ask.cancelled = 0;
 }
 
-/* Step to time t with located events. Returns TR_OK, or the reason why the rest of the step is not made. The run is then at the
- * end of the last completed part. */
+/* Step to time t with located events. Returns TR_OK, or the reason why the rest of the step is not made. In that case, the run is
+ * at the end of the last completed part. */
 static int tr_step_with_events(tr_sim *s, double t) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   double y[n], z[nz + 1];
@@ -45,7 +45,7 @@ static void tr_end_bounded_step(tr_sim *s, double t) {
   tr_clear_stopping_marks(s);
 }
 
-/* Step to time t by impulses, with decided modes. Returns TR_OK, or a failure after which the state is unchanged. */
+/* Step to time t by impulses, with decided modes. Returns TR_OK, or a failure that leaves the state unchanged. */
 static int tr_step_by_impulses(tr_sim *s, double t) {
   const double h = t - s->clock.t;
   tr_mode start[s->k->nsliders + 1];
@@ -69,8 +69,8 @@ static int tr_step_by_impulses(tr_sim *s, double t) {
   return TR_OK;
 }
 
-/* Set the friction of pair i to the value that stops it by the end of the step. Prescribed motion gets far more; other laws
- * keep their value. Requires tr_form_held_maps and tr_evaluate_laws. */
+/* Set the friction of pair i to the value that stops the pair by the end of the step. Prescribed motion gets a far larger friction;
+ * friction by other laws keeps the value of its law. Requires tr_form_held_maps and tr_evaluate_laws. */
 static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   const tr_pair *pair = tr_pair_of(s, i);
   const int e = s->k->neta;
@@ -84,8 +84,8 @@ static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   }
 }
 
-/* One relaxation sweep: each pair gets its stopping friction. A pair beyond its capacity slips, with its friction reduced to
- * the capacity. */
+/* One relaxation sweep: each pair gets its stopping friction. If this exceeds the capacity, the pair slips, and its friction is
+ * reduced to the capacity. */
 static void tr_sweep_pairs(tr_sim *s, double *eta) {
   tr_evaluate_laws(s, eta);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -104,7 +104,7 @@ static void tr_sweep_pairs(tr_sim *s, double *eta) {
   }
 }
 
-/* Multipliers and modes of a step h, by SWEEPS sweeps. Requires maps of the current state. */
+/* Find multipliers and modes of a step h by SWEEPS relaxation sweeps. Requires maps of the current state. */
 static void tr_relax_friction(tr_sim *s, double h) {
   const int a = s->k->active, e = s->k->neta;
   double lam0[a + 1], *lam = TR_A(s, z), *eta = lam + a;
@@ -147,7 +147,7 @@ static int tr_step_by_sweeps(tr_sim *s, double t) {
   return TR_OK;
 }
 
-/* Make one step to time t within its bounds. Returns a status. */
+/* Make one step to time t within the bounds of work. Returns a status. */
 static int tr_make_bounded_step(tr_sim *s, double t) {
   const int impulses = tr_method_of(s)->kind == TR_IMPULSES;
   const long last = tr_counted_iterations(s) + s->set.iterations;
@@ -170,7 +170,8 @@ static int tr_make_bounded_step(tr_sim *s, double t) {
   return code;
 }
 
-/* Compute the multipliers of the state `y` by sweeps, for a row, in yout. Restores the modes. Each sweep counts as a solution. */
+/* Compute the multipliers of a row at the state `y` by sweeps. yout receives the state of the row. Restores the modes. Each sweep
+ * counts as a solution. */
 static void tr_relax_row(tr_sim *s) {
   tr_mode modes[s->k->nsliders + 1];
   double *y = TR_A(s, yout);
@@ -197,7 +198,7 @@ static int tr_write_bounded_row(tr_sim *s, double *row) {
   return tr_output_row_of(s, s->clock.t, y, row, 1);
 }
 
-/* Update the statistics of the most work per step. evaluations, iterations: counts before the step and its row. */
+/* Update the statistics of the largest work per step. evaluations, iterations: counts before the step and its row. */
 static void tr_record_work(tr_sim *s, long evaluations, long iterations) {
   evaluations = tr_counted_evaluations(s) - evaluations, iterations = tr_counted_iterations(s) - iterations;
   if (evaluations > s->stats.most_evaluations) s->stats.most_evaluations = evaluations;
@@ -220,7 +221,7 @@ int tr_reach_bounded(tr_sim *s, double t, double *row) {
   return code == TR_OK ? s->clock.status = TR_DONE : tr_end_run(s, code);
 }
 
-/* tr_advance by bounded steps. Rows are at ends of steps. */
+/* tr_advance by bounded steps, with rows at the ends of steps. */
 static int tr_advance_bounded(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   for (long step = 0; s->clock.t < target - tr_time_tolerance(target); ++step) {
     const long evaluations = tr_counted_evaluations(s), iterations = tr_counted_iterations(s);

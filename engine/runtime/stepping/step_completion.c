@@ -2,29 +2,30 @@
 #include "stepping/stepping.h"
 
 #define ENGAGED_PROBE 1e-6 /* / rate: time between two evaluations that measure the stiffness of an engaged stop */
-#define TR_FOURS 8 /* upper bound of the number of lanes */
-#define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row this little after the end of a step belongs to the end */
-#define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: consecutive events closer than this count as chatter */
-#define HALVES_MOST 60        /* bisections on θ, down to its round-off */
+#define TR_FOURS 8 /* upper bound of the number of SIMD lanes */
+#define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row that is this little later than a step's end belongs to this end */
+#define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: consecutive events that are closer count as chatter */
+#define HALVES_MOST 60        /* number of bisections on θ, which end at its round-off */
 #define THETA_ROUND_OFF 1e-15
-#define RATE_PART 1e-3 /* × the step: interval before the event in which the deceleration is measured */
-/* × the time to cross half of the proportional zone: first step inside it; ends slightly beyond its other border. */
+#define RATE_PART 1e-3 /* × the step: interval before the event over which the deceleration is measured */
+/* × the time to cross half of the proportional zone: first step inside the zone. The step ends slightly beyond the zone's other
+ * border. */
 #define ZONE_PART 2.2
 
-/* Whether SIMD lanes can compute the rows inside the pending step: the columns must need only the dense output, multipliers and
+/* Whether SIMD lanes can compute the rows inside the pending step. The columns must need only the dense output, multipliers and
  * accelerations. */
 static int tr_has_row_lanes(tr_sim *s) {
   const tr_outputs *o = s->o;
   if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES || o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION) || tr_is_limited_by_stability(s)) return 0;
-  /* Undetermined reactions are chosen row by row. */
+  /* Undetermined reactions are chosen row by row, which lanes cannot do. */
   return !(o->wants & TR_WANTS_SOLUTION && o->nkappa && s->k->active < s->k->rows);
 }
 
-/* Largest distance in time between a row and the end of a step that counts as zero, s. */
+/* Largest time between a row and the end of a step that counts as zero, s. */
 static double tr_row_time_tolerance(double t) { return ROW_SLACK * fmax(1.0, fabs(t)); }
 
-/* Times of the next rows before t_end, at most `room` rows and one per lane. Returns their number. */
+/* Times of the next rows before t_end: at most `room` rows, and one per lane. Returns their number. */
 static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *times) {
   const int width = s->lane->lanes->width;
   for (int i = 0; i < width; ++i) {
@@ -34,8 +35,8 @@ static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *
   return width;
 }
 
-/* Write the next rows before t_end in lanes, even a single row. Returns the number of rows written; 0 if lanes cannot compute
- * them. */
+/* Write the next rows before t_end in lanes, even if there is only one. Returns the number of rows written; 0 if lanes cannot
+ * compute them. */
 static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long room) {
   double times[TR_FOURS], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   if (!tr_has_row_lanes(s)) return 0;
@@ -55,7 +56,7 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   for (; made < count && of[made].ok; ++made) {
     double *row = rows + made * wide;
     row[0] = times[made];
-    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary path reports the failure */
+    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary path then reports the failure */
     tr_finish_columns(s, row + 1);
     s->stats.outputs++, s->stats.projections += of[made].projections;
     s->stats.rhs_evaluations += of[0].solved, s->stats.newton_iterations += of[made].iterations;
@@ -63,13 +64,13 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   return made;
 }
 
-/* Count consecutive events at nearly equal times. */
+/* Count consecutive events at nearly the same time. */
 static void tr_count_chatter(tr_sim *s, double t) {
   s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
   s->events.chatter_t = t;
 }
 
-/* Copy the state at the end of the last step. Its multipliers become the start of Newton's method. */
+/* Copy the state at the end of the last step. Newton's method then starts from the multipliers there. */
 static void tr_copy_end_state(tr_sim *s, double *out) {
   tr_copy(tr_state_width(s), TR_A(s, ynew), out);
   tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
@@ -89,9 +90,9 @@ static int tr_write_event_row(tr_sim *s, double t, double *row) {
   return code;
 }
 
-/* Write rows up to t_end from the dense output. With `every` 0, write one row at the end of the step instead (final), or just
- * before the event that cuts it short. An event at the start of a step gets no row, because its old modes had no duration.
- * Returns TR_OK, TR_ROWS_FULL or a failure. */
+/* Write rows up to t_end from the dense output. If `every` is 0, write one row instead: with `final` at the end of the step,
+ * otherwise just before the event that cuts the step short. An event at the start of a step gets no row, because its old modes had
+ * no duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;
@@ -179,7 +180,7 @@ static void tr_complete_whole_step(tr_sim *s) {
   tr_set_next_step(s);
 }
 
-/* Complete an impulse step. The next step starts from its multipliers, so that rows do not influence the motion. */
+/* Complete an impulse step. The next step starts from the step's own multipliers, so that rows do not influence the motion. */
 static void tr_complete_impulse_step(tr_sim *s) {
   if (s->set.hfixed <= 0.0) tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
@@ -188,8 +189,8 @@ static void tr_complete_impulse_step(tr_sim *s) {
   s->step.have_k1 = 0;
 }
 
-/* Log separations between the step's start and its event at the evaluated state (t, y). now: contacts at the event. Evaluates y
- * again if the search evaluated other states. */
+/* Log separations between the start of the step and its event at the evaluated state (t, y). now: contacts at the event. If the
+ * search evaluates other states, evaluates y again. */
 static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -219,7 +220,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* the run ends here or continues by an impact, from the state before the event */
+  if (code != TR_OK) { /* from the state before the event, the run continues by an impact or ends */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;
@@ -227,7 +228,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
-  s->moreau.burst_events += ball; /* branch changes of a ball do not accumulate; impulse steps have both branches too */
+  s->moreau.burst_events += ball; /* branch changes of a ball do not accumulate, because impulse steps also have both branches */
   tr_count_chatter(s, te);
   tr_move_run_to(s, te, ye);
   if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
@@ -237,8 +238,8 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   return TR_OK;
 }
 
-/* Longest step after a stop was engaged: 1 / ω of the fastest swing on it. A stiff method damps a swing that its step does not
- * resolve, and its error estimate does not show that. INFINITY for explicit methods. */
+/* Longest step after a stop was engaged: 1 / ω of the fastest oscillation on this stop. A stiff method damps an oscillation that
+ * its steps do not resolve, and its error estimate does not show this. Returns INFINITY for explicit methods. */
 static double tr_longest_engaged_step(tr_sim *s, int which) {
   const int n = tr_state_width(s), nq = s->k->nq, nv = s->k->nv;
   const double h = ENGAGED_PROBE / s->set.rate, *y = TR_A(s, y);
@@ -255,7 +256,7 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends at an event: state, new mode, size of the next step. Returns a status. */
+/* Complete a step that ends at an event: set the state, the new mode and the size of the next step. Returns a status. */
 static int tr_complete_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
   int i = s->pending.which, pair = i < s->k->nsliders;

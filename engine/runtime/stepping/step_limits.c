@@ -1,23 +1,23 @@
-/* Limits on steps at singular positions of loops. */
+/* Limits on steps near singular positions of loops. */
 #include "stepping/stepping.h"
 
-#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row closer to dependence is dropped */
-#define APPROACH 4.0              /* planned factor on the independence in a step, extrapolated from the last step */
-#define LEAP 8.0                  /* largest accepted factor within a step; a step with a larger factor is shortened */
-#define SHORTER 2.0               /* factor by which such a step is shortened */
-#define PASSED 1e-3               /* × the independence at the start of the run: least independence of a motion that passes a dead centre */
-#define PASSED_SECTIONS 24        /* golden sections that find this least independence */
-#define SHORTEST 1e-9             /* / rate: shortest such step; a change of pivot order may also change the last pivot */
+#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row that is closer to dependence is dropped */
+#define APPROACH 4.0              /* planned change of the independence in a step, as a factor extrapolated from the last step */
+#define LEAP 8.0                  /* largest accepted change of the independence in a step, as a factor; else steps are shorter */
+#define SHORTER 2.0               /* factor by which a step with a larger change is shortened */
+#define PASSED 1e-3               /* × the independence at the start of the run: below this, a motion passes a dead centre */
+#define PASSED_SECTIONS 24        /* golden-section iterations that find the least independence */
+#define SHORTEST 1e-9             /* / rate: shortest such step; a change of the pivot order may also change the last pivot */
 
-/* Whether joints with friction lie on loops, so that singular positions matter. */
+/* Whether joints with friction are in loops. Singular positions matter only then. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
 
-/* Whether drives determine the motion through loops, and the factor of the loops at the end of the step is known. */
+/* Whether drives determine the motion through loops, and the factor of the loops at the step's end is known. */
 static inline int tr_leaves_no_freedom(const tr_sim *s) {
   return s->loops.rank > 0 && s->loops.rank == s->k->nv && !s->loops.sparse && !tr_has_lane(s) && s->set.hfixed <= 0.0;
 }
 
-/* Independence of the loops at theta of the step made. */
+/* Independence of the loops at the fraction theta of the last step. */
 static double tr_independence_inside(tr_sim *s, double theta) {
   double *y = TR_A(s, yout);
   tr_dense_state(s, theta, y);
@@ -26,7 +26,7 @@ static double tr_independence_inside(tr_sim *s, double theta) {
   return s->loops.sparse ? INFINITY : tr_loop_independence(s);
 }
 
-/* Longest step from the state `y` with respect to singular positions, s. */
+/* Longest step from the state `y` that the approach of a singular position allows, s. */
 static double tr_longest_singular_step(tr_sim *s) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) return INFINITY;
@@ -39,8 +39,8 @@ static double tr_longest_singular_step(tr_sim *s) {
   return l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0);
 }
 
-/* Error of the last step, 1 at the tolerance, if the step passes a singular position or forces jump in it; else 0. Requires an
- * evaluated end. */
+/* Error of the last step, in units of the tolerance, if the step passes a singular position or if forces jump in the step.
+ * Otherwise 0. Requires an evaluated end. */
 static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) {
@@ -59,8 +59,8 @@ static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   return pow(tr_squared_motion_error(s, jump, TR_A(s, y), TR_A(s, ynew)), 0.5 * m->order);
 }
 
-/* Record the first dead centre that a driven motion passes: the independence falls to 0 inside the step, so that the drives leave
- * the sense of the motion open there. Requires a whole step that is not completed. */
+/* Record the first dead centre that a driven motion passes. There, the independence falls to 0 inside the step, and the drives do
+ * not determine the direction in which the motion continues. Requires a whole step that is not yet completed. */
 static void tr_record_dead_centre(tr_sim *s) {
   const double golden = 0.6180339887498949;
   tr_loops *l = &s->loops;
@@ -76,7 +76,7 @@ static void tr_record_dead_centre(tr_sim *s) {
   if (fmin(at_p, at_q) < near) s->audit.dead_t = s->step.t0 + p * s->step.size;
 }
 
-/* Store the change of independence over the whole step. The next step begins with the independence at its end. */
+/* Store the change of independence over the whole step. The independence at its end is where the next step begins. */
 static void tr_store_independence(tr_sim *s) {
   tr_loops *l = &s->loops;
   l->trend = (l->end - l->begin) / s->step.size;

@@ -1,9 +1,9 @@
-/* The stepping loop: makes trial steps until one is accepted, completes that step, and repeats up to the target. */
+/* The stepping loop: it makes trial steps until one is accepted, completes this step, and repeats up to the target. */
 #include "stepping/stepping.h"
 
-#define RESUMED_MOST 2       /* × the number of pairs: failures passed at one time; the second half only by impacts */
-#define STALL_TIME 1e-9         /* / rate: least progress of STALL_TRIALS steps; steps at round-off of time end the run earlier */
-#define STALL_TRIALS 20000      /* trial steps, at most one second of work; onsets and captures take about a hundred */
+#define RESUMED_MOST 2       /* × the number of pairs: failures passed at one time; in the second half, by impacts only */
+#define STALL_TIME 1e-9         /* / rate: least progress of STALL_TRIALS steps; steps at round-off of time end earlier */
+#define STALL_TRIALS 20000      /* number of trial steps, at most one second of work; onsets and captures take about a hundred */
 
 /* Number of failures passed at the present time. */
 static int tr_count_resumptions(tr_sim *s) {
@@ -14,7 +14,7 @@ static int tr_count_resumptions(tr_sim *s) {
 
 static int tr_continue_after_failure(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
-  if (tr_method_of(s)->kind == TR_IMPULSES) { /* time stepping does not continue if it fails again soon */
+  if (tr_method_of(s)->kind == TR_IMPULSES) { /* impulse steps do not continue if they fail again soon */
     if (s->clock.t - s->moreau.failed_t <= STALL_TIME / s->set.rate) return 0;
     s->moreau.failed_t = s->clock.t;
   }
@@ -27,8 +27,8 @@ static int tr_continue_after_failure(tr_sim *s, int code) {
   return 1;
 }
 
-/* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. Shorter steps that the host
- * requested are not a stall. */
+/* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. If the host requested shorter steps,
+ * this is not a stall. */
 static int tr_is_stalled(tr_sim *s) {
   const double asked = s->set.hfixed > 0.0 ? s->set.hfixed : s->set.hmax;
   const long tried = s->stats.steps + s->stats.rejected;

@@ -6,25 +6,26 @@
 /* Write the row just before the event that cuts the step short. Returns a status. */
 static int tr_write_event_row(tr_sim *s, double t, double *row);
 
-/* Record the time at which the velocity of a pair inside its proportional zone reverses, up to theta_end. */
+/* Record the times at which velocities of pairs inside their proportional zones reverse, up to theta_end. */
 static void tr_record_reversals(tr_sim *s, double theta_end);
 
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
-/* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, call again with more space. Returns a status. */
+/* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
+ * status. */
 static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count);
 
-/* Largest time of the next step: the target, or an earlier break of the signals. */
+/* Latest end of the next step: the target, or an earlier break of the signals. */
 static double tr_step_limit(const tr_sim *s, double target);
 
-/* Whether a sliding pair is at rest at a break because its drive has come to rest. This is not a located event. Requires maps
- * of the current state. */
+/* Whether a sliding pair is at rest at a break because its drive has come to rest. Such a stop is not a located event. Requires
+ * maps of the current state. */
 static int tr_has_stopped_with_drive(const tr_sim *s);
 
 /* Make one acceptable step towards `limit`; the step is then pending. Returns a status, or TR_NEED_JACOBIAN. */
 static int tr_make_step(tr_sim *s, double limit);
 
-/* Whether the run can continue after the friction failure `code` at the state `y`. It continues with other modes, a spinning
- * ball, another root, or a stopped pair. The number of attempts at one time is limited by the number of pairs. */
+/* Whether the run can continue after the friction failure `code` at the state `y`: with other modes, a spinning ball, another root,
+ * or a stopped pair. The number of pairs limits the number of attempts at one time. */
 static int tr_continue_after_failure(tr_sim *s, int code);
 #endif

@@ -1,29 +1,30 @@
-/* Trial steps: make, project, evaluate, and search for events; then accept, refuse, or remake up to an event. */
+/* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or remake it up to
+ * its event. */
 #include "stepping/stepping.h"
 
-#define CHATTER_MAX 12          /* consecutive events at one time, after which a step ignores events */
+#define CHATTER_MAX 12          /* number of consecutive events at one time, after which a step ignores events */
 #define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
-/* × a fixed step: smallest part where friction cannot be followed, for example where sliding of several components ends. */
+/* × a fixed step: smallest part if steps cannot follow friction, for example where sliding of several components ends. */
 #define LEAST_PART 1e-4
-#define LEFT_OVER 1e-10         /* × the distance to the limit: no step leaves a smaller rest */
-/* Above this step error, states inside the step are less accurate than its end; the step is remade up to its event. */
+#define LEFT_OVER 1e-10         /* × the distance to the limit: a step that would leave a smaller rest ends at the limit */
+/* Step error above which states inside the step are less accurate than its end. The step is then remade up to its event. */
 #define CUT_ERROR 1e-2
-#define CUT_EARLY 0.9           /* × the step: a step with a later event is not remade */
+#define CUT_EARLY 0.9           /* × the step: a step whose event is later is not remade */
 #define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
-#define CUTS_MOST 2             /* most remakes for one event */
-#define CORNER_CUTS 3     /* most remakes for one corner; each ends closer to it, limited by the error of the dense output */
-#define PROBED 1e-6          /* / rate: length of the Euler step that looks for the reason of a failure */
-#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step indicates another root */
+#define CUTS_MOST 2             /* largest number of remakes for one event */
+#define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits what each can gain */
+#define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
+#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step means another root */
 
 typedef struct tr_trial {
   double h, end;   /* size and end time of the step, s */
-  int last;        /* the step ends at the limit */
-  double err;      /* error, 1 at the tolerance; NaN: the step is unusable */
+  int last;        /* whether the step ends at the limit */
+  double err;      /* error, in units of the tolerance; NaN: the step is unusable */
   int found, which; /* result of the event search; pair or stop of the event */
   double theta;
-  int cuts;        /* times that the step was remade up to its event */
-  double whole;    /* its size before the first remake, s; 0: never remade */
-  int corners;     /* times that the step was remade up to a corner */
+  int cuts;        /* number of remakes up to the event */
+  double whole;    /* size before the first remake, s; 0: never remade */
+  int corners;     /* number of remakes up to a corner */
 } tr_trial;
 
 static double tr_step_limit(const tr_sim *s, double target) {
@@ -48,7 +49,7 @@ static int tr_has_stopped_with_drive(const tr_sim *s) {
   return 0;
 }
 
-/* Prepare a step: ẏ at its start, first step size, frozen sliding directions. Returns a status. */
+/* Prepare a step: evaluate ẏ at its start, choose a first step size, freeze sliding directions. Returns a status. */
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
   if (!s->step.have_k1) {
@@ -84,9 +85,9 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   return TR_OK;
 }
 
-/* Use explicit steps while the Jacobian of the stiff method is invalid: friction of several components starts from rest, or
- * groups share their load. Explicit steps also serve mechanisms whose motion is prescribed. Such mechanisms are not stiff, and
- * only the work errors of explicit steps detect a start and a stop inside one step. */
+/* Use explicit steps while the Jacobian of the stiff method is invalid: while friction of several components starts from rest, or
+ * while groups share their load. Mechanisms with prescribed motion also get explicit steps. They are not stiff, and only the work
+ * errors of explicit steps detect a start and a stop inside one step. */
 static void tr_use_explicit_for_now(tr_sim *s) {
   const tr_kernel *k = s->k;
   if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.explicit_for_now)) return;
@@ -98,7 +99,7 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* The next trial step. Before the limit, two equal steps replace a long step followed by a very short one. */
+/* The next trial step. Shortly before the limit, two equal steps replace a long step and a very short one. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
@@ -115,8 +116,8 @@ static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double
   return tr_request_end(s, TR_ASK_ALL, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
 }
 
-/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. A NaN in err
- * refuses the step. */
+/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. If err is set to NaN,
+ * the step is refused. */
 TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_state_width(s), live = s->ny;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
@@ -206,8 +207,8 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 
-/* Remake the step to end slightly after its event. The order of the dense output is lower than that of the step's end. Its
- * error would shift event times by hundreds of tolerances. */
+/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end, and its error
+ * would shift event times by hundreds of tolerances. */
 TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
@@ -215,8 +216,8 @@ TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
 }
 
-/* Evaluate the end of a short Euler step. Its failure is the reason of a stiff step without numbers at a dead centre, whose
- * Jacobian is infinite. */
+/* Evaluate the end of a short Euler step. At a dead centre, whose Jacobian is infinite, a stiff step yields no finite numbers; the
+ * failure of the Euler step then gives the reason. */
 static void tr_probe_failure(tr_sim *s) {
   const double h = PROBED / s->set.rate;
   double *y = TR_A(s, ytmp);
@@ -232,8 +233,8 @@ static int tr_trial_fault(tr_sim *s, double err) {
   return s->k->neta && tr_is_finite(s->ny, TR_A(s, ynew)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;
 }
 
-/* Return to the start of the step after a refused trial, with a smaller step size. Returns TR_OK, or the reason why a smaller
- * step is not possible. */
+/* Return to the start of the step after a refused trial, and reduce the step size. Returns TR_OK, or the reason why a smaller step
+ * is impossible. */
 TR_INLINE int tr_refuse_trial(tr_sim *s, const tr_method *m, const tr_trial *trial) {
   const double err = trial->err;
   s->stats.rejected++;

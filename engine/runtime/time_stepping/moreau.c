@@ -1,13 +1,13 @@
-/* One step of Moreau's time stepping: friction and loop reactions act as impulses on velocities. The step is of first order,
- * without location of friction events. A fixed step may contain any number of events, at constant cost.
+/* One step of Moreau's time stepping: friction and loop reactions act as impulses on velocities. The step has order one and does
+ * not locate friction events. A fixed step may contain any number of events, at constant cost.
  * ``time_stepping/moreau_error_control.c`` adds error control.
  *
- * With maps at the middle position, the rates at the end are v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the
- * end, and otherwise slips along its rate. The search of ``modes/active_set.c`` decides this, with accelerations replaced by
- * v⁺/h (tr_form_held_maps). */
+ * With maps at the middle position, the rates at the end are v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the end;
+ * otherwise it slips along its rate. The search of ``modes/active_set.c`` decides this; accelerations are replaced by v⁺/h
+ * (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_STEP 0.03   /* × √rtol / rate: first step size, and unit of time for the detection of accumulating events */
+#define MOREAU_STEP 0.03   /* × √rtol / rate: first step size, and time unit in the detection of accumulating events */
 #define FROZEN_TURN 0.5    /* rad: a sliding direction that turns more in a step is not frozen but solved for at the step's end */
 
 static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
@@ -27,8 +27,8 @@ static int tr_is_sliding_fast(const tr_sim *s, int i) {
   return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
 }
 
-/* Choose modes from the rates alone after a failed decision: moving pairs slip along their rate, other pairs stick. Then search
- * from these modes. Requires maps of the current state. Returns 1 on success. */
+/* After a failed decision, choose modes from the rates alone: moving pairs slip along their rate, and other pairs stick. Then
+ * search from these modes. Requires maps of the current state. Returns 1 on success. */
 static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   if (s->moreau.decides == INFINITY) return 0;
   for (int q = 0; q < n; ++q) {
@@ -40,13 +40,13 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Decide the modes of the n pairs `rest`, which have no frozen direction, for a step h. Returns 1 on success. */
+/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   if (tr_are_many_pairs(s, rest, n)) return tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n);
   return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || (h <= s->moreau.decides && tr_decide_modes(s, rest, n, -1));
 }
 
-/* Modes and multipliers of a step h from the state `mid` (middle position, old rates). Evaluates the maps of `mid`. Returns 0
+/* Find modes and multipliers of a step h from the state `mid` (middle position, old rates). Evaluates the maps of `mid`. Returns 0
  * on failure. */
 static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
   const tr_kernel *k = s->k;
@@ -83,7 +83,7 @@ static int tr_has_direction_turned(tr_sim *s, double t, const double *y) {
 
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y) {
   double depth[s->k->nstops + 1];
-  tr_set_time(s, t); /* for drives of joints on loops and signals of hooks */
+  tr_set_time(s, t); /* drives of joints in loops and signals of hooks need the time */
   for (int i = 0; i < s->k->nstops; ++i) {
     tr_stop_depths(s, y, depth); /* a hook that lifts changes the depth of the stop behind it */
     if (tr_is_pressed(s, i) == (depth[i] > 0.0)) continue;
@@ -111,8 +111,8 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
   memcpy(TR_A(s, dy), slope, sizeof slope);
 }
 
-/* Whether drives determine all rates through redundant loops. Redundant rows are consistent only where positions and rates
- * satisfy the loops. */
+/* Whether drives determine all rates through redundant loops. Redundant rows are consistent only if positions and rates satisfy the
+ * loops. */
 static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
 
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew) {

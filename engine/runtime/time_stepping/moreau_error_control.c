@@ -1,17 +1,17 @@
 /* Moreau steps under error control, and their use by method auto (theory, "Error control").
  *
  * Each step is made as a whole and in two halves; the difference is the error estimate. If no mode changes, the results are
- * extrapolated to second order. If a mode changes, the difference does not show the time of the change. The speed left
- * uncertain must then also be below the tolerance. */
+ * extrapolated to second order. If a mode changes, the difference does not show the time of this change. The speed that this time
+ * leaves uncertain must then also be below the tolerance. */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_EVENTS 40   /* so many events within the time of as many first steps (tr_moreau_step_size): events accumulate */
+#define MOREAU_EVENTS 40   /* number of events; events accumulate if so many occur in the time of as many first steps */
 #define MOREAU_PAIRS 8     /* number of pairs to which MOREAU_EVENTS refers; for more pairs the limit is proportionally larger */
-#define MOREAU_STAY 400    /* impulse steps before event location is tried again */
+#define MOREAU_STAY 400    /* number of impulse steps before event location is tried again */
 #define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
-#define HALF_OF_IT 0.5     /* × the change of a speed over a step: a larger difference between its halves means a jump */
+#define HALF_OF_IT 0.5     /* × the change of a speed over a step: a larger difference between its two halves means a jump */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: a smaller remainder before the limit is included in the step */
+#define SLIVER 1e-9        /* × a step: a smaller rest before the limit is added to the step */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
@@ -26,8 +26,8 @@ static void tr_evaluate_speeds(tr_sim *s, double t, const double *y, double *spe
   for (int i = 0; i < s->k->nsliders; ++i) speed[i] = tr_pair_speed(s, i);
 }
 
-/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance: before a stop, after a start,
- * and both at a reversal. Includes a pair that is stuck at the end but slips in the next step. */
+/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. It is the speed before a stop, after
+ * a start, or both at a reversal. A pair that is stuck at the end but slips in the next step counts too. */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -48,8 +48,8 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. half: state between the half steps.
- * Forms the dense output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. half: state between the half steps. Forms
+ * the dense output. Returns a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
@@ -58,7 +58,7 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
   for (int i = 0; i < n; ++i) off[i] = ynew[i] - whole[i], ynew[i] = m->halves * ynew[i] + m->whole * whole[i];
   tr_zero_held_rates(s, ynew);
   if (!tr_project(s, t, ynew)) return s->step.failure;
-  for (int i = 0; i < n; ++i) /* parabola through the middle, corrected by half the error of two halves */
+  for (int i = 0; i < n; ++i) /* parabola through the middle state, which is corrected by half of the difference */
     R[i] = ynew[i] - yold[i], R[n + i] = 4.0 * (half[i] + 0.5 * off[i]) - 2.0 * (yold[i] + ynew[i]);
   s->step.dense_rows = 2;
   TR_MADE(s, TR_HAS_DENSE);
@@ -67,8 +67,8 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
-/* Whether a pair's speed jumps in the step h via `half` to ynew without a change of mode. The speed then changes in only one
- * half, however short the step. The whole step and the half steps agree on such a jump. */
+/* Whether, without a change of mode, a pair's speed jumps in the step h via `half` to ynew. The speed then changes in only one of
+ * the halves, however short the step. The difference between the whole step and the half steps does not show such a jump. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
   const int n = s->k->nsliders;
   double v[3][n + 1];
@@ -80,15 +80,15 @@ static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const doub
   return jumps;
 }
 
-/* Store the powers of the part just made: 0 whole step, 1 and 2 halves. */
+/* Store the powers of the part made last. part: 0 the whole step, 1 and 2 its halves. */
 static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   const int n = s->k->npowers;
   tr_copy(n, TR_A(s, part_power), powers + part * n);
 }
 
-/* Squared error of the works over a step h with these powers, 1 at the tolerance. Each work is included, even if no column
- * needs it; otherwise errors of the motion scale as rtol^(2/3). Sums including this step are kept in impulse_work until the
- * step is accepted. */
+/* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
+ * it; otherwise errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the step is
+ * accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -100,8 +100,8 @@ static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *p
   return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most));
 }
 
-/* Make a step h as a whole and in halves. Result: ynew, extrapolated if no mode changed. Returns its error, 1 at the tolerance.
- * NaN: failure; step.failure contains the reason. */
+/* Make a step h as a whole and in halves. ynew receives the result, extrapolated if no mode changed. Returns the error of ynew in
+ * units of the tolerance. NaN means failure, with the reason in step.failure. */
 static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s);
   const double t = s->clock.t, *y = TR_A(s, y);
@@ -127,8 +127,8 @@ static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *
   return err;
 }
 
-/* Make a trial step h to ynew. Fast sliding directions are frozen unless they turn too far. Returns its error (0 for fixed
- * steps). NaN: failure; step.failure contains the reason. */
+/* Make a trial step h to ynew. Fast sliding directions are frozen unless they turn too far. Returns the error of ynew, which is 0
+ * for fixed steps. NaN means failure, with the reason in step.failure. */
 static double tr_moreau_trial(tr_sim *s, double h, tr_moreau_course *course) {
   const int fixed = s->set.hfixed > 0.0;
   double err = 0.0;
@@ -155,7 +155,7 @@ static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jol
   return changed;
 }
 
-/* Accept the step h to time `end`; it is then pending. err: its error. most: largest growth factor of the next step. */
+/* Accept the step h to time `end`; it is then pending. err: error of the step. most: largest growth factor of the next step. */
 static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double most, const tr_moreau_course *course) {
   const int fixed = s->set.hfixed > 0.0;
   int changed = 0;
@@ -187,14 +187,15 @@ static double tr_moreau_length(tr_sim *s, double limit) {
   return h;
 }
 
-/* Size of the next trial after a refused trial of size h. whole: fraction of h at which it should end; 1: no such place. */
+/* Size of the next trial after a refused trial of size h. whole: fraction of h at which the next trial should end; 1 means no such
+ * place. */
 static double tr_moreau_shorter(const tr_sim *s, double h, double err, double whole) {
   if (whole < 1.0) return whole > STEP_START ? whole * h : SHRINK_MOST * h;
   return err == err ? h * tr_retry_factor(err, tr_method_of(s)->order) : SHRINK_MOST * h;
 }
 
-/* Status of a run whose last trial was refused. Where speeds jump, a solution exists, so no other starts of Newton's method are
- * tried. */
+/* Status of a run whose last trial was refused. Where speeds jump, a solution exists; other starts of Newton's method are therefore
+ * not tried. */
 static int tr_moreau_fault(tr_sim *s) {
   if (s->step.failure == TR_FAIL_MULTIPLIERS) s->friction.searched = s->clock.t;
   return s->step.failure != TR_OK ? s->step.failure : TR_FAIL_MODES;
@@ -216,7 +217,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
     double whole = err <= 1.0 && !fixed ? tr_find_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_corner(s, 1.0);
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
-    /* Relevant for so short a step; without change of mode, light bodies are merely fast. */
+    /* Whether an impact can explain the error of so short a step. Without a change of mode, light bodies are merely fast. */
     const int jumps = !course.steady || err != err;
     const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams)); /* an impact */
     if ((err <= 1.0 && whole > STEP_END) || small) {

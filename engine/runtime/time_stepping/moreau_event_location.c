@@ -1,19 +1,20 @@
-/* Ends of Moreau steps under error control: places where an end stop engages or releases, and where a stuck pair first exceeds
- * its capacity. Speeds do not show these events; the error control detects all others. */
+/* Ends of Moreau steps under error control: places where an end stop engages or releases, or where a stuck pair first exceeds its
+ * capacity. Speeds do not show these events; the error control detects all others. */
 #include "time_stepping/time_stepping.h"
 
-/* × the step: size of the next trial if a pair is released too early, because impulses use the rates at the start. */
+/* × the step: size of the next trial if a pair is released too early. Impulses use the rates at the start of the step, which can
+ * cause this. */
 #define EARLY 0.25
 
-/* Modes during a step made in two halves. */
+/* Modes during a step that is made in two halves. */
 typedef struct tr_moreau_course {
   tr_mode *start, *middle;
-  int steady; /* the modes of start, middle and end are equal */
-  int smooth; /* the whole step also has these modes */
-  double let_go; /* place of releases in the first half of the step: 0 start, 1 end, ½ unknown */
+  int steady; /* whether the modes of start, middle and end are equal */
+  int smooth; /* whether the whole step also has these modes */
+  double let_go; /* place of releases in the first half of the step: 0 at its start, 1 at its end, ½ unknown */
 } tr_moreau_course;
 
-/* Linear dense output of the last step. */
+/* Form a linear dense output of the last step. */
 static void tr_form_dense_straight(tr_sim *s) {
   TR_MADE(s, TR_HAS_DENSE);
   const double *y = TR_A(s, y), *ynew = TR_A(s, ynew);
@@ -21,13 +22,14 @@ static void tr_form_dense_straight(tr_sim *s) {
   s->step.dense_rows = 1;
 }
 
-/* Restore modes and multipliers at the start of the step, for another trial. */
+/* Restore modes and multipliers to those at the start of the step, for another trial. */
 static void tr_moreau_rewind(tr_sim *s, const tr_moreau_course *course) {
   tr_restore_modes(s, course->start);
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
 }
 
-/* Place (0…1) in the last step where an end stop engages or releases, or a pair stuck throughout exceeds its capacity. 1: none. */
+/* Place (0…1) in the last step where an end stop engages or releases, or where a pair that is stuck throughout exceeds its
+ * capacity. Returns 1 if there is none. */
 static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *course) {
   const int n = s->k->nsliders;
   double depth[s->k->nstops + 1], theta = 1.0;
@@ -54,16 +56,16 @@ static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *cou
   return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
 }
 
-/* Whether a pair stuck at the start of the last step slips before its end. */
+/* Whether a pair that is stuck at the start of the last step slips before its end. */
 static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   for (int i = 0; i < s->k->nsliders && !course->steady; ++i)
     if (tr_is_set_valued(s, i) && tr_mode_flag(course->start + i) == TR_STUCK && (tr_mode_flag(course->middle + i) != TR_STUCK || !tr_is_stuck(s, i))) return 1;
   return 0;
 }
 
-/* Place in the last step where a pair stuck at its start exceeds its capacity in the modes of the start. EARLY: nowhere; the
- * pair was released too early. 1: at the start or end of the step (course->let_go), or another event is earlier. Speeds grow
- * from zero and do not show the time. */
+/* Place in the last step where a pair that is stuck at its start exceeds its capacity in the modes of the start. Speeds grow from
+ * zero and do not show this place. Returns EARLY if there is no such place, because the pair was released too early. Returns 1 if
+ * the place is the start or end of the step (course->let_go), or if another event is earlier. */
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];

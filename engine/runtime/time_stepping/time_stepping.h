@@ -5,25 +5,25 @@
 
 static void tr_advance_positions(const tr_sim *s, double *y, const double *v, double h);
 
-/* Set the end stops that are engaged during a step, from the state y. y is the middle state, or under error control the start,
+/* Set the end stops that are engaged during a step, from the state y. y is the middle state; under error control y is the start,
  * because such steps end at stop events. Logs changes at time t. */
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
-/* Correct the pairs that came to rest in an impulse step to (t, y); `then`: modes before the step. A pair slips if its sliding
- * reversed inside the step and only an impulse, no force, holds it. On loops, a pair that rests because others stick also
- * sticks. ẏ of the step is restored. */
+/* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair slips if its sliding
+ * reversed inside the step and only an impulse holds it, not a force. In loops, a pair that rests because others stick also sticks.
+ * Restores the step's ẏ. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
-/* One impulse step h from (t, y). Results: ynew and the modes at its end. Returns TR_OK, TR_MORE if a frozen direction turned
- * too far, or a failure status. */
+/* One impulse step h from (t, y). Results: ynew, and the modes at the step's end. Returns TR_OK, TR_MORE if a frozen direction
+ * turned too far, or a failure status. */
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew);
 
-/* Log at time t the changes of pair modes since `then`. jolt: stops are logged as impacts. Returns 1 if any mode changed. */
+/* Log the changes of pair modes since `then`, at time t. `jolt`: stops are logged as impacts. Returns 1 if any mode changed. */
 static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jolt);
 
-/* Make one acceptable step to at most `limit`; the step is then pending. Returns a status. */
+/* Make one acceptable step that ends at most at `limit`; the step is then pending. Returns a status. */
 static int tr_make_moreau_step(tr_sim *s, double limit);
 
-/* Under method auto, switch to impulse steps when events accumulate, and back after a calm period. */
+/* Method auto: switch to impulse steps when events accumulate, and back after a calm period. */
 static void tr_choose_moreau(tr_sim *s);
 #endif

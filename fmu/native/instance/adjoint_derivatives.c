@@ -1,5 +1,5 @@
 /* Adjoint derivatives (FMI 3.0). */
-/* For each known j: out[j] = Σ_i seed_i · ∂unknown_i/∂known_j. The derivatives are computed along one known after another. */
+/* For each known j: out[j] = Σ_i seed_i · ∂unknown_i/∂known_j. Each known needs its own computation of the derivatives. */
 static fmu_status fmu_adjoint(fmu_instance *m, const fmu_reference *unknown, size_t nu, const fmu_reference *known, size_t nk,
                               const double *seed, double *out) {
   tr_signal inputs[MODEL->inputs + 1];

@@ -1,6 +1,6 @@
 /* Findings of the audit as warnings in the host's log. */
 
-/* Log a warning about the audit law with the largest violation. */
+/* Log a warning about the law of the audit that is violated most. */
 static fmu_status fmu_law_broken(fmu_instance *m, const tr_judgement *said) {
   int worst = 0;
   for (int i = 1; i < TR_LAWS; ++i)
@@ -10,7 +10,7 @@ static fmu_status fmu_law_broken(fmu_instance *m, const tr_judgement *said) {
   return fmu_log(m, FMU_WARNING, "audit at t = %.9g s%s%s: %s: %.1g", w->time, *joint ? ", joint " : "", joint, MODEL->law[worst], w->size);
 }
 
-/* Log a warning when the verdict of the audit gets worse: one warning for a note, one for an inaccurate run. */
+/* Log a warning when the verdict of the audit gets worse: one warning for a note, and one for an inaccurate run. */
 static fmu_status fmu_audit(fmu_instance *m) {
   fmu_state *s = m->state;
   tr_judgement said;

@@ -6,7 +6,7 @@ static fmu_status fmu_refresh(fmu_instance *m) {
   if (s->ready && !s->changed) return FMU_OK;
   if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
   if (m->exchange && !s->failed) return fmu_row_here(m);
-  if (s->failed) return FMU_OK; /* the outputs stay at the last row of the run */
+  if (s->failed) return FMU_OK; /* the outputs stay at the run's last row */
   fmu_status status = fmu_take_over(m);
   if (status != FMU_OK) return status;
   int code = tr_row(FMU_SIM(s), FMU_A(s, row));
@@ -42,8 +42,8 @@ static fmu_status fmu_set_off(fmu_instance *m) {
   return fmu_take_over(m);
 }
 
-/* The latest end of the internal steps towards `target`. It is beyond `target`, except after a change by the host: another change
- * is then likely, and the work beyond `target` would be lost. */
+/* The latest end of the internal steps towards `target`. This time is beyond `target`, except after a change by the host: after a
+ * change, another change is likely, and the work beyond `target` would then be lost. */
 static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + FAR * h; }
 
 /* Largest number of internal steps in a communication step. */
@@ -73,7 +73,8 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   return fmu_failed(m, status, FMU_DISCARD);
 }
 
-/* Advance by h to `target`, in internal steps or one bounded step, and write the row there. Returns the status of the runtime. */
+/* Advance by h to `target`, by internal steps or by one bounded step, and compute the row of outputs at `target`. Returns the
+ * status of the runtime. */
 static int fmu_reach(fmu_instance *m, double target, double h) {
   static const char *const said[] = {0, "one step of impulses", "one step of impulses whose friction a few sweeps found"};
   fmu_state *s = m->state;

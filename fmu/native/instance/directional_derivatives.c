@@ -1,5 +1,5 @@
-/* Directional derivatives of outputs with respect to inputs. In model exchange, the unknowns can also be state derivatives, and the
- * knowns states. All derivatives come from the exact derivatives of the kernel. */
+/* Directional derivatives of outputs with respect to inputs. In model exchange, state derivatives can also be unknowns, and states
+ * can also be knowns. All derivatives come from the exact derivatives of the kernel. */
 
 /* A direction: changes of the input signals and of the states. columns: whether derivatives of outputs are requested. */
 typedef struct fmu_direction {
@@ -8,7 +8,8 @@ typedef struct fmu_direction {
   int columns;
 } fmu_direction;
 
-/* Compute the derivatives of all outputs (`all`) and of all state derivatives (`rates`) along a direction, in a copy of the state.
+/* Compute the derivatives of all outputs (`all`) and of all state derivatives (`rates`) along a direction. The computation uses a
+ * copy of the state.
  * */
 static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all, double *rates) {
   fmu_instance copy = *m;
@@ -50,7 +51,7 @@ static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fm
   const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
   const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
   if (in->followed == 0.0) d->inputs[which / 2].value += seed;
-  else d->inputs[which / 2].second += answer * seed; /* the input at once changes the acceleration of a motion that follows it */
+  else d->inputs[which / 2].second += answer * seed; /* if a motion follows the input, the acceleration changes at once */
 }
 
 /* Whether any of the unknowns is an output. */
@@ -86,9 +87,9 @@ static fmu_status fmu_directional(fmu_instance *m, const fmu_reference *unknown,
   return FMU_OK;
 }
 
-#define AHEAD 1e-6 /* time step of a forward difference, relative to 1/rate; about the relative error of the derivative */
+#define AHEAD 1e-6 /* time step of a forward difference, relative to 1/rate; about equal to the relative error of the derivative */
 
-/* Compute the row of outputs a small time step later, in a copy of the state. Returns the time step; 0 if the row cannot be
+/* Compute the row of outputs a small time step later, in a copy of the state. Returns the time step, or 0 if the row cannot be
  * computed. */
 static double fmu_row_ahead(fmu_instance *m, double *row) {
   const double ahead = AHEAD / MODEL->rate;
@@ -99,8 +100,8 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
   return reached == TR_DONE ? ahead : 0.0;
 }
 
-/* Time derivatives of outputs. If another output is the derivative, its value is used. A discrete output has the derivative 0. For
- * other outputs, the derivative is a forward difference. */
+/* Time derivatives of outputs. If the derivative of an output is itself an output, the value of that output is used. A discrete
+ * output has the derivative 0. For other outputs, the derivative is a forward difference. */
 static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order, double *value) {
   double later[1 + MODEL->columns->nout], ahead = 0.0;
   for (size_t i = 0; i < n; ++i) {

@@ -1,11 +1,11 @@
-/* Error estimates of outputs, from the difference to a second run with a tighter tolerance (theory, "Global error"). */
+/* Error estimates of outputs: the difference to a second run with a tighter tolerance (theory, "Global error"). */
 
-#define RESOLVED 3e-3   /* smallest meaningful difference, relative to tolerance times size of an output */
-#define ROUND_OFF 1e-13 /* smallest error, relative to the larger of the size of an output and the scale of its unit */
+#define RESOLVED 3e-3   /* smallest meaningful difference of the runs, relative to tolerance times size of an output */
+#define ROUND_OFF 1e-13 /* smallest error, relative to the size of an output or the scale of its unit, whichever is larger */
 #define LINEAR 0.3      /* largest error that counts as small, relative to the size of an output plus the scale of its unit */
-#define DECIDED_LATE 1.0 /* longest time, relative to 1/rate, with different numbers of events; after it, the runs have diverged */
+#define DECIDED_LATE 1.0 /* longest time with different numbers of events, relative to 1/rate; later, the runs have diverged */
 
-/* Start the second run. It has the same start as the run. begin: function that starts a run. */
+/* Start the second run with the same start values as the run. begin: function that starts a run. */
 static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *m, double tighter)) {
   fmu_state *s = m->state;
   const fmu_instance quiet = {.host = {.allocate = m->host.allocate, .release = m->host.release}, .state = s, .name = m->name};
@@ -21,8 +21,8 @@ static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *
   s->certified = done ? 1 : -1, s->apart = s->start;
 }
 
-/* Update the error estimates of the outputs. alike: whether both runs had the same number of events. Returns whether the errors are
- * small. */
+/* Update the error estimates of the outputs, and return whether the errors are small. alike: whether both runs had the same number
+ * of events. */
 static int fmu_compare(fmu_state *s, int alike) {
   const double *row = FMU_A(s, row) + 1, *other = FMU_A(s, other) + 1, rtol = FMU_SIM(s)->set.rtol;
   double *error = FMU_A(s, errors);

@@ -1,15 +1,15 @@
-/* Steps that end at events (FMI 3.0). A copy of the run locates the next event, then the run advances to this event. The internal
- * steps of the run are the same as in a run without stops. */
+/* Steps that end at events (FMI 3.0). A copy of the run locates the next event, and the run then advances to this event. The
+ * internal steps of the run are the same as in a run without stops. */
 
-#define LOOK_AHEAD 1.0 /* longest look-ahead for the record of a reversal, relative to 1/rate; a later record is reported then */
+#define LOOK_AHEAD 1.0 /* longest look-ahead for the record of a reversal, relative to 1/rate; later records are reported later */
 
-#define DUE 32         /* largest number of events in a look-ahead; clocks of further events tick when the events are recorded */
+#define DUE 32         /* largest number of events in a look-ahead; clocks of further events tick when these are recorded */
 
 /* Result of a look-ahead. */
 typedef struct fmu_sight {
   int ended, event;  /* ended: status of the copy's step; event: whether an event was found */
-  int same;          /* whether the copy did only what the run would do, so that it can replace the run */
-  double time, known; /* time of the first event, and time at which the first event is recorded, s; INFINITY if there is none */
+  int same;          /* whether the copy did only what the run would do; if so, the copy can replace the run */
+  double time, known; /* time of the first event, and time at which it is recorded, s; INFINITY if there is no event */
   int ndue;
   tr_event due[DUE]; /* found events */
 } fmu_sight;
@@ -21,8 +21,8 @@ static int fmu_can_look(fmu_instance *m) {
   return m->ahead && m->before;
 }
 
-/* Whether the block holds recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead result
- * to update, or 0. An event at or before `from` is reported at the time of its record. */
+/* Whether the block contains recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead
+ * result to update, or NULL. An event at or before `from` is reported at the time of its record. */
 static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(s);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
@@ -38,8 +38,8 @@ static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   return found;
 }
 
-/* Whether a pair in its proportional zone has reversed by `until`, and this reversal is neither reported nor given up. give_up:
- * mark such reversals as given up: the look-ahead no longer waits for them. */
+/* Whether a pair in its proportional zone has reversed by `until`, and this reversal is neither reported nor given up. The
+ * look-ahead no longer waits for a reversal that is given up. give_up: whether to give up the found reversals. */
 static int fmu_unsure(const fmu_instance *m, double until, int give_up) {
   int found = 0;
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) {
@@ -67,7 +67,7 @@ static int fmu_go_past(fmu_instance *m, double t, double limit, double from, fmu
   for (;;) {
     const int ended = tr_reach_event(sim, t, fmax(t, limit), (long)MANY_STEPS, FMU_A(m->ahead, row), 0);
     if (ended != TR_EVENT) return ended == TR_DONE;
-    const double known = sight->known; /* events are recorded here after the end of the step, so `known` must not change */
+    const double known = sight->known; /* the events here are recorded after the end of the step, so they must not change `known` */
     fmu_new_events(m->ahead, from, sight);
     sight->known = known;
     tr_events_take(sim);
@@ -109,15 +109,15 @@ static fmu_sight fmu_look(fmu_instance *m, double target, double limit) {
   return sight;
 }
 
-/* Compute in `before` the row just before the event that is recorded at `time`, when the look-ahead has not stored this row. A run
- * to `time` that does not include the event gives the row. */
+/* Compute in `before` the row just before the event that is recorded at `time`, if the look-ahead has not stored this row. The row
+ * comes from a run to `time` that leaves out the event. */
 static void fmu_row_up_to(fmu_instance *m, double time, double limit) {
   memcpy(m->ahead, m->state, m->state->bytes);
   if (tr_reach(FMU_SIM(m->ahead), time, limit, (long)MANY_STEPS, m->before) != TR_DONE) m->before[0] = NAN;
 }
 
-/* Advance the run to the event that is recorded first. The outputs keep their values just before the event until the host has
- * handled it. */
+/* Advance the run to the event that is recorded first. Until the host has handled the event, the outputs keep their values just
+ * before the event. */
 static fmu_status fmu_stop_at_record(fmu_instance *m, const fmu_sight *sight, double target, double limit) {
   fmu_state *s = m->state;
   const double from = s->time;
@@ -134,7 +134,7 @@ static fmu_status fmu_stop_at_record(fmu_instance *m, const fmu_sight *sight, do
   return status;
 }
 
-/* Advance the run to a reversal inside a proportional zone and report the reversal now, although it is recorded later. No output
+/* Advance the run to a reversal inside a proportional zone. The reversal is reported now, although it is recorded later. No output
  * jumps at such a reversal. */
 static fmu_status fmu_stop_before_record(fmu_instance *m, const fmu_sight *sight, double limit) {
   fmu_state *s = m->state;
@@ -148,14 +148,14 @@ static fmu_status fmu_stop_before_record(fmu_instance *m, const fmu_sight *sight
   return status;
 }
 
-/* The time up to which there is certainly no event: the end of the pending step, or its beginning if a pair can reverse in the
- * step. */
+/* The time up to which there is certainly no event. It is the end of the pending step; if a pair can reverse in the step, it is the
+ * beginning of the step. */
 static double fmu_seen(const fmu_instance *m) {
   const tr_sim *sim = FMU_SIM(m->ahead);
   return sim->pending.kind == TR_NOTHING || fmu_in_zone(m) ? tr_time(sim) : sim->pending.t;
 }
 
-/* Advance by at most h to `target`; stop at the next event. */
+/* Advance by at most h to `target`, and stop at the next event. */
 static fmu_status fmu_go_to_event(fmu_instance *m, double target, double h) {
   const double limit = fmu_limit(m->state, target, h);
   fmu_state *s = m->state;

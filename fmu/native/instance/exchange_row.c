@@ -1,10 +1,10 @@
-/* Model exchange: the row of outputs at the time and state that the importer has set. */
+/* Model exchange: the row of outputs at the time and the state that the importer has set. */
 
 #if defined FMU_ALONE /* a plain library has no model exchange */
 static fmu_status fmu_row_here(fmu_instance *m) { return (void)m, FMU_ERROR; }
 #else
-/* Apply the host's changes of inputs and, at events, of parameters at the present state. After a change of parameters, the modes
- * are decided again. */
+/* Apply the host's changes at the present state: changes of inputs and, at events, of parameters. After a change of parameters,
+ * decide the modes again. */
 static fmu_status fmu_take_in(fmu_instance *m) {
   fmu_state *s = m->state;
   const int anew = (s->changed & FMU_NEW_PARAMETERS) != 0;
@@ -21,7 +21,7 @@ static fmu_status fmu_take_in(fmu_instance *m) {
   return FMU_OK;
 }
 
-/* Discard a state without a solution in the present modes. States nearer to the last completed step have a solution. */
+/* Discard a state that has no solution in the present modes. States nearer to the last completed step have a solution. */
 static fmu_status fmu_none_there(fmu_instance *m) {
   return fmu_log(m, FMU_DISCARD, "t = %.12g s: the given state has no motion in the present modes, because an event lies before it: make a smaller step", m->state->time);
 }

@@ -3,7 +3,7 @@
 #if defined FMU_ALONE /* a plain library has no model exchange */
 static fmu_status fmu_exchanged(fmu_instance *m, fmu_reference r, double *value) { return (void)m, (void)r, (void)value, FMU_ERROR; }
 #else
-/* Evaluate the state derivatives ẏ and the event indicators, unless they are valid. *rates: ẏ. */
+/* Evaluate the state derivatives ẏ and the event indicators, unless the stored values are valid. *rates: ẏ. */
 static fmu_status fmu_rates(fmu_instance *m, const double **rates) {
   fmu_state *s = m->state;
   fmu_status status = s->mode < FMU_STEPPING ? fmu_refresh(m) : fmu_take_in(m);
@@ -19,8 +19,8 @@ static double fmu_exchanged_at(tr_sim *sim, const double *rates, int at) {
   return at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
 }
 
-/* A state, state derivative or event indicator of a co-simulation instance. It is computed in a copy of the run, because the
- * internal time of the run can be ahead of the communication point. */
+/* The value of a state, state derivative or event indicator of a co-simulation instance. The value is computed in a copy of the
+ * run, because the internal time of the run can be ahead of the communication point. */
 static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
   const fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;

@@ -3,7 +3,7 @@
 /* The name of a joint with friction by its number (from 1); "" for other numbers. */
 static const char *fmu_joint(double number) { return number >= 1.0 && number <= MODEL->joints ? MODEL->joint[(int)number - 1] : ""; }
 
-/* The outcome of a friction failure whose reason `why` is known, else the outcome of the status. */
+/* The outcome of a friction failure with the reason `why`, if this reason is known; otherwise the outcome of the status. */
 static const fmu_outcome *fmu_outcome_of(int status, int why) {
   for (const fmu_outcome *o = MODEL->why; why != TR_WHY_UNKNOWN && o->status >= 0; ++o)
     if (o->status == why) return o;
@@ -22,7 +22,7 @@ static const char *fmu_most_loaded(tr_sim *sim) {
   return fmu_joint(joint + 1);
 }
 
-/* The tree joint that moves fastest. If all are at rest, it is the first joint with a degree of freedom. */
+/* The tree joint that moves fastest; if all joints are at rest, the first joint with a degree of freedom. */
 static const char *fmu_fastest(tr_sim *sim) {
   const double *v = tr_array(sim, TR_ARRAY_STATE) + MODEL->kernel->nq;
   double most = -1.0;
@@ -34,7 +34,7 @@ static const char *fmu_fastest(tr_sim *sim) {
   return joint;
 }
 
-/* The joint of a failure ("" if no joint is known). *why: reason; *more: further text. Changes sim. */
+/* The joint of a failure, "" if no joint is known. *why: reason. *more: further text. The function changes sim. */
 static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **more) {
   int pair = -1;
   double number;
@@ -52,7 +52,7 @@ static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **mor
   return status == TR_FAIL_GIMBAL ? loop->gimbal : loop->joint;
 }
 
-/* Log the failure of the run. The diagnosis works on a copy, so that the state keeps the last row. */
+/* Log the failure of the run. The diagnosis uses a copy of the run, so that the state keeps the last row. */
 static fmu_status fmu_failed(fmu_instance *m, int status, fmu_status as) {
   fmu_state *s = m->state;
   const char *more = "", *joint = "";

@@ -15,7 +15,7 @@ static void fmu_say(const fmu_instance *m, fmu_status status, int category, cons
 }
 #else
 #include <stdio.h>
-/* Send a message of a category. Warnings and errors are sent even without logging. */
+/* Send a message of a category. Warnings and errors are sent even when logging is off. */
 static void fmu_say(const fmu_instance *m, fmu_status status, int category, const char *form, va_list a) {
   char text[2048];
   if (!m->host.say || (status == FMU_OK && !fmu_wants(m, category))) return;
@@ -41,7 +41,7 @@ static void fmu_tell(const fmu_instance *m, int category, const char *form, ...)
   va_end(a);
 }
 
-/* Switch n categories on or off by name; with n = 0, switch all categories. Returns whether all names exist. */
+/* Switch the n named categories on or off; if n = 0, switch all categories. Returns whether all names exist. */
 static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *name) {
   int chosen = n ? 0 : FMU_EVERYTHING, known = 1;
   for (size_t i = 0; i < n; ++i) {
@@ -54,7 +54,7 @@ static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *
   return known;
 }
 
-/* Log the events since the last call with their times, and tick their clocks. */
+/* Log the events since the last call with their times, and tick the clocks of these events. */
 static void fmu_tell_events(const fmu_instance *m) {
   tr_sim *sim = FMU_SIM(m->state);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);

@@ -1,24 +1,26 @@
 /* Extrapolation of inputs between communication points, and motions that follow inputs. */
 
 #define CARRIED 0.2 /* largest product of bandwidth and sample time. With a larger product, the motion jerks at every sample.
-                     * A host that feeds the force back to the source of the input then amplifies the jerks */
-#define IN_A_ROW 2  /* changes at so many consecutive communication points make an input sampled; a single change is a step input */
+                     * A host that feeds the force back to the source of the input then amplifies these jerks */
+#define IN_A_ROW 2  /* an input that changes at this many consecutive communication points is sampled; a single change is a step */
 
-/* Whether an input is sampled: its value changes at consecutive communication points, and the host does not give its acceleration.
+/* Whether an input is sampled. The value of a sampled input changes at consecutive communication points, and the host does not give
+ * its acceleration.
  * */
 static int fmu_sampled(const fmu_input *in) { return in->changes >= IN_A_ROW && in->derived < 2.0 && in->last_t > in->before_t; }
 
 /* Derivative of order k + 1 of an input, from a function call of the host or from a derivative input. */
 static double fmu_told(const fmu_input *in, int k) { return in->told[k] + in->given[k]; }
 
-/* Bandwidth with which a motion follows its input: the requested bandwidth `asked`, limited by the sample time of a sampled input.
+/* Bandwidth with which a motion follows its input. It is the requested bandwidth `asked`; for a sampled input, it is limited by the
+ * sample time.
  * */
 static double fmu_bandwidth(const fmu_input *in, double asked) {
   return fmu_sampled(in) ? fmin(asked, CARRIED / (in->last_t - in->before_t)) : asked;
 }
 
 /* Compute rate and curvature (second derivative) of a sampled input from its last samples. The curvature is smoothed with the
- * bandwidth of the motion. Otherwise, a feedback of the force would react to every sample. */
+ * bandwidth of the motion. Without smoothing, a feedback of the force would react to every sample. */
 static void fmu_sample(fmu_input *in, double asked) {
   const double h = in->last_t - in->before_t;
   in->rate = in->derived > 0.0 ? fmu_told(in, 0) : (in->last - in->before) / h;
@@ -41,7 +43,7 @@ static void fmu_note_input(const fmu_state *s, fmu_input *in, double t, double a
     in->before = in->last, in->before_t = in->last_t, in->last_t = t;
     in->rate_before = in->rate, in->curve_before = in->curve;
   }
-  in->last = in->value; /* a host may set the input repeatedly at one communication point */
+  in->last = in->value; /* a host may set the input several times at one communication point */
   if (in->last_t > in->before_t) fmu_sample(in, asked);
 }
 
@@ -64,8 +66,8 @@ static void fmu_say_slower(fmu_instance *m, const fmu_input *in, double asked, c
 }
 
 /* Pass the inputs to the simulation, valid from time t on. A motion that follows an input continues from its present position and
- * rate; at the start of the run (begin), it starts at the value of the input. A sampled input is extrapolated with the rate of its
- * last two samples. */
+ * rate. At the start of the run (begin), the motion starts at the value of the input. A sampled input is extrapolated with the rate
+ * of its last two samples. */
 static void fmu_hand_inputs(fmu_instance *m, double t, int begin) {
   fmu_state *s = m->state;
   for (int i = 0; i < MODEL->settings; ++i) {
@@ -80,7 +82,7 @@ static void fmu_hand_inputs(fmu_instance *m, double t, int begin) {
     tr_signal now;
     tr_input_value(in, t, &now);
     in->t0 = t, in->u[0] = told->value, in->u[1] = fmu_told(told, 0), in->u[2] = fmu_told(told, 1);
-    /* The mean rate of a sample is the rate in its middle, half a sample time ago. */
+    /* The mean rate of a sample is the rate in the middle of the sample, half a sample time ago. */
     const double half = told->derived > 0.0 ? 0.0 : 0.5 * (told->last_t - told->before_t);
     if (fmu_sampled(told)) in->u[1] = told->rate + half * told->curve, in->u[2] = told->curve;
     int behind = in->followed != 0.0 && !begin;

@@ -1,6 +1,6 @@
 /* Life cycle of an instance: creation, times and tolerance of the run, initialization, termination. */
 
-#define LEAST_RTOL 1e-14 /* bounds of relative tolerances: smaller ones are below round-off, larger ones give no approximation */
+#define LEAST_RTOL 1e-14 /* bounds of relative tolerances: smaller values are below round-off, larger values give useless results */
 #define MOST_RTOL 0.1
 
 /* The reason why an instance of this type and GUID cannot be created; NULL if it can be created. */
@@ -12,8 +12,8 @@ static const char *fmu_refusal(int type, const char *guid) {
                        : "the GUID is not that of this FMU: use the modelDescription.xml of the same export";
 }
 
-/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a reason not to create it, or
- * NULL. */
+/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a known reason against the
+ * instance, or NULL. */
 static fmu_instance *fmu_create(const fmu_host *host, const char *name, const char *why, int logging) {
   fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
   fmu_state layout = {0};

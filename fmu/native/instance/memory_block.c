@@ -43,7 +43,7 @@ static void fmu_defaults(fmu_state *s) {
   for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
 }
 
-/* The value of the first parameter of a kind; `otherwise` if the model has no such parameter. */
+/* The value of the first parameter of a kind, or `otherwise` if the model has no such parameter. */
 static double fmu_setting_of(const fmu_state *s, int kind, double otherwise) {
   for (int i = 0; i < MODEL->settings; ++i)
     if (MODEL->setting[i].kind == kind) return FMU_A(s, settings)[i];
@@ -74,7 +74,7 @@ static void fmu_adopt(fmu_state *s) {
   fmu_swap(s), fmu_adopt_run(s), fmu_swap(s);
 }
 
-/* A copy of the state in which a run can go on; NULL if there is no memory. The caller frees the copy. */
+/* A copy of the state, in which a run can go on; NULL if memory is lacking. The caller frees the copy. */
 static fmu_state *fmu_copied(const fmu_instance *m) {
   fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
   if (!copy) return NULL;

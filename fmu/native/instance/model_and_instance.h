@@ -1,7 +1,7 @@
 /* Data of the shell. An exported model consists of constant, generated tables. An instance has one relocatable block of memory.
  *
- * The block begins with fmu_state and holds all data that change; to save a state, the block is copied. There are no global
- * variables, so that a process can have any number of instances in any threads. */
+ * The block begins with fmu_state and contains all data that change. A state is saved by copying the block. There are no global
+ * variables, so a process can have any number of instances in any threads. */
 #ifndef FMU_H
 #define FMU_H
 #include <math.h>
@@ -12,8 +12,8 @@
 #include "hosts/hosts.h"
 
 #define SAME_POINT 1e-9 /* relative to the communication step: times at most this far apart count as the same communication point */
-#define FAR 1e4         /* internal steps may reach so many communication steps ahead, even beyond a stop time */
-#define MANY_STEPS 1e9  /* number of internal steps in a communication step that stands for no limit */
+#define FAR 1e4         /* internal steps may reach this many communication steps ahead, even beyond a stop time */
+#define MANY_STEPS 1e9  /* this many internal steps in a communication step mean that there is no limit */
 
 #define FMU_STACK 256 /* stack depth of expressions (STACK of fmu/c_source/model_tables.py) */
 
@@ -22,12 +22,12 @@ typedef int fmu_status;
 enum { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
 typedef unsigned fmu_reference;
 
-/* Kinds of parameters. Depending on the kind, the `index` of a parameter is that of an engine parameter, a coordinate, a rate or an
- * input. */
+/* Kinds of parameters. The `index` of a parameter is that of an engine parameter, a coordinate, a rate or an input, depending on
+ * the kind. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
                         FMU_MOST_EVENTS, FMU_MOST_EVALUATIONS, FMU_MOST_ITERATIONS, FMU_ERRORS, FMU_PARAMETER };
 
-/* Use of the host's tolerance: never; only when it is tighter; always. */
+/* Use of the host's tolerance: never; only if the tolerance is tighter; always. */
 enum { FMU_HOST_ASIDE, FMU_HOST_TIGHTER, FMU_HOST_COUNTS };
 
 /* Operations in the stack code of expressions. FMU_VALUE is followed by a number, FMU_SETTING by the index of a parameter. */
@@ -36,11 +36,11 @@ enum fmu_operation {
   FMU_ACOS, FMU_ATAN, FMU_ATAN2, FMU_SQRT, FMU_ABS, FMU_MIN, FMU_MAX
 };
 
-/* A parameter. open: whether min is excluded. nonzero: whether zero is excluded. above: index of a parameter that is a lower bound
- * of this one, -1 for none. strict: whether that bound is excluded. rotation: whether this is the first component of a quaternion.
- * name: path in the scene. key: last key of the path. rule: description of the allowed values. */
+/* A parameter. open: whether min is excluded. nonzero: whether zero is excluded. above: index of the parameter whose value is a
+ * lower bound of this parameter, -1 if there is none. strict: whether that bound is excluded. rotation: whether this is the first
+ * component of a quaternion. name: path in the scene. key: last key of the path. rule: description of the allowed values. */
 typedef struct fmu_setting {
-  int kind, index, also, tunable; /* also: index of another engine parameter with the same value; −1: none */
+  int kind, index, also, tunable; /* also: index of another engine parameter with the same value, or −1 */
   double start, min, max;
   int open, nonzero, above, strict, rotation;
   const char *name, *key, *rule;
@@ -52,8 +52,8 @@ typedef struct fmu_outcome {
   const char *name, *advice;
 } fmu_outcome;
 
-/* A loop. joint: joint that the message names when the loop cannot close. gimbal: joint that the message names for a gimbal lock.
- * words: further text. */
+/* A loop. joint: joint that the message about a loop that cannot close names. gimbal: joint that the message about a gimbal lock
+ * names. words: further text. */
 typedef struct fmu_loop {
   const char *joint, *gimbal, *words;
 } fmu_loop;
@@ -66,15 +66,16 @@ typedef struct fmu_rate {
 } fmu_rate;
 
 /* Clocks of events (FMI 3.0), one for each joint and kind of event. last: output column with the number of the last event's joint,
- * -1 for none. of: for each pair, then for each stop, the index of the clock of each kind of event, -1 for none. */
+ * -1 if there is none. of: index of the clock of each kind of event, first for each pair, then for each stop; -1 if there is no
+ * clock. */
 typedef struct fmu_clocks {
   int count, kinds, last;
   const int *of;
 } fmu_clocks;
 
 /* Properties of the error of an output. errs: whether the output has an error estimate. jumps: whether the output jumps at events.
- * wraps: whether the output is an angle modulo 2*pi. tells: whether this error decides if errors are small. scale: size of the
- * output's unit in the scene. */
+ * wraps: whether the output is an angle modulo 2*pi. tells: whether this error takes part in the decision whether errors are small.
+ * scale: size of the output's unit in the scene. */
 typedef struct fmu_erring {
   int errs, jumps, wraps, tells;
   double scale;
@@ -86,10 +87,10 @@ enum { FMU_COSIMULATION = 1, FMU_EXCHANGE = 2 };
 typedef struct fmu_model {
   const char *guid, *name;
   int types; /* bits FMU_COSIMULATION, FMU_EXCHANGE */
-  int outputs, inputs, derivatives, settings, followers; /* followers: number of the last settings, which expressions compute */
+  int outputs, inputs, derivatives, settings, followers; /* followers: number of settings at the end that expressions compute */
   const int *derivative; /* for each derivative input: 2 · index of its input, + 1 for the second derivative */
   const int *whole;      /* for each variable: 1 for an integer variable, else 0 */
-  const int *slope;      /* for each output: index of the output that is its time derivative; −1: none; −2: discrete output */
+  const int *slope;      /* for each output: index of its time derivative among the outputs; −1: none; −2: discrete output */
   const int *integral;   /* for each output: 1 if it is computed from works, else 0 */
   const tr_kernel *kernel;
   const tr_outputs *columns;
@@ -104,21 +105,21 @@ typedef struct fmu_model {
   const fmu_setting *setting;
   const fmu_outcome *outcome;
   const fmu_outcome *why; /* outcomes of friction failures by reason (TR_WHY_…); the last record has the status −1 */
-  const int *pair_joint, *eta_joint, *row_loop; /* by pair, multiplier: index in `joint`; by row: index in `loop`; −1: none */
+  const int *pair_joint, *eta_joint, *row_loop; /* by pair or multiplier: index in `joint`; by row: index in `loop`; −1: none */
   const fmu_loop *loop;
   int rates;
   const fmu_rate *moving;
   const char *const *joint_of; /* for each pair, then for each stop: name of its joint */
   const char *const *event;    /* names of events by kind */
-  const double *code; /* stack code of all expressions; that of follower i is from begin[i] to begin[i + 1] */
+  const double *code; /* stack code of all expressions; the code of follower i is from begin[i] to begin[i + 1] */
   const int *begin;
   int joints;
   const char *const *joint, *const *law; /* joint: names of the joints with friction; law: texts about violated laws of the audit */
-  const int *width;         /* for each reference: number of values, 0 inside an array; NULL in FMI 2.0, which has only scalars */
+  const int *width;         /* for each reference: number of values, 0 inside an array; NULL in FMI 2.0, which has no arrays */
   const int *type;          /* for each reference: FMU_FLOAT64, …; NULL in FMI 2.0 */
   const fmu_clocks *clocks; /* NULL in FMI 2.0 */
   const fmu_erring *erring; /* for each output; NULL without error estimates */
-  double tighter, larger;   /* tolerance of the run / that of the second run; factor from the difference of the runs to the error */
+  double tighter, larger;   /* tolerance ratio of the run to the second run; ratio of the error to the difference of the runs */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -128,7 +129,7 @@ extern const fmu_model fmu_the_model;
 enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2, FMU_NEW = FMU_NEW_INPUTS | FMU_NEW_PARAMETERS };
 
 /* An input from the present communication point on. told: derivatives from fmi2SetRealInputDerivatives. given: derivatives from
- * derivative inputs. The other fields are for inputs that a motion follows. last, before: values at the last two changes. last_t,
+ * derivative inputs. A motion that follows the input uses the other fields. last, before: values at the last two changes. last_t,
  * before_t: their times, s. changes: number of consecutive communication points with changes. */
 typedef struct fmu_input {
   double value, told[2], given[2];
@@ -155,26 +156,27 @@ typedef struct fmu_state {
   int known;   /* model exchange: state derivatives and event indicators are valid */
   int ready;   /* the row of outputs is valid at `time` */
   int changed; /* bits FMU_NEW_*: changes not yet applied */
-  int told;    /* worst verdict of the audit that was logged */
-  int failed;  /* status of the runtime that ended the run, 0 while the run continues */
-  int why;     /* reason of that status, if known (TR_WHY_…) */
-  int tenths;  /* number of tenths of the run whose progress was logged */
+  int told;    /* worst audit verdict that has been logged */
+  int failed;  /* status with which the runtime ended the run, 0 while the run continues */
+  int why;     /* reason of the status `failed`, if known (TR_WHY_…) */
+  int tenths;  /* number of tenths of the run whose progress has been logged */
   int stepped; /* status of the last communication step */
   int has_stop, has_tolerance, moved;
   double start, stop, tolerance, time, reached;
   double point; /* the communication point before `time` */
-  int slower;   /* the message that a motion follows its input more slowly was logged */
-  int ticking;    /* a clock ticked since the host last handled events */
-  int midway;     /* the last step ended before its communication point */
-  int event;      /* the run is at an event, and the row of outputs is that just before the event */
-  double seen;    /* no event happens up to this time, s, unless the host makes changes */
+  int slower;   /* whether the message that a motion follows its input more slowly has been logged */
+  int ticking;    /* whether a clock ticked since the host last handled events */
+  int midway;     /* whether the last step ended before its communication point */
+  int event;      /* whether the run is at an event; the row of outputs is then that just before the event */
+  double seen;    /* no event happens up to this time, s, unless the host changes something */
   double stride;  /* longest communication step so far */
   int certified;  /* 1: outputs are their error estimates; -1: the estimates are no longer valid; 0: no estimates */
   double apart;   /* last time at which both runs had the same number of events, s */
   int settings, trial, inputs, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;
 
-/* Functions of the host. allocate, release: NULL means those of the C library. say: function that formats a message for `logger`.
+/* Functions of the host. allocate, release: if NULL, the C library's functions are used. say: function that formats a message for
+ * `logger`.
  * */
 typedef struct fmu_host {
   void *(*allocate)(size_t count, size_t bytes);
@@ -189,8 +191,8 @@ typedef struct fmu_instance {
   fmu_state *state;
   char *name;
   int logging;
-  int exchange;     /* the instance is for model exchange: the host makes the steps */
-  fmu_state *ahead; /* memory for the copy of a look-ahead; NULL if the host does not stop at events */
+  int exchange;     /* whether the instance is for model exchange, in which the host makes the steps */
+  fmu_state *ahead; /* memory for the copy of the run in a look-ahead; NULL if the host does not stop at events */
   double *before;   /* memory for the row just before an event; NULL if the host does not stop at events */
   int events, early; /* whether the host handles events; whether it accepts early returns */
   void (*between)(void); /* callback between communication points, or NULL */

@@ -1,7 +1,8 @@
 /* Model exchange for FMI 2.0 and 3.0, in which the importer's solver makes the steps. The runtime evaluates state derivatives ẏ and
  * event indicators (``hosts/model_exchange.c``) and handles events (``hosts/model_exchange_events.c``). */
 
-/* Check a call of model exchange. modes: bits of the allowed modes. given, wanted: number of values in the call, required number.
+/* Check a call of model exchange. modes: bits of the allowed modes. given: number of values in the call. wanted: required number of
+ * values.
  * */
 static fmu_status fmu_may_exchange(const fmu_instance *m, const char *call, int modes, size_t given, int wanted) {
   if (!m->exchange) return fmu_log(m, FMU_ERROR, "%s: this instance is for co-simulation: create one for model exchange", call);
@@ -36,7 +37,7 @@ static fmu_status fmu_set_states(fmu_instance *m, const double *x, size_t n) {
   return FMU_OK;
 }
 
-/* Check a call that gets one value for each state, and start the run if this has not been done. */
+/* Check a call that gets one value for each state, and start the run if it has not been started. */
 static fmu_status fmu_may_get(fmu_instance *m, const char *call, const double *x, size_t n) {
   fmu_status status = fmu_may_exchange(m, call, FMU_AT_ALL, n, fmu_states());
   if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
@@ -52,7 +53,7 @@ static fmu_status fmu_get_states(fmu_instance *m, double *x, size_t n) {
   return FMU_OK;
 }
 
-/* Evaluate *rates (ẏ) and the event indicators for a call that gets n values, of which there are `wanted`. */
+/* Evaluate *rates (ẏ) and the event indicators for a call that gets n values. wanted: required number of values. */
 static fmu_status fmu_evaluate(fmu_instance *m, const char *call, const double *out, size_t n, int wanted, const double **rates) {
   fmu_status status = fmu_may_exchange(m, call, FMU_AT_ALL, n, wanted);
   if (status == FMU_OK) status = fmu_rates(m, rates);
@@ -110,20 +111,20 @@ static fmu_status fmu_enter_continuous(fmu_instance *m) {
   return status;
 }
 
-/* Information for the importer after an event. */
+/* The information that the importer gets after an event. */
 typedef struct fmu_said {
   int again, terminate, values, defined;
   double next;
 } fmu_said;
 
-/* Set the time of the next time event; INFINITY if there is none. */
+/* Set the time of the next time event. The time is INFINITY if there is none. */
 static void fmu_says_next(fmu_said *said, double next) {
   said->defined = next < INFINITY;
   said->next = said->defined ? next : 0.0;
 }
 
-/* Handle the events at the present time and state. Clocks that tick stay active until the next call. If a clock ticks, the importer
- * is asked for another call. */
+/* Handle the events at the present time and state. If a clock ticks, the importer is asked for another call, and the clock stays
+ * active until that call. */
 static fmu_status fmu_update(fmu_instance *m, fmu_said *said) {
   fmu_state *s = m->state;
   tr_sim *sim = FMU_SIM(s);

@@ -1,9 +1,9 @@
-/* Evaluation of the expressions by which numbers depend on parameters of the scene. */
+/* Evaluation of the expressions that compute numbers from parameters of the scene. */
 
 static double fmu_least(double a, double b) { return b < a ? b : a; }
 static double fmu_most(double a, double b) { return b > a ? b : a; }
 
-/* The value of the expression whose stack code is from `code` to `end`. settings: values of the parameters. */
+/* The value of the expression whose stack code extends from `code` to `end`. settings: values of the parameters. */
 static double fmu_expression(const double *code, const double *end, const double *settings) {
   double stack[FMU_STACK], *top = stack - 1;
   while (code < end) {
@@ -32,7 +32,7 @@ static double fmu_expression(const double *code, const double *end, const double
   return *top;
 }
 
-/* Compute all dependent numbers. */
+/* Compute all dependent numbers of the model. */
 static void fmu_follow(double *settings) {
   for (int i = 0; i < MODEL->followers; ++i)
     settings[MODEL->settings - MODEL->followers + i] =

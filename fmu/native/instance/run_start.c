@@ -22,8 +22,8 @@ static void fmu_start_values(fmu_state *s) {
   }
 }
 
-/* Check parameters that limit each other, and log a violation. The check is made when the parameters take effect, because hosts set
- * them one after another. The host can correct the parameters and continue. */
+/* Check the parameters that limit each other, and log a violation. This check is made when the parameters take effect, because
+ * hosts set parameters one by one. After a violation, the host can correct the parameters and continue. */
 static fmu_status fmu_together(fmu_instance *m) {
   const double *value = FMU_A(m->state, settings);
   for (int i = 0; i < MODEL->settings; ++i) {
@@ -37,7 +37,7 @@ static fmu_status fmu_together(fmu_instance *m) {
   return FMU_OK;
 }
 
-/* The relative tolerance of the run, from solver.tolerance or from the host. If the two differ, the choice is logged. */
+/* The relative tolerance of the run: solver.tolerance, or the host's tolerance. If the two differ, the choice is logged. */
 static double fmu_tolerance(const fmu_instance *m) {
   const fmu_state *s = m->state;
   const double own = fmu_setting_of(s, FMU_TOLERANCE, DEFAULT_RTOL);
@@ -113,7 +113,7 @@ static int fmu_change_run(fmu_instance *m) {
   return status == TR_OK ? tr_resume(FMU_SIM(s), anew) : status;
 }
 
-/* Apply the host's changes at the present time, to the run and the second run. */
+/* Apply the host's changes at the present time to the run and to the second run. */
 static fmu_status fmu_take_over(fmu_instance *m) {
   fmu_state *s = m->state;
   if (!s->changed) return FMU_OK;

@@ -1,8 +1,8 @@
-/* Copies of states, and states as bytes. The bytes are written with a checksum and verified when they are read. */
+/* Copies of states, and states as bytes. The bytes are written with a checksum, which is verified when the bytes are read. */
 #include <stdint.h>
 
 #define SEAL_MARK "TRUNN-1" /* identifies this format */
-#define SEAL_MIX 0x100000001b3u /* odd: multiplication is invertible, so every change of a single word changes the checksum */
+#define SEAL_MIX 0x100000001b3u /* odd: the multiplication is invertible, and every change of a single word changes the checksum */
 
 /* Header of a serialized state. */
 typedef struct fmu_seal {
@@ -28,7 +28,7 @@ static int fmu_is_state(const fmu_state *s, size_t bytes) {
 
 static size_t fmu_sealed_size(const fmu_instance *m) { return sizeof(fmu_seal) + m->state->bytes; }
 
-/* Clear the addresses of a run. */
+/* Clear the addresses in a run. */
 static void fmu_forget_addresses(fmu_state *s) {
   tr_sim *sim = FMU_SIM(s);
   memset(&sim->k, 0, sizeof sim->k), memset(&sim->o, 0, sizeof sim->o), memset(&sim->j, 0, sizeof sim->j), memset(&sim->ask, 0, sizeof sim->ask);
@@ -38,7 +38,7 @@ static void fmu_forget_addresses(fmu_state *s) {
   memset(TR_A(sim, cj), 0, sizeof(void *));
 }
 
-/* Write a state with a checksum and without the addresses of this process, so that equal states give equal bytes. */
+/* Write a state with a checksum. The addresses of this process are left out, so that equal states give equal bytes. */
 static void fmu_seal_state(const fmu_state *s, char *out) {
   fmu_seal seal = {.mark = SEAL_MARK};
   char *body = out + sizeof seal;
@@ -53,7 +53,7 @@ static int fmu_refit(fmu_state *s) {
   return tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
 }
 
-/* Refit the second run, if there is one. Returns whether it fits. */
+/* Apply fmu_refit to the second run, if there is one. Returns whether its contents are valid. */
 static int fmu_refit_second(fmu_state *s) {
   if (!s->certified) return 1;
   if (!MODEL->erring || s->certified > 1 || s->certified < -1) return 0;

@@ -1,10 +1,10 @@
 /* Value references, in this order: outputs, inputs, derivative inputs, parameters, clocks (FMI 3.0), states, state derivatives,
  * event indicators. */
 
-/* Number of all inputs: the inputs of the scene and the derivative inputs. */
+/* Number of all inputs: inputs of the scene and derivative inputs. */
 static int fmu_all_inputs(void) { return MODEL->inputs + MODEL->derivatives; }
 
-/* Number of values of the variable at a reference: above 1 for an array (only in FMI 3.0), 0 inside an array. */
+/* Number of values of the variable at a reference. It is above 1 for an array (only in FMI 3.0), and 0 inside an array. */
 static int fmu_width(fmu_reference r) { return MODEL->width ? MODEL->width[r] : 1; }
 
 static int fmu_count(void) { return MODEL->outputs + fmu_all_inputs() + MODEL->settings - MODEL->followers; }
@@ -17,7 +17,8 @@ static int fmu_states(void) {
 
 static int fmu_indicators(void) { return 2 * MODEL->kernel->nsliders + MODEL->kernel->nstops + (MODEL->kernel->neta > 0); }
 
-/* The reference of the first state. The references after the states are those of the state derivatives and of the event indicators.
+/* The reference of the first state. The references after those of the states are those of the state derivatives, then those of the
+ * event indicators.
  * */
 static unsigned fmu_first_state(void) {
   return (unsigned)(fmu_count() + (MODEL->clocks ? 1 + 3 * MODEL->clocks->count + (MODEL->clocks->last >= 0) : 0));

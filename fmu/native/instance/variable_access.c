@@ -45,7 +45,8 @@ static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, doubl
   return FMU_OK;
 }
 
-/* Compute and check the numbers that depend on changed parameters in `trial`. Logs the reason if a number is not allowed. */
+/* Compute the numbers that depend on changed parameters in `trial`, and check these numbers. Logs the reason if a number is not
+ * allowed. */
 static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   const double *settings = FMU_A(m->state, settings);
   int first = MODEL->settings - MODEL->followers, anew = 0;
@@ -61,7 +62,7 @@ static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   return FMU_OK;
 }
 
-/* Check a value for reference r; store the value of a parameter in `trial`. Logs the reason if the value is not allowed. */
+/* Check a value for reference r, and store the value of a parameter in `trial`. Logs the reason if the value is not allowed. */
 static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
   if (r >= fmu_count()) return fmu_log(m, FMU_ERROR, "value reference %u: there is no real variable with this reference that can be set", (unsigned)r);
@@ -81,7 +82,7 @@ static void fmu_put_input(fmu_state *s, int r, double value) {
   int moving = in && (in->told[0] != 0.0 || in->told[1] != 0.0 || in->given[0] != 0.0 || in->given[1] != 0.0);
   if (*at == value && !moving) return;
   *at = value;
-  if (in) in->told[0] = in->told[1] = 0.0; /* a host sets derivatives after the value */
+  if (in) in->told[0] = in->told[1] = 0.0; /* a host sets the derivatives after the value */
   s->changed |= FMU_NEW_INPUTS;
 }
 
@@ -92,7 +93,7 @@ static fmu_status fmu_set(fmu_instance *m, const fmu_reference *vr, size_t n, co
   const double *next = value;
   fmu_status status = FMU_OK;
   memcpy(trial, settings, sizeof(double) * MODEL->settings);
-  for (size_t i = 0; i < n && status == FMU_OK; ++i) { /* check all values before setting any */
+  for (size_t i = 0; i < n && status == FMU_OK; ++i) { /* check all values before setting any value */
     const int end = vr[i] < (unsigned)all ? (int)vr[i] + fmu_width(vr[i]) : all + 1;
     for (int r = vr[i] < (unsigned)all ? (int)vr[i] : all; r < end && status == FMU_OK; ++r) status = fmu_try(m, r, *next++, trial);
   }

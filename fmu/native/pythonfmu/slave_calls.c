@@ -1,13 +1,13 @@
-/* FMI 2.0 functions of the library of the python flavour. Most functions call the slave, some call the model directly. */
+/* FMI 2.0 functions of the library of the python flavour. Most functions call the slave; some call the model directly. */
 
-#define BEHIND "\x1f" /* separates the instance name from the address of the bridge, in the name that is passed to the slave */
+#define BEHIND "\x1f" /* separates the instance name from the address of the bridge in the name that the slave receives */
 
-/* Data shared by loader and slave; the slave uses the first six fields (fmu/binaries/python_flavour_slave.py.txt). */
+/* Data that loader and slave share. The slave uses the first six fields (fmu/binaries/python_flavour_slave.py.txt). */
 typedef struct fmu_bridge {
-  int status;       /* status of the present call, from the slave */
+  int status;       /* status of the present call, set by the slave */
   int logging;
-  const char *guid; /* expected by the host */
-  void *logger;     /* for messages of the model and of the slave */
+  const char *guid; /* the GUID that the host expects */
+  void *logger;     /* the logger for messages of the model and of the slave */
   void *model;      /* the instance of the model, which the slave has created */
   void *library;    /* the library of the model, which the slave has loaded */
   void *above;      /* pythonfmu's library */
@@ -26,13 +26,13 @@ static void bridge_log(void *environment, fmi2String name, fmi2Status status, fm
     b->host.logger(b->host.componentEnvironment, b->name, status, category && *category ? category : bridge_category[status], message);
 }
 
-/* The worse of two statuses: that of pythonfmu (`status`) and that of the slave. */
+/* The worse of two statuses: pythonfmu's `status` and that of the slave. */
 static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return (int)status > b->status ? status : (fmi2Status)b->status; }
 
 #define EXPORT(result) \
   BRIDGE_EXPORT result
 #define STRIP(...) __VA_ARGS__
-/* A function that pythonfmu passes to the slave. */
+/* Define a function that pythonfmu passes on to the slave. */
 #define SLAVE(name, parameters, arguments) \
   EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
     fmu_bridge *b = c; \
@@ -41,14 +41,14 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
     b->status = fmi2OK; \
     return f ? bridge_worse(b, f(b->slave, STRIP arguments)) : fmi2Error; \
   }
-/* A function that pythonfmu does not pass to the slave. It calls the model directly. */
+/* Define a function that pythonfmu does not pass on to the slave. It calls the model directly. */
 #define MODEL(name, parameters, arguments) \
   EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
     fmu_bridge *b = c; \
     name##TYPE *f = b && b->model ? (name##TYPE *)bridge_find(b->library, #name) : 0; \
     return f ? f(b->model, STRIP arguments) : fmi2Error; \
   }
-/* A function of the slave without arguments. */
+/* Define a function of the slave that has no arguments. */
 #define PLAIN(name) \
   EXPORT(fmi2Status) name(fmi2Component c) { \
     fmu_bridge *b = c; \
@@ -70,7 +70,7 @@ EXPORT(void) fmi2FreeInstance(fmi2Component c) {
   free(b);
 }
 
-/* Load pythonfmu and create the slave; returns the error, or NULL. */
+/* Load pythonfmu and create the slave. Returns the error, or NULL. */
 static const char *bridge_begin(fmu_bridge *b, fmi2String resources, fmi2Boolean visible, char *text) {
   char path[PATH_MOST], name[PATH_MOST];
   if (!bridge_resources(resources, path)) return "its resources are not where the host says, nor beside its library";

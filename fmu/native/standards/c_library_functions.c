@@ -1,7 +1,7 @@
 /* The functions of an exported model as a plain C library (documented in ``mechanism.h``). They allocate no memory and print
- * nothing. The caller owns the struct with all data. Its layout is that of the memory block of an FMU. */
+ * nothing. The caller owns the struct with all data. The layout of this struct is that of an FMU's memory block. */
 
-/* Does not compile when the size of the struct was computed with too small bounds. */
+/* Does not compile if the bounds with which the struct's size was computed are too small. */
 typedef char mechanism_has_room[sizeof(fmu_state) <= MECHANISM_SHELL && sizeof(fmu_input) <= MECHANISM_INPUT ? 1 : -1];
 
 static fmu_instance library_instance(mechanism *m) {

@@ -11,7 +11,7 @@ FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_
   return fmi2OK;
 }
 
-/* Pass a message to the host. "%" is replaced, because the host would interpret it as a format. */
+/* Pass a message to the host. "%" is replaced by a space, because the host would interpret it as a format. */
 static void fmi2_say(const fmu_host *host, const char *name, fmu_status status, const char *category, char *text) {
   for (char *c = text; *c; ++c)
     if (*c == '%') *c = ' ';
@@ -72,7 +72,7 @@ FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
     return work_set(m, vr, n, value); \
   }
 
-/* Define the functions for variables of a type that this FMU does not have. */
+/* Define the functions for variables of a type that does not occur in this FMU. */
 #define FMU_NO_TYPE(Name, type) \
   FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
     FMU_ENTER(c); \
@@ -136,7 +136,7 @@ FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Bo
 
 FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { FMU_CALL(c, fmu_log(m, FMU_ERROR, "fmi2CancelStep: there is no step to cancel, because fmi2DoStep returns only after its step")); }
 
-/* Define a function that returns the only status of its type that this FMU has. */
+/* Define a function that returns the only status of its type which this FMU has. */
 #define FMI2_STATUS(Name, type, known, answer) \
   FMU_EXPORT fmi2Status fmi2##Name(fmi2Component c, const fmi2StatusKind kind, type *value) { \
     FMU_ENTER(c); \

@@ -89,7 +89,7 @@ fmi3Status fmi3Reset(fmi3Instance c) {
   return fmi3OK;
 }
 
-/* Call the host's intermediate update, in which it can get outputs and set inputs. Returns whether the host requests an early
+/* Call the host's intermediate update, in which the host can get outputs and set inputs. Returns whether the host requests an early
  * return. *until: reduced to the time of the early return. */
 static int fmi3_ask(fmu_instance *m, int may_return, double *until) {
   fmi3Boolean asked = fmi3False;
@@ -102,8 +102,8 @@ static int fmi3_ask(fmu_instance *m, int may_return, double *until) {
   return 1;
 }
 
-/* Step to `target`, or to the next event if the host handles events. If the host requests intermediate updates, each internal step
- * is followed by an update. */
+/* Step to `target`, or to the next event if the host handles events. If the host requests intermediate updates, an update follows
+ * each internal step. */
 static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
   fmu_status worst = FMU_OK;
   for (double end = target;;) {

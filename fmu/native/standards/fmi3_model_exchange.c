@@ -26,7 +26,7 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n) { F
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) { FMU_CALL(c, fmi3_strict(fmu_get_states(m, x, n))); }
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) { FMU_CALL(c, fmi3_strict(fmu_get_nominals(m, x, n))); }
 
-/* Return a count of model exchange. call: name of the function. */
+/* Return one of the numbers of model exchange. call: name of the function. */
 static fmi3Status fmi3_count(const fmu_instance *m, const char *call, int count, size_t *n) {
   FMU_NEED(n, "%s: the argument for the number is NULL", call);
   FMU_NEED(m->exchange, "%s: this instance is for co-simulation", call);

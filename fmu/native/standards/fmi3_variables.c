@@ -1,5 +1,5 @@
-/* Access to variables in FMI 3.0. Value references are those of FMI 2.0; an array has the reference of its first value. The next
- * references are time, clocks, times of their last ticks, numbers of their ticks, and the joint of the last event. */
+/* Access to variables in FMI 3.0. The value references of FMI 2.0 are used; an array has the reference of its first value. The next
+ * references are time, clocks, times of the clocks' last ticks, numbers of the clocks' ticks, and the joint of the last event. */
 
 #define FMI3_NONE (-1)
 
@@ -14,7 +14,7 @@ static int fmi3_type(fmi3ValueReference r) {
   return r < clocks ? FMU_CLOCK : r < 2 * clocks ? FMU_FLOAT64 : r < 3 * clocks ? FMU_UINT64 : r == 3 * clocks && MODEL->clocks->last >= 0 ? FMU_STRING : FMI3_NONE;
 }
 
-/* Total number of values of n variables. */
+/* Total number of values of the n variables. */
 static size_t fmi3_numbers(const fmi3ValueReference vr[], size_t n) {
   size_t all = 0;
   for (size_t i = 0; i < n; ++i) all += vr[i] < (unsigned)fmu_count() ? (size_t)MODEL->width[vr[i]] : 1;
@@ -27,7 +27,7 @@ static int fmi3_is_between(fmi3ValueReference r) {
   return (int)r >= MODEL->outputs || MODEL->slope[r] != -2;
 }
 
-/* Check the type of n variables and the number of their values. */
+/* Check the type of n variables and the number of values in the call. */
 static fmu_status fmi3_are(const fmu_instance *m, const fmi3ValueReference vr[], size_t n, int type, const char *name, size_t nvalues) {
   for (size_t i = 0; i < n; ++i)
     if (fmi3_type(vr[i]) != type) return fmu_log(m, FMU_ERROR, "value reference %u: there is no variable of type %s with this reference", vr[i], name);
@@ -36,7 +36,7 @@ static fmu_status fmi3_are(const fmu_instance *m, const fmi3ValueReference vr[],
   return FMU_OK;
 }
 
-/* Value of a variable that FMI 2.0 lacks. */
+/* The value of a variable that FMI 2.0 lacks. */
 static double fmi3_own_number(const fmu_state *s, fmi3ValueReference r) {
   const unsigned clocks = (unsigned)MODEL->clocks->count;
   r -= (unsigned)fmu_count();
@@ -77,7 +77,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
   return status == FMU_OK ? fmu_set(m, vr, n, value) : status;
 }
 
-/* Define a function that sets integers. Arrays need no treatment, because no settable integer is an array. Outputs cannot be set.
+/* Define a function that sets integers. The function does not treat arrays, because no settable integer is an array. Outputs cannot
+ * be set.
  * */
 #define FMI3_SET(Name, kind) \
   fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
