@@ -6,6 +6,7 @@
 /* Pairs: up to this number all mode combinations are tried (3 per pair, 2 per pair of several components). */
 #define ENUMERATE_MAX 8
 #define MANY_WORK 6e8      /* multiplications (half a second): bound of the one-by-one search for more than ENUMERATE_MAX pairs */
+#define NEARBY_WORK 60     /* Newton iterations: bound of the search through neighbouring modes; ten mode changes, as a rule */
 #define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): bound of the search through combinations */
 #define ONSET_SWEEPS 20    /* iterations on the directions of several pairs that start to slide together */
 /* × length · rate²: least difference of accelerations of two solutions; far above round-off, far below typical motion. */
@@ -131,11 +132,29 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
+/* Search one by one along the recursion, for one-component pairs of a tree. Most events of many pairs at rest change few modes, so a
+ * few passes replace the matrices of all pairs. Returns 0 beyond NEARBY_WORK; modes and η are then restored. */
+static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
+  const tr_kernel *k = s->k;
+  double eta[k->neta + 1];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->begin || k->active) return 0;
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_pair_of(s, i)->nrates > 1) return 0;
+  tr_save_modes(s, modes), memcpy(eta, TR_A(s, z), sizeof(double) * k->neta);
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = rest[q] == released ? TR_SLIPS : TR_STUCK;
+  s->friction.work = s->stats.newton_iterations + s->stats.creeps + NEARBY_WORK;
+  const int found = tr_resolve_misfits(s, rest, n);
+  s->friction.work = 0;
+  if (!found) tr_restore_modes(s, modes), memcpy(TR_A(s, z), eta, sizeof(double) * k->neta);
+  return found;
+}
+
 /* tr_decide_one_by_one for many pairs: first all pairs at once, then one by one, bounded by MANY_WORK. */
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
   double *eta = TR_A(s, z) + s->k->active;
-  if (tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n)) return 1;
+  if (tr_decide_nearby(s, rest, n, released) || tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n)) return 1;
   s->friction.work = s->stats.newton_iterations + s->stats.creeps + (long)(MANY_WORK / pow(s->k->neta, 3.0));
   int found = tr_resolve_misfits(s, rest, n);
   if (!found) {
