@@ -40,17 +40,19 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). near: multipliers at a,
+/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). Where a point is farther from
+ * zero than the end that it replaces, the violation bends inside the bracket, and the next point halves it. near: multipliers at a,
  * followed to the root; 0: they are not followed. NaN: the solution itself ends there. */
 static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
   const int nz = tr_z_length(s);
-  int side = 0;
+  int side = 0, bends = 0;
   if (s->bound.evaluations) return tr_find_root_bounded(s, a, b, ga, gb, which);
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
-    double m = (ga < 0.0 && it < SECANT_STEPS) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
+    double m = (ga < 0.0 && it < SECANT_STEPS && !bends) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
     if (!(m > a && m < b)) m = 0.5 * (a + b);
     int w = *which;
     double g = tr_violation_at_from(s, m, near, &w);
+    bends = !near && (g <= ga || g >= gb);
     if (!(g <= 0.0)) {
       b = m, gb = g, *which = w;
       if (side == 1) ga *= 0.5;
@@ -174,7 +176,8 @@ static int tr_mark_suspect_pairs(tr_sim *s, char *suspect) {
   if (!varies) return any;
   tr_evaluate_opposite_capacities(s, opposite);
   for (int i = 0; i < pairs; ++i) {
-    if (tr_has_varying_load(s, i) && opposite[i] != fmax(tr_hold_of(s, i)->capacity, NO_FORCE)) any = suspect[i] = TR_BY_SIDES;
+    const double capacity = fmax(tr_hold_of(s, i)->capacity, NO_FORCE);
+    if (tr_has_varying_load(s, i) && fabs(opposite[i] - capacity) > ROUND_OFF_FRICTION * capacity) any = suspect[i] = TR_BY_SIDES;
   }
   return any;
 }
