@@ -25,19 +25,21 @@ static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) 
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
-/* Acceleration of freedom i from raw maps and all multipliers, divided by the sum of its absolute terms. */
-static double tr_audit_relative_acceleration(tr_sim *s, int i) {
-  double size, sum = tr_acceleration_and_terms(s, i, &size);
+/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. it: the solution recomputed without maps.
+ * A null pointer means that raw maps give the acceleration. */
+static double tr_audit_relative_acceleration(tr_sim *s, int i, const tr_recomputed *it) {
+  double size, sum = it ? it->acc[i] : tr_acceleration_and_terms(s, i, &size);
+  if (it) size = it->acc_size[i];
   return fabs(sum) / fmax(size, FAINT_TERMS * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[i]);
 }
 
 /* Record the speed and the relative accelerations of a held pair. For prescribed freedoms, the speed is the only check, because
  * their accelerations have no terms that cancel. Requires a solution. */
-static void tr_audit_rest(tr_sim *s, int i) {
+static void tr_audit_rest(tr_sim *s, int i, const tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_audit_record(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
   for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
-    if (tr_row_kinds(s)[j] != TR_ROW_FREE) tr_audit_record(&s->audit, TR_LAW_UNREST, tr_audit_relative_acceleration(s, j), i);
+    if (tr_row_kinds(s)[j] != TR_ROW_FREE) tr_audit_record(&s->audit, TR_LAW_UNREST, tr_audit_relative_acceleration(s, j, it), i);
 }
 
 /* Power of a pair's friction, W; positive if friction drives the pair. */
@@ -54,7 +56,10 @@ static void tr_audit_friction(tr_sim *s) {
   TR_NEED(s, TR_HAS_SOLUTION);
   const tr_kernel *k = s->k;
   tr_audit *a = &s->audit;
-  double load = LEAST_LOAD * s->set.energy / s->set.length;
+  double load = LEAST_LOAD * s->set.energy / s->set.length, acc[2 * (k->neta + k->active) + 1], N[k->nn], law[k->neta];
+  tr_sliding sliding[k->nsliders + 1];
+  tr_recomputed again = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding}, *it = 0;
+  if (s->step.recursive && !s->step.mapped && tr_has_stuck_pair(s)) tr_recompute_recursive(s, it = &again, 1);
   if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes evaluated them */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
@@ -65,7 +70,7 @@ static void tr_audit_friction(tr_sim *s) {
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
     if (!held) continue; /* TR_LAW_FRICTION judges sliding pairs */
     if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_record(a, TR_LAW_CONE, tr_friction_ratio(s, i) - 1.0, i);
-    tr_audit_rest(s, i);
+    tr_audit_rest(s, i, it);
   }
 }
 

@@ -43,7 +43,7 @@ static double tr_contraction_recursive(tr_sim *s) {
 static double tr_contraction(tr_sim *s) {
   const tr_kernel *k = s->k;
   int e = k->neta;
-  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = k->shift ? tr_contraction_recursive(s) : -1.0;
+  double *J = TR_A(s, lu), v[e + 1], u[e + 1], size = k->begin ? tr_contraction_recursive(s) : -1.0;
   if (!e) return 0.0;
   TR_NEED(s, TR_HAS_SOLUTION);
   if (size >= 0.0) return size;

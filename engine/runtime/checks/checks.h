@@ -10,6 +10,13 @@ static inline double tr_closure_speed(const tr_sim *s);
  * pointer means the end of a step, where branches and end stops are also checked. Requires maps of y and multipliers in z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
+/* tr_check_solution at the end of a step, without maps if the solution is recursive. A step that passes an event usually violates laws
+ * at its end, and the event is located anyway. *sure: whether maps were used; otherwise tr_confirm_end must confirm a violation. */
+static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
+
+/* tr_check_solution at the end (t, y) of a step, with maps, after other states were evaluated. */
+static int tr_confirm_end(tr_sim *s, double t, const double *y);
+
 /* Find a valid solution at the end (t, y) of a step, where the present solution violates the laws `broken`. Newton's method starts
  * from the frictions at the start of the step, then from zero. Writes ẏ to `slope`. Returns 1 on success. */
 static int tr_find_other_end(tr_sim *s, int broken, double t, const double *y, double *slope);

@@ -257,7 +257,8 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   if (s->moreau.h > 0.0) tr_add_end_rates(s, it);
 }
 
-static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n) {
+/* As tr_check_solution. brief: a violation that is found without maps is returned, and the check is not repeated with maps. */
+static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int brief) {
   TR_NEED(s, TR_HAS_MAPS);
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
@@ -265,16 +266,32 @@ static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n)
   double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0, 0.0};
-  if (e && !s->step.mapped && !(s->moreau.h > 0.0)) { /* if a check without maps finds a violation, it is repeated with maps */
+  if (e && !s->step.mapped && !(s->moreau.h > 0.0)) {
     tr_recompute_recursive(s, &it, rest || tr_has_stuck_pair(s));
-    if (tr_are_rows_closed(s, &it) && !tr_check_pairs(s, &it, rest, n)) return broken;
-    tr_form_maps(s);
+    const int suspected = tr_are_rows_closed(s, &it) ? tr_check_pairs(s, &it, rest, n) : TR_BREAKS_LOOP;
+    if (!suspected || brief) return broken | suspected;
   }
   tr_form_maps(s);
   if (a && tr_check_loops(s, maps, z)) broken |= TR_BREAKS_LOOP;
   if (!e) return broken;
   tr_recompute(s, &it, rest || s->moreau.h > 0.0 || tr_has_stuck_pair(s));
   return broken | tr_check_pairs(s, &it, rest, n);
+}
+
+static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n) { return tr_check_laws(s, y, rest, n, 0); }
+
+static int tr_suspect_end(tr_sim *s, const double *y, int *sure) {
+  *sure = s->step.mapped;
+  return tr_check_laws(s, y, 0, 0, 1);
+}
+
+static int tr_confirm_end(tr_sim *s, double t, const double *y) {
+  double kept[tr_solution_size(s)];
+  tr_save_solution(s, kept);
+  if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_BREAKS_LAW;
+  const int broken = tr_check_solution(s, y, 0, 0);
+  tr_restore_solution(s, kept);
+  return broken;
 }
 
 static int tr_find_other_end(tr_sim *s, int broken, double t, const double *y, double *slope) {
@@ -300,16 +317,19 @@ static int tr_is_valid_decision(tr_sim *s, const int *rest, int n) {
   return ok;
 }
 
-/* η by the laws at the loads of a recursive solution. A new pass over the bodies gives these loads. */
-static void tr_evaluate_laws_recursive(const tr_sim *s, double *law) {
+/* Write to r the residuals of a recursive solution. A new pass over the bodies gives the loads. The residual of a freedom at rest is
+ * its relative acceleration times its friction. */
+static void tr_residual_recursive(const tr_sim *s, double *r) {
   const tr_kernel *k = s->k;
-  const double *z = TR_A(s, z);
-  double less[k->neta + k->active], acc[k->neta + k->active], N[k->nn];
+  const double *eta = TR_A(s, z) + k->active;
+  double acc[2 * (k->neta + k->active)], N[k->nn], law[k->neta];
   tr_sliding sliding[k->nsliders + 1];
-  for (int i = 0; i < k->neta; ++i) less[i] = -z[k->active + i];
-  memcpy(less + k->neta, z, sizeof(double) * k->active);
-  k->answer(TR_A(s, c), TR_A(s, w), less, N, acc);
-  k->laws_alone(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, law, (double *)sliding);
+  tr_recomputed it = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding};
+  tr_recompute_recursive(s, &it, s->friction.held);
+  for (int i = 0; i < k->neta; ++i) {
+    const int kind = tr_row_kind(s, i);
+    r[i] = kind == TR_ROW_LAW ? law[i] - eta[i] : kind == TR_ROW_FREE ? -eta[i] : it.acc[i] / fmax(it.acc_size[i], NO_FORCE) * eta[i];
+  }
 }
 
 static double tr_complement_residual(tr_sim *s) {
@@ -318,10 +338,13 @@ static double tr_complement_residual(tr_sim *s) {
   const double *eta = TR_A(s, z) + k->active;
   if (!k->neta) return 0.0;
   TR_NEED(s, TR_HAS_SOLUTION);
-  if (k->shift && s->step.recursive && !s->step.mapped && !s->friction.held) tr_evaluate_laws_recursive(s, TR_A(s, law));
-  else tr_evaluate_laws(s, eta);
-  for (int i = 0; i < k->neta; ++i) r[i] = TR_A(s, law)[i] - eta[i];
-  if (s->friction.held) tr_form_rest_rows(s, eta, r, TR_A(s, lu));
+  if (s->step.recursive && !s->step.mapped) {
+    tr_residual_recursive(s, r);
+  } else {
+    tr_evaluate_laws(s, eta);
+    for (int i = 0; i < k->neta; ++i) r[i] = TR_A(s, law)[i] - eta[i];
+    if (s->friction.held) tr_form_rest_rows(s, eta, r, TR_A(s, lu));
+  }
   for (int i = 0; i < k->neta; ++i) size = fmax(size, fabs(eta[i])), err = fmax(err, fabs(r[i]));
   return size > 0.0 ? err / size : err;
 }

@@ -40,26 +40,36 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). near: multipliers at a, which
- * are followed to the root; null pointer: multipliers are not followed. Returns NaN if the solution itself ends there. */
-static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, double *near, int *which) {
-  const int nz = tr_z_length(s);
-  int side = 0;
+/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). The secant is that of the pair
+ * or stop with the largest violation at b (*which), because the maximum over all pairs and stops has kinks. at_a: violations minus 1
+ * at a; null pointer: unknown. If the violation at a new point is farther from zero than at the end that the point replaces, the
+ * curve bends inside the bracket, and the next point halves it. near: multipliers at a, which are followed to the root; null pointer:
+ * multipliers are not followed. Returns NaN if the solution itself ends there. */
+static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, const double *at_a, double *near, int *which) {
+  const int nz = tr_z_length(s), watched = tr_watched_count(s);
+  int side = 0, bends = 0;
+  double own[watched + 1], fa = ga, fb = gb;
   if (s->bound.evaluations) return tr_find_root_bounded(s, a, b, ga, gb, which);
+  for (int i = 0; i < watched; ++i) own[i] = at_a ? at_a[i] : NAN;
+  if (own[*which] < 0.0) fa = own[*which];
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
-    double m = (ga < 0.0 && it < SECANT_STEPS) ? (a * gb - b * ga) / (gb - ga) : 0.5 * (a + b);
+    const double aim = fa > -1.0 ? 0.5 : 0.0; /* from within the tolerance before the root to within the tolerance beyond it */
+    double m = fa < 0.0 && it < SECANT_STEPS && !bends ? a + (aim - fa) / (fb - fa) * (b - a) : 0.5 * (a + b);
     if (!(m > a && m < b)) m = 0.5 * (a + b);
     int w = *which;
     double g = tr_violation_at_from(s, m, near, &w);
     if (!(g <= 0.0)) {
-      b = m, gb = g, *which = w;
-      if (side == 1) ga *= 0.5;
-      side = 1;
+      bends = !near && !(g < gb);
+      if (w != *which) fa = own[w] < 0.0 ? own[w] : ga;
+      else if (side == 1) fa *= 0.5;
+      b = m, gb = fb = g, *which = w, side = 1;
       if (g < 1.0) break; /* the violation at m is below two tolerances */
     } else {
-      a = m, ga = g;
+      for (int i = 0; i < watched; ++i) own[i] = tr_violations_at(s, TR_NOW)[i] - 1.0;
+      bends = !near && own[*which] <= fa;
+      a = m, ga = g, fa = own[*which];
       if (near) tr_copy(nz, TR_A(s, z), near);
-      if (side == -1) gb *= 0.5;
+      if (side == -1) fb *= 0.5;
       side = -1;
     }
   }
@@ -150,7 +160,8 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
     const tr_bracket b = tr_bracket_first_root(s, &at, q, first, w);
     if (b.right.all > 0.0) {
       *which = b.which;
-      *theta = tr_find_first_root(s, b.left.x, b.right.x, b.left.all, b.right.all, near, which);
+      const double *at_left = q > first && b.left.x == x[q - 1] && !at.sided ? own + (q - 1) * tr_sample_width(s) : 0;
+      *theta = tr_find_first_root(s, b.left.x, b.right.x, b.left.all, b.right.all, at_left, near, which);
       return tr_classify_event(s, *theta, which);
     }
   }
@@ -174,7 +185,8 @@ static int tr_mark_suspect_pairs(tr_sim *s, char *suspect) {
   if (!varies) return any;
   tr_evaluate_opposite_capacities(s, opposite);
   for (int i = 0; i < pairs; ++i) {
-    if (tr_has_varying_load(s, i) && opposite[i] != fmax(tr_hold_of(s, i)->capacity, NO_FORCE)) any = suspect[i] = TR_BY_SIDES;
+    const double capacity = fmax(tr_hold_of(s, i)->capacity, NO_FORCE);
+    if (tr_has_varying_load(s, i) && fabs(opposite[i] - capacity) > ROUND_OFF_FRICTION * capacity) any = suspect[i] = TR_BY_SIDES;
   }
   return any;
 }

@@ -73,7 +73,9 @@ static int tr_restore_directions_before(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
   double before[tr_state_width(s)];
   int stops[k->nsliders + 1], any = 0, kept;
-  tr_evaluate_maps_at(s, t, y);
+  for (int i = 0; i < k->nsliders; ++i) any |= tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1;
+  if (!any) return any;
+  tr_evaluate_maps_at(s, t, y), any = 0;
   for (int i = 0; i < k->nsliders; ++i) {
     stops[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 && tr_frozen_length(s, i) < TR_LINE &&
                tr_pair_speed(s, i) <= NO_MOTION * tr_speed_unit(s);

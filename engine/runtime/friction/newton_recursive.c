@@ -59,7 +59,7 @@ static int tr_factor_with_laws(tr_sim *s) {
 }
 
 static int tr_factor_without_friction(tr_sim *s) {
-  if (!s->k->shift || s->loops.rank < s->k->active) return 0;
+  if (!s->k->begin || (s->k->active && !s->k->shift) || s->loops.rank < s->k->active) return 0;
   memset(TR_A(s, dlaw), 0, sizeof(double) * s->k->ndn);
   for (int i = 0; i < s->k->neta; ++i) TR_A(s, moves)[i] = 1.0;
   return tr_factor_inertias(s);

@@ -6,6 +6,7 @@
 /* Largest number of pairs for which all mode combinations are tried: 3 modes per pair, 2 for pairs with several components. */
 #define ENUMERATE_MAX 8
 #define MANY_WORK 6e8      /* multiplications (half a second): limit of the one-by-one search with more than ENUMERATE_MAX pairs */
+#define NEARBY_WORK 60     /* Newton iterations: limit of the search through neighbouring modes; usually enough for ten mode changes */
 #define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): limit of the search over combinations */
 #define ONSET_SWEEPS 20    /* iterations on the directions of several pairs that start to slide together */
 /* × length · rate²: smallest difference between accelerations of two solutions; far above round-off, far below typical motion. */
@@ -132,11 +133,31 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* As tr_decide_one_by_one, for many pairs: first all pairs at once, then one by one within MANY_WORK. */
+/* Search one by one along the recursion, for one-component pairs of a tree. Most events among many pairs at rest change few modes.
+ * Then a few passes over the bodies cost less than the matrices of all pairs. On failure, and beyond NEARBY_WORK, modes and η are
+ * restored, and 0 is returned. */
+static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
+  const tr_kernel *k = s->k;
+  double eta[k->neta + 1];
+  tr_mode modes[k->nsliders + 1];
+  if (!k->begin || k->active) return 0;
+  for (int i = 0; i < k->nsliders; ++i)
+    if (tr_pair_of(s, i)->nrates > 1) return 0;
+  tr_save_modes(s, modes), memcpy(eta, TR_A(s, z), sizeof(double) * k->neta);
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = rest[q] == released ? TR_SLIPS : TR_STUCK;
+  s->friction.work = s->stats.newton_iterations + s->stats.creeps + NEARBY_WORK;
+  const int found = tr_resolve_misfits(s, rest, n);
+  s->friction.work = 0;
+  if (!found) tr_restore_modes(s, modes), memcpy(TR_A(s, z), eta, sizeof(double) * k->neta);
+  return found;
+}
+
+/* As tr_decide_one_by_one, for many pairs: first through neighbouring modes, then all pairs at once, then one by one within
+ * MANY_WORK. */
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
   double *eta = TR_A(s, z) + s->k->active;
-  if (tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n)) return 1;
+  if (tr_decide_nearby(s, rest, n, released) || tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n)) return 1;
   s->friction.work = s->stats.newton_iterations + s->stats.creeps + (long)(MANY_WORK / pow(s->k->neta, 3.0));
   int found = tr_resolve_misfits(s, rest, n);
   if (!found) {
