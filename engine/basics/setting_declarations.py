@@ -93,8 +93,8 @@ SETTINGS = (
     ),
     Setting(
         "kernel", "",
-        "How the equations are evaluated: {kernels}. parts starts at once, because nothing is compiled; compiled runs "
-        "small scenes faster. auto: parts, or compiled for 1000 or more runs of a small scene.",
+        "How the equations are evaluated: {kernels}. parts compiles nothing, so runs start at once. compiled runs small "
+        "scenes faster. auto means compiled for 1000 or more runs of a small scene, otherwise parts.",
         RUNS, "auto", words="kernels", metavar="K",
     ),
     Setting(
