@@ -51,7 +51,7 @@ def command(
     changes: Changes,
     save: Table = None,
     plot: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Draw Sobol indices or, without them, histograms of a sample: .png, .svg or .pdf.")
+        str | None, typer.Option(metavar="FILE", help="Draw Sobol indices or, without indices, histograms: .png, .svg or .pdf.")
     ] = None,
     workers: Workers = None,
     as_json: Json = False,

@@ -48,7 +48,7 @@ class Move:
     """Coordinate before the motion."""
     end: Number
     """Coordinate after the motion."""
-    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a motion takes some time"))]
+    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a motion needs a positive duration"))]
     """Duration of the motion."""
     begin: Time = 0.0
     """Time at which the motion begins."""
@@ -63,7 +63,7 @@ class Harmonic:
 
     amplitude: Number
     """Amplitude, half of the peak-to-peak value."""
-    frequency: Annotated[float, Per("Hz", Bound(0.0, advice="turn the phase instead"))]
+    frequency: Annotated[float, Per("Hz", Bound(0.0, advice="for the opposite sign, add 180 deg to the phase"))]
     """Cycles per second."""
     phase: Angle = 0.0
     """Phase at t = 0."""
@@ -189,7 +189,8 @@ class Motor:
 
 @dataclass(frozen=True, config=STRICT)
 class Latch:
-    """A hook that falls behind a passing part and then holds the part like an end stop. Falling takes no force."""
+    """A hook that falls behind a passing part and then holds the part like an end stop. No force is needed to make the hook
+    fall."""
 
     at: Number
     """Coordinate at which the hook falls; the fallen hook prevents a return beyond this coordinate."""

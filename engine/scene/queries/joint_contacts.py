@@ -37,6 +37,6 @@ def touching(j: Joint) -> ContactElement | None:
 
 
 def given(element: ContactElement | None, n: Number, law: str) -> bool:
-    """Whether number n of a law defaults to 1. This holds for the coefficient of constant friction, which scales a given force
-    or torque."""
+    """Whether number n of a law defaults to 1. The default is 1 for the coefficient of constant friction, which scales a given
+    force or torque."""
     return element is not None and not element.count and n.name == LAWS[law].scale and n.unit == "1"

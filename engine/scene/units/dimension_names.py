@@ -1,4 +1,4 @@
-"""Names of dimensions: the quantity that each SI unit measures, with an example. Also the check whether a unit fits."""
+"""Names of dimensions: the quantity that each SI unit measures, with an example. This module also checks whether a unit fits."""
 
 from __future__ import annotations
 

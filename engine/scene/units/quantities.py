@@ -54,7 +54,7 @@ class Computed(Quantity):
         return float(self), self.dimension, self.text, self.names, self.plain
 
     def fits(self, wanted: Dimension) -> bool:
-        """As for a quantity, with two more rules. A ratio may be an angle (arc over radius). Radians next to other units are
+        """The rules for a quantity apply, and two more: a ratio may be an angle (arc over radius); radians next to other units are
         ignored (radius times angle is a length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:
@@ -63,7 +63,8 @@ class Computed(Quantity):
 
 
 class NoValue(str):
-    """The text of an invalid expression with the cause ``what`` and the remedy ``hint``; ``number`` raises these as UnitError."""
+    """The text of an invalid expression, with the cause ``what`` and the remedy ``hint``. For such a text, ``number`` raises
+    UnitError with this cause and remedy."""
 
     __slots__ = ("hint", "what")
 
