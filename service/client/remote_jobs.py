@@ -40,8 +40,8 @@ def connect(url: str = DEFAULT_URL, key: str = "") -> Connection:
 
 
 class Connection:
-    """A connection to a server. Error responses are raised: as SceneError with the listed problems, or as SimulationError if there
-    are none."""
+    """A connection to a server. An error response raises SceneError with the listed problems, or SimulationError if the response
+    lists none."""
 
     def __init__(self, server: Server):
         self.server = server

@@ -30,7 +30,8 @@ class Watch:
         self.raised: BaseException | None = None
 
     def impatient(self) -> bool:
-        """Whether the present case has exceeded its time limit. The time counts from the first call for this case."""
+        """Whether the present case has exceeded its time limit. The time begins with the first call of this function for the
+        case."""
         now = time.thread_time()
         if self.at() != self.case:
             self.case, self.since = self.at(), now

@@ -97,7 +97,7 @@ def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
 
 
 def stage_of(j: Job, told: str = "") -> str:
-    """The stage of a job. told: the stage that the first worker reported; it is used until the job has rows."""
+    """The stage of a job. told: the stage that the first worker reported. It is shown until the job has rows."""
     if j.state == "queued":
         return "waiting"
     return j.state if j.state != "running" else "running" if j.done else told or "starting"

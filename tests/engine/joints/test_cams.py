@@ -252,7 +252,7 @@ WRONG = {
     "a profile of 2 values": GOOD.replace(ANGLES, "[0, 1]").replace("[30 mm, 40 mm, 40 mm, 30 mm]", "[30 mm, 40 mm]"),
     "angles must increase": GOOD.replace("240 deg", "100 deg"),
     "the angles cover 1.11 turns": GOOD.replace("360 deg", "400 deg"),
-    "the last radius is not the first": GOOD.replace("40 mm, 30 mm]", "40 mm, 31 mm]"),
+    "the last radius differs from the first": GOOD.replace("40 mm, 30 mm]", "40 mm, 31 mm]"),
     "the roller is larger than its path": GOOD.replace("profile", "roller: 35 mm, profile"),
     "a revolute joint has no cam": GOOD.replace("cam", "revolute", 1),
     "the follower of a flat_cam is a face": GOOD.replace("cam", "flat_cam", 1).replace(PROFILE, f"roller: 5 mm, {PROFILE}"),
