@@ -1,7 +1,8 @@
 """Replaces variable-length arrays by arrays of their largest length, because not every C99 compiler accepts variable lengths.
 
-The length of an array is a size of the mechanism, such as ``k->neta``, which is known at export. It can also be a count with such a
-size as its bound (``array_length_bounds``). Exported sources define these sizes as macros, such as ``TR_MAX_NETA``."""
+The length of an array is a size of the mechanism, such as ``k->neta``, which is known at export. The length can also be a count
+whose upper bound is such a size (``array_length_bounds``). Exported sources define these sizes as macros, such as
+``TR_MAX_NETA``."""
 
 from __future__ import annotations
 

@@ -234,7 +234,8 @@ class Masses:
 
 
 def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:
-    """Scene keys that draw the geoms which MuJoCo shows; if all geoms are hidden (under a skin), those of the lowest group."""
+    """Scene keys that draw the geoms which MuJoCo shows. If all geoms are hidden (under a skin), the geoms of the lowest group are
+    drawn."""
     first = min((g.group for g in geoms), default=0.0)
     return visual_shapes.drawn([s for g in geoms if g.group < HIDDEN or g.group == first for s in _solids(g)], center)
 

@@ -22,7 +22,8 @@ BINS = 40
 
 
 def draw_sobol_indices(found: Sequence[Indices]) -> Figure:
-    """A panel for each result: bars of the first and total indices of each number, then of the pairs with the largest indices."""
+    """A panel for each result: bars of the first and total indices of each number, then bars of the pairs with the largest second
+    indices."""
     chosen = list(found[:MOST_PANELS])
     pairs = min(MOST_PAIRS, max(len(i.second) for i in chosen))
     names = len(chosen[0].paths)
