@@ -2,8 +2,8 @@
 
 Python raises KeyboardInterrupt between any two instructions, also between a call that computes rows and the line that stores them.
 In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of ``Held.open``, Ctrl-C raises
-at once: for long calls without side effects, such as a compiler. Only the main thread gets signals; work in another thread runs
-in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
+at once; such blocks are for long calls without side effects, such as a compiler. Only the main thread gets signals; work in another
+thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
 
 from __future__ import annotations
 

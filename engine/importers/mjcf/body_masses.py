@@ -204,7 +204,7 @@ class Masses:
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
     def body(self, body: Element, geoms: list[Geom]) -> Mass:
-        """The mass of a body, with the lower bounds in <compiler>."""
+        """The mass properties of a body, raised to the lower bounds in <compiler>."""
         own = body.first("inertial")
         how = self.model.settings.from_geoms
         if own is not None and how != "true":
@@ -219,8 +219,8 @@ class Masses:
         return Mass(mass, at[:3, 3], tensor(full if full is not None else [*diagonal, 0.0, 0.0, 0.0], at))
 
     def _within_bounds(self, body: Element, m: Mass) -> Mass:
-        """The mass with the lower bounds in <compiler>. With ``balanceinertia``, moments that violate the triangle inequality are
-        replaced by their mean."""
+        """The mass properties, raised to the lower bounds in <compiler>. With ``balanceinertia``, moments that violate the triangle
+        inequality are replaced by their mean."""
         s = self.model.settings
         if not np.isfinite(m.inertia).all():
             self.found.add(body, body.get("name") or "body", "its inertia is not finite", "check sizes and densities of its geoms")

@@ -127,7 +127,7 @@ class Sheet:
 
 def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
     """The colours of two sheets in one picture: each pixel has the colour of the sheet that is nearer. Where ``above`` is behind
-    ``below``, it shows through with the opacity ``hidden``."""
+    ``below``, ``above`` shows through with the opacity ``hidden``."""
     picture, there = below.shade.copy(), np.isfinite(above.depth)
     front = there & (above.depth >= below.depth)
     picture[front] = above.shade[front]
@@ -137,6 +137,6 @@ def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
 
 
 def halved(picture: np.ndarray) -> np.ndarray:
-    """A picture of even height and width at half its size, as bytes: each pixel is the mean of four."""
+    """A picture at half its size, as bytes: each pixel is the mean of four. Height and width of the picture must be even."""
     total = picture[0::2, 0::2] + picture[0::2, 1::2] + picture[1::2, 0::2] + picture[1::2, 1::2]
     return np.asarray((255 / 4 * total + 0.5).astype(np.uint8))

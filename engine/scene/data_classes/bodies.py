@@ -72,7 +72,8 @@ class Body:
     color: str | None = None
     """Colour in pictures: a name or #rrggbb."""
     surface: str | None = None
-    """Surface for drawing instead of the shape, in the body's frame, packed as ``trunnion import`` writes it; it has no mass."""
+    """Surface for drawing instead of the shape, in the body's frame, packed as ``trunnion import`` writes surfaces. The surface has
+    no mass."""
     position: Position | None = None
     """Places the body: position of its frame's origin in the world when all joint coordinates are 0."""
     orientation: Orientation | None = None

@@ -205,7 +205,8 @@ class Joint:
     crossed: Annotated[bool, Strict()] = False
     """Whether a belt is crossed, so that its pulleys turn in opposite directions."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None
-    """Radial stiffness of each contact, default 1e8 N/m; it decides how frictional joints of redundant loops share the load."""
+    """Radial stiffness of each contact, default 1e8 N/m. The stiffness decides how frictional joints of redundant loops share the
+    load."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""
     wear: Wear | None = None

@@ -184,7 +184,8 @@ class Motor:
     no_load: Annotated[float, AnyUnit(bound=POSITIVE)]
     """Rate at which torque or force is zero, at a signal of 1."""
     signal: Load = 1.0
-    """Fraction of its full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted: it brakes."""
+    """Fraction of its full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted, and the motor
+    brakes."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -207,5 +208,5 @@ class Latch:
     pitch: Positive | None = None
     """Distance between the teeth of a ratchet, m or rad. The pawl falls behind each passing tooth; the first tooth is ``at``."""
     down: Annotated[bool, Strict()] = False
-    """true: the hook is down at the start, even if the part presses into it (a ratchet: on its first tooth). false: it is down
-    only if the part is already on the kept side."""
+    """true: the hook is down at the start, even if the part presses into the hook (a ratchet: on its first tooth). false: the hook
+    is down only if the part is already on the kept side."""

@@ -53,7 +53,7 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@lru_cache(maxsize=4096)  # bounded: paths contain names that users choose, and a service would cache all of them
+@lru_cache(maxsize=4096)  # bounded: users choose the names in paths, and a service would cache ever more paths
 def at(path: Path) -> tuple[Any, ...]:
     """Annotations at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]

@@ -67,8 +67,8 @@ Node = Number | Name | Call
 
 @dataclass(frozen=True)
 class Formula:
-    """A parsed expression. ``names`` are its parameters. ``plain`` means that it has neither parameters nor units; such an
-    expression counts as a number without a unit."""
+    """A parsed expression. ``names`` are its parameters. ``plain``: whether the expression has neither parameters nor units; such
+    an expression counts as a number without a unit."""
 
     text: str
     root: Node

@@ -37,8 +37,8 @@ class Quantity(float):
 
 
 class Computed(Quantity):
-    """The value of an expression. ``text`` is the expression with its braces; ``names`` are its parameters. ``plain`` means that
-    it has neither parameters nor units; it then counts as a number without a unit."""
+    """The value of an expression. ``text`` is the expression with its braces; ``names`` are its parameters. ``plain``: whether the
+    expression has neither parameters nor units; such an expression counts as a number without a unit."""
 
     __slots__ = ("names", "plain")
 
@@ -116,7 +116,7 @@ def agree(value: float, unit: str) -> None:
 @dataclass(frozen=True)
 class AnyUnit:
     """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. The dimension is checked
-    after the classes are built (``queries.number_units``), the ``bound`` with the scene (``checks.number_bounds``)."""
+    after the classes are built (``queries.number_units``). The ``bound`` is checked with the scene (``checks.number_bounds``)."""
 
     unit: str = ""
     bound: Bound = ANY

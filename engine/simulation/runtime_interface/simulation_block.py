@@ -139,7 +139,8 @@ class Block:
         self.lib.tr_signals(self._tables, self.kernel.sizes["ntables"], t, x.ctypes.data)
 
     def prepare(self) -> None:
-        """Recompute the constants that depend on ``parameters``. Must be called after a change of them."""
+        """Recompute the constants that depend on ``parameters``. This function must be called after every change of
+        ``parameters``."""
         self.lib.tr_set_parameters(self.at)
 
     def configure(self, s: Settings) -> None:

@@ -55,7 +55,7 @@ class JobDocument(BaseModel):
     scene: str
     label: str
     tags: list[str]
-    owner: str = Field(description="Id of the key that submitted the job; local on a server without keys.")
+    owner: str = Field(description="Id of the key that submitted the job; `local` on a server without keys.")
     created: str
     started: str | None
     finished: str | None
