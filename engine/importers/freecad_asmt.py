@@ -171,7 +171,7 @@ class AsmtReader:
         return self.markers[path]
 
     def _joint(self, e: Element, one: tuple[str, Pose], two: tuple[str, Pose]) -> Tie:
-        """The joint of two markers, of which marker I is on the inboard part. Its coordinates are zero in the exported pose."""
+        """The joint of two markers; marker I is on the inboard part. The joint's coordinates are zero in the exported pose."""
         first, second = self.places[one[0]] @ one[1], self.places[two[0]] @ two[1]
         more: dict[str, Any] = {}
         if e.tag == "PlanarJoint":

@@ -24,7 +24,7 @@ from setuptools.command.sdist import sdist
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"trunnion": "engine", "trunnion.fmu": "fmu", "trunnion.service": "service"}
-"""Import package → its folder, as ``package-dir`` in ``pyproject.toml``."""
+"""{import package: its folder}, as ``package-dir`` in ``pyproject.toml``."""
 GENERATED = {"__pycache__", "_built"}
 CHECKOUT_ONLY = ("docs", "packaging", "key_examples", "*.md", "*.mako", "*.png")
 """Names of folders and files that no wheel holds: pages, and the code that writes pages or builds wheels."""

@@ -126,5 +126,5 @@ def refusals(model: Model) -> list[Problem]:
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
     for name in followed(model):
         why = f"the motion that follows input {name} depends on the input's values at communication points"
-        out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "an effort: {input: …} in that joint, or --type cs"))
+        out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "write effort: {input: …} in that joint, or --type cs"))
     return out

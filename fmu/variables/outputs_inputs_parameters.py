@@ -93,9 +93,9 @@ class Variable:
 def variables(
     model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True, certify: bool = False
 ) -> list[Variable]:
-    """All variables in the order of their value references: columns, inputs, parameters. brief: columns outside ``BRIEF`` are local
-    variables. own_steps: whether there are parameters for internal steps, which only co-simulation has. certify: add
-    ``solver.errors``."""
+    """All variables in the order of their value references: columns, inputs, parameters. brief: whether columns outside ``BRIEF``
+    are local variables. own_steps: whether there are parameters for internal steps, which only co-simulation has. certify: whether
+    to add ``solver.errors``."""
     asked = bounds_of(model.built.scene)
     solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
     if certify and asked:

@@ -116,8 +116,8 @@ class Job:
         return self
 
     def wait(self, progress: bool = False, timeout: float | None = None) -> Job:
-        """Wait until the job has ended. Afterwards, see ``state`` and ``document["problems"]``. progress: show a progress bar on a
-        terminal. timeout: time until TimeoutError, s. Ctrl-C does not cancel the job."""
+        """Wait until the job has ended. Afterwards, see ``state`` and ``document["problems"]``. progress: whether to show a
+        progress bar on a terminal. timeout: time after which TimeoutError is raised, s. Ctrl-C does not cancel the job."""
         from trunnion.cli.output.progress_bars import ProgressBar
 
         end = None if timeout is None else time.monotonic() + timeout
@@ -214,7 +214,7 @@ class Job:
 
     def trajectory(self, case: int, columns: Names = (), certify: bool = False) -> pyarrow.Table:
         """All rows of one case, which runs again on the server. columns: patterns of columns (default: the scene's outputs).
-        certify: add a column ``<column>.error`` with the global error of each column."""
+        certify: whether to add a column ``<column>.error`` with the global error of each column."""
         asked = {"outputs": list(names_given(columns))} if columns else {}
         return self._table(f"/cases/{case}/trajectory", asked | ({"certify": "true"} if certify else {}))
 

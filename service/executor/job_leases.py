@@ -84,7 +84,7 @@ class LeasedJobs:
         self._advance_study(active)
 
     def _mark_uncertain(self) -> None:
-        """Record that a write was interrupted, so that the store can contain more than this server's memory."""
+        """Record that a write was interrupted. The store can then contain chunks that this server does not have in memory."""
         for active in self.jobs.values():
             active.sure = False
 

@@ -69,8 +69,8 @@ class Parts:
         return self.write_table(self.rows_part(piece), piece.of_rows, table)
 
     def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
-        """The trajectory rows of a piece. If the rows are missing or damaged, this deletes the part, so that the cases are
-        recomputed, and raises CorruptPart."""
+        """The trajectory rows of a piece. If the rows are missing or damaged, the part is deleted, so that the cases are
+        recomputed, and CorruptPart is raised."""
         try:
             return read_part_bytes(self.read(self.rows_part(piece)), piece.of_rows, columns)
         except (CorruptPart, FileNotFoundError) as e:

@@ -16,7 +16,7 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 from trunnion.service.store.webhook_queue import WebhookStore
 
 RECENT = 0.25
-"""Smallest weight of the newest rows in the pace of a job."""
+"""The pace of a job is a weighted mean; this is the smallest weight of the newest rows."""
 
 OVERRAN = "it overran"
 """Error text of a waiting chunk whose case took too long. All other cases run before such a chunk."""

@@ -74,8 +74,8 @@ class ModelCurves:
         return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]
 
     def apply_order(self, values: np.ndarray) -> np.ndarray:
-        """Parameter values (m). In each pair of which the higher parameter is smaller than the lower one, the higher parameter is
-        raised to the value of the lower."""
+        """Parameter values (m) in the required order: if the upper parameter of a pair is below the lower parameter, the upper
+        parameter is raised to the lower."""
         out = np.array(values, float)
         for low, high in self.pairs:
             out[high] = max(out[high], out[low])

@@ -18,8 +18,8 @@ from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import SceneError, SimulationError
 
 END_TOLERANCE = 1e-3
-"""Largest difference of √rise from its threshold at an end, relative to the threshold. The relative error of the interval's width
-is not larger."""
+"""At an end of an interval, √rise may differ from its threshold by at most this value, relative to the threshold. The relative
+error of the interval's width is then at most this value."""
 LEAST_DECREASE = 1e-4
 """The minimisation ends if the expected decrease of the sum of squares, relative to the square of the threshold, is below this
 value."""

@@ -147,9 +147,9 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
-    """As ``_differentiate``, for initial data that are linear in the number up to round-off. Whether they are linear is tested with
-    two other scenes, at unequal distances on both sides: nonlinear terms could cancel there only by chance. None if some of the
-    data are not linear."""
+    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Whether they are linear is
+    tested with two other scenes, at unequal distances on both sides: nonlinear terms could cancel there only by chance. None if
+    some of the data are not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):
@@ -190,8 +190,8 @@ def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[s
 
 
 def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray, ...]:
-    """As ``_differentiate``, for a number that is an entry of the table. The entry has the derivative 1; finite differences are
-    needed only for the assembly of loops."""
+    """The result of ``_differentiate`` for a number that is an entry of the table. The entry has the derivative 1; finite
+    differences are needed only for the assembly of loops."""
     numbers, p = model.built.numbers, np.array(model.built.parameters.values, float)
     dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros(len(numbers.breaks))
     dp[place] = 1.0

@@ -148,7 +148,7 @@ def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, AdmissibleS
 
 
 def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, AdmissibleStates]]:
-    """As ``_states_by_sense``, with the capacities of a pair at its limit of friction."""
+    """(capacity, admissible states with this capacity) for each way in which a pair can be at its limit of friction."""
     pair, V, one = a.space.pairs[i], a.program.terms[a.sizes[i]][0], np.append(np.zeros(a.space.open), 1.0 / a.space.scale)
     out = []
     for at in pair.limits:

@@ -116,7 +116,7 @@ def _edge_middles(box: Box, axis: int) -> list[Place]:
 
 
 class _BoxMap:
-    """All cases by place, and the boxes between them. ends: place → (case index, outcome, value)."""
+    """All cases by place, and the boxes between them. ends: {place: (case index, outcome, value)}."""
 
     def __init__(self, wanted: BoxRefinement):
         self.wanted = wanted

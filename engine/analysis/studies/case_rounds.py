@@ -23,7 +23,7 @@ MISSING = "lost"
 
 @dataclass(frozen=True)
 class CaseResults:
-    """Results of n cases. outcomes (n): outcome of each case; numbers: result name → values (n), NaN for a missing value."""
+    """Results of n cases. outcomes (n): outcome of each case; numbers: {result name: values (n)}, NaN for a missing value."""
 
     outcomes: tuple[str, ...]
     numbers: dict[str, np.ndarray]

@@ -106,7 +106,7 @@ class Preparer:
         return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
 
     def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """As ``rows``, for values of ``self.paths``, which ``Followers.values`` computes."""
+        """The result of ``rows`` for values of ``self.paths``. ``Followers.values`` computes these values."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)

@@ -16,7 +16,7 @@ MOST_CORNERS = 64
 """The scene is checked at the corners of the box that contains a group's values. If the box has more corners than this, a scene is
 built for every value."""
 TRIED = 5
-"""Number of values for which scenes are built in order to find the entries of a number."""
+"""To find the entries that belong to a number, scenes are built for this number of values."""
 Placed = tuple[np.ndarray, np.ndarray]
 """(indices of entries, the numbers in these entries for each value)."""
 Known = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]

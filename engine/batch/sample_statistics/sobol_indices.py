@@ -176,7 +176,8 @@ def _jackknifed(f: np.ndarray, group: np.ndarray) -> list[Estimate]:
 
 
 def jackknifed(numbers: Callable[[np.ndarray], np.ndarray], group: np.ndarray) -> list[Estimate]:
-    """Estimates with jackknife intervals. numbers: mask of rows (n) → estimates; group: replicate of each row (n)."""
+    """Estimates with jackknife intervals. numbers: function from a mask of rows (n) to estimates; group: replicate of each row
+    (n)."""
     student = brought("scipy.special", "analysis", "an interval").stdtrit
     present = np.unique(group)
     r = len(present)

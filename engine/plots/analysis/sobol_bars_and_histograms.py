@@ -66,7 +66,7 @@ def _bars(axes: Axes, at: np.ndarray, found: Sequence[Estimate], color: str, lab
 
 
 def draw_histograms(values: Mapping[str, np.ndarray], found: Sequence[Spread]) -> Figure:
-    """A panel for each result: histogram, quantiles with their intervals, shares above bounds. values: result → its values."""
+    """A panel for each result: histogram, quantiles with their intervals, shares above bounds. values: {result: its values}."""
     chosen = list(found[:MOST_PANELS])
     fig, panels = make_panels(len(chosen), 2, (6.2, 3.4))
     for axes, s in zip(panels, chosen, strict=True):

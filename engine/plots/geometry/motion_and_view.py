@@ -137,7 +137,7 @@ class Framing:
 
 
 def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIEW) -> Framing:
-    """The section of the view in which the whole motion is visible."""
+    """The rectangle of the view that shows the whole motion."""
     low, high = bounds(scene, moved)
     view = first_view(scene.up, low, high, aside)
     centre, wide, near = reach(scene, moved, view)

@@ -11,7 +11,7 @@ INK = "#222222"
 BODIES = ("#7FA8C9", "#E0B27A", "#8FBF9F", "#C7A0BE", "#D9D07A", "#A8A8B8", "#9CC5C9", "#D79A8B")
 """Colours of bodies without a colour in the scene, in the order of the scene."""
 STATES = {1: ("#D55E00", "slipping +"), -1: ("#0072B2", "slipping −"), 0: ("#009E73", "proportional zone or stick")}
-"""Friction state → (colour, words)."""
+"""{friction state: (colour, words)}."""
 OPEN = ("#9A9A9A", "no contact")
 ARROW = "#B00020"
 JOINT = "#6B6F76"

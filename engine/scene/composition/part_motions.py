@@ -208,7 +208,7 @@ def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note])
         sizes = [abs(known(c)) for c in three(vector)]
     except UnitError:
         if across:
-            what = "its directions normal to the axis must turn with the assembly"
+            what = "the directions normal to its axis must turn with the assembly"
             notes.append((path, what, "give it a reference"))
         return
     j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]

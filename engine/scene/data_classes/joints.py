@@ -109,7 +109,7 @@ ORDERS = {
     "friction": tuple(n.order for n, _ in law_numbers().values() if n.order is not None),
     "end_stops": (Order("lower", "upper", strict=True),),
 }
-"""For each field of a joint, the pairs of its numbers of which the first must be below the second."""
+"""{field of a joint: pairs of the field's numbers}. The first number of a pair must be below the second."""
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -18,7 +18,7 @@ FINE = 32
 LEAST = 2
 """Smallest number of steps of a call into C."""
 SINGLE = 500
-"""Number of steps at the start of a run after each of which the evaluations are recorded."""
+"""During this number of steps at the start of a run, the evaluations are recorded after each step."""
 STRETCHES = 24
 """Number of stretches of equal work in a run. The tolerance may change after each stretch."""
 DEAD = 0.04

@@ -150,8 +150,8 @@ class Block:
         self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
-        """Change the start values so that the loops are closed at t, s. Returns 1, 0 if positions stay open, or −1 if velocities
-        stay open."""
+        """Change the start values so that the loops are closed at t, s. Returns 1 after success, 0 if positions stay open, and −1
+        if velocities stay open."""
         n = self.numbers
         self.y[:] = 0.0
         self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])

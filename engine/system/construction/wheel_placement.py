@@ -40,7 +40,7 @@ class Stand:
 
 
 def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
-    """Poses of all bodies if every coordinate of the tree is 0, so that the two frames of each tree joint coincide."""
+    """Poses of all bodies when every coordinate of the tree is 0, that is, when the two frames of each tree joint coincide."""
     found = {GROUND: Stand(np.eye(3), np.zeros(3))}
     for name, child, forward in spanning.tree:
         a, b = sides_of(scene, scene.joints[name])

@@ -88,7 +88,7 @@ def sample_document(tally: Tally | None) -> dict[str, Any] | None:
 
 
 def note_on_sample(note: str, drawn: dict[str, Any] | None) -> dict[str, str]:
-    """The note; if cases were sampled, with the sample size added."""
+    """The note. If cases were sampled, the sample size is added."""
     some = drawn is not None and drawn["cases"] < drawn["of"]
     return {"note": f"{note}; {drawn['cases']} of {drawn['of']} cases, selected at random" if some and drawn else note}
 
