@@ -174,7 +174,7 @@ def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int
 
 
 def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
-    """Whether a scene with other numbers differs only in these entries of the table, which equal the numbers."""
+    """Whether a scene with other numbers differs only in these entries of the table, and the entries equal the numbers."""
     own = model.built
     for sense in (1.0, -1.0):
         values = {line.name: line.value + sense * STEP * line.size for line in lines}

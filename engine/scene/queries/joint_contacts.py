@@ -18,8 +18,8 @@ def named(f: Friction) -> set[str]:
 
 
 def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:
-    """Sizes of a contact element that a joint's friction gives, m, by label; a single number applies to all labels of its size.
-    Sizes that depend on time or an input are omitted."""
+    """{label: size, m} for the sizes that a joint's friction gives to a contact element. A size may have several labels; a single
+    number then applies to all of them. Sizes that depend on time or an input are omitted."""
     out: dict[str, float] = {}
     for s in element.sizes:
         value = getattr(f, s.name)
