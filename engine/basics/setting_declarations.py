@@ -55,7 +55,7 @@ class Setting:
         return self.own_bounds.get(who, self.bound)
 
     def told(self, who: str) -> str:
-        """The help text of the setting at a command, function or request, with the default and with the placeholders."""
+        """The help text of the setting at a command, function or request, with the default. Its placeholders are not filled yet."""
         many = " Repeatable." if who in self.several else ""
         return f"{self.text}{many} Default: {self.default_at(who)}."
 

@@ -52,7 +52,7 @@ def read(content: bytes | str, is_json: bool = False) -> Document:
 
 def _decoded(content: bytes | str) -> str:
     if len(content) > LARGEST:
-        raise Unreadable(0, f"the file is larger than {LARGEST // 1_000_000} MB", "a scene holds thousands of bodies in less")
+        raise Unreadable(0, f"the file is larger than {LARGEST // 1_000_000} MB", "scenes with thousands of bodies are smaller")
     if isinstance(content, str):
         return content.removeprefix("\ufeff")
     try:

@@ -58,7 +58,7 @@ class Run:
 
 
 def known_words() -> dict[str, tuple[str, ...]]:
-    """{value of ``Setting.words``: names in that registry}."""
+    """{name of a registry, as in ``Setting.words``: names in this registry}."""
     return {"methods": tuple(METHODS), "laws": tuple(LAWS), "kernels": KERNELS}
 
 
