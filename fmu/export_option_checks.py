@@ -44,7 +44,7 @@ def apart(
         wrong.append(Problem("--certify", "only native FMUs for co-simulation can report errors", "--flavour native, --type cs"))
     if kind == "me" and step > 0.0:
         wrong.append(
-            Problem("--step", "in model exchange the importer's solver makes the steps", "omit --step, or choose --type cs")
+            Problem("--step", "in model exchange, the importing tool's solver makes the steps", "omit --step, or choose --type cs")
         )
     return wrong
 

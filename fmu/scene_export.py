@@ -142,7 +142,8 @@ def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str
 
 
 def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
-    """The model, and the result of the first millionth of its run. SimulationError when the scene cannot start."""
+    """The model, and the result of a run over the first millionth of the scene's duration. SimulationError when the scene cannot
+    start."""
     c_compiler.needed("an FMU", "C code for its hosts")
     model = Model(scene, outputs, kernel, inf)
     sim = scene.simulation

@@ -17,8 +17,8 @@ WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
-    """Reasons why ``path`` cannot be written, such as a suffix not in ``suffixes`` or a folder that is not writable. where: the
-    option or argument that holds the path."""
+    """Reasons why ``path`` cannot be written: for example its suffix is not in ``suffixes``, or its folder is not writable. where:
+    the option or argument that holds the path."""
     target = Path(path)
     text = os.fspath(path)
     if target.suffix.lower() not in suffixes:

@@ -2,8 +2,8 @@
 
 Python raises KeyboardInterrupt between any two instructions, also between a call that computes rows and the line that stores them.
 In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of ``Held.open``, Ctrl-C raises
-at once: for long calls without side effects, such as a compiler. Only the main thread gets signals; work in another thread runs
-in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
+at once; such blocks are for long calls without side effects, such as a compiler. Only the main thread gets signals; work in another
+thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
 
 from __future__ import annotations
 
@@ -52,8 +52,9 @@ class Held:
 
 @contextmanager
 def held() -> Iterator[Held]:
-    """Hold Ctrl-C back during the block. This has an effect only in the main thread, which gets the signal. The signal's handler
-    must be Python's default, or that of an enclosing ``Held`` inside its ``open``. A program's own handler is not replaced."""
+    """Hold Ctrl-C back during the block. This has an effect only in the main thread, which gets the signal. Python's default signal
+    handler is replaced, and so is the handler of an enclosing ``Held`` whose ``open`` block surrounds this block. A program's own
+    handler is not replaced."""
     global _in_force
     note, around = Held(), _in_force
     handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
@@ -74,8 +75,9 @@ _in_force: Held | None = None
 
 
 def heed() -> None:
-    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. The
-    exception of the signal handler may be lost in a library that catches all exceptions, such as CasADi's wrappers."""
+    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. This
+    second exception is needed because a library that catches all exceptions, such as CasADi's wrappers, may drop the signal
+    handler's exception."""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
     if (look := getattr(_watch, "look", None)) is not None:

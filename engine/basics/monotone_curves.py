@@ -16,8 +16,8 @@ def filled(points: Sequence, count: int = KNOTS) -> list:
 
 
 def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) -> SX:
-    """Cubic pieces through (at, value) with slopes by Fritsch and Butland, constant beyond the ends. The slope at the first point
-    is 0 with ``flat``, else that of the first chord. The last point may be repeated."""
+    """The curve of cubic pieces through the points (at, value), with slopes by Fritsch and Butland; constant beyond the ends. The
+    slope at the first point is 0 with ``flat``, else the slope of the first chord. The last point may be repeated."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]

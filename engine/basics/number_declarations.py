@@ -10,8 +10,8 @@ from typing import Any
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 ZERO_BELOW = 1e-100
-"""Values of smaller magnitude are printed and written as 0. The norm of a zero vector is computed as sqrt(1e-300), to avoid a
-division by zero."""
+"""Values of smaller magnitude are printed and written as 0. The norm of a zero vector is computed as sqrt(1e-300) = 1e-150, to
+avoid a division by zero; files then show 0."""
 
 
 @dataclass(frozen=True)

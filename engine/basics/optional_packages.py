@@ -33,8 +33,8 @@ def _extras() -> dict[str, set[str]]:
 
 
 def _module(package: str) -> str:
-    """Import name of a package. For all packages that Trunnion requires it differs from the package's name only in case and
-    dashes."""
+    """Import name of a package. For all packages that Trunnion requires, the import name differs from the package's name only in
+    case and dashes."""
     return re.sub(r"[-.]", "_", package).lower()
 
 
@@ -88,8 +88,9 @@ def brought(module: str, extra: str, use: str) -> Any:
 
 
 class Later:
-    """A module that an extra installs, imported at the first use of one of its names; Missing at once if its package is absent.
-    scipy's modules take a quarter of the start of every process that may need them, and most processes never do."""
+    """A module that an extra installs, imported at the first use of one of its names. Missing is raised at once if the package is
+    absent. The import is late because scipy's modules would take a quarter of the start-up time, and most processes never use
+    them."""
 
     def __init__(self, module: str, extra: str, use: str):
         self._source = (module, extra, use)

@@ -53,8 +53,8 @@ class SceneError(ValueError):
     """The scene (or an option) has one or more problems.
 
     ``.problems`` holds the first MOST problems and, if there are more, a last line with the number of the others. ``.total`` is the
-    number of all problems. ``problems`` may join the lists of several errors: their last lines are added. more: number
-    of problems that the caller has not listed."""
+    number of all problems. If ``problems`` joins the lists of several errors, the counts in the last lines of these lists are added
+    up. more: number of problems that the caller has not listed."""
 
     def __init__(self, problems: Iterable[Problem], more: int = 0):
         told = list(problems)

@@ -105,8 +105,8 @@ def current_column(name: str) -> str:
 
 
 def current_pattern(pattern: str, matches: bool) -> str:
-    """A pattern of columns in current words; a change is reported. matches: whether the pattern as written matches a column; if
-    so, it stays."""
+    """A pattern of columns in current words; a change is reported. matches: whether the pattern as written matches a column; such a
+    pattern stays unchanged."""
     new = pattern if matches else current_column(pattern)
     if new != pattern:
         report("column", pattern, new)

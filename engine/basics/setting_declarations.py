@@ -55,7 +55,7 @@ class Setting:
         return self.own_bounds.get(who, self.bound)
 
     def told(self, who: str) -> str:
-        """The help text of the setting at a command, function or request, with the default and with the placeholders."""
+        """The help text of the setting at a command, function or request, with the default. Its placeholders are not filled yet."""
         many = " Repeatable." if who in self.several else ""
         return f"{self.text}{many} Default: {self.default_at(who)}."
 
@@ -93,8 +93,8 @@ SETTINGS = (
     ),
     Setting(
         "kernel", "",
-        "How the equations are evaluated: {kernels}. parts starts at once, because nothing is compiled; compiled runs "
-        "small scenes faster. auto: parts, or compiled for 1000 or more runs of a small scene.",
+        "How the equations are evaluated: {kernels}. parts compiles nothing, so runs start at once. compiled runs small "
+        "scenes faster. auto means compiled for 1000 or more runs of a small scene, otherwise parts.",
         RUNS, "auto", words="kernels", metavar="K",
     ),
     Setting(

@@ -1,5 +1,5 @@
-"""Plans of batches (scene, cases, reductions, settings), and runners of chunks of a plan. A chunk has the same rows on any
-machine."""
+"""Plans of batches (scene, cases, reductions, settings), and the runner that computes chunks of a plan. A chunk gives the same rows
+on any machine."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def plan(
     ``seed``).
 
     keep: reductions as text; run: settings of all cases; trajectories: patterns of columns whose rows are stored; spacing: spacing
-    of the stored rows, s; most: largest number of cases; certify: whether to estimate errors of the reductions also; wrong:
+    of the stored rows, s; most: largest number of cases; certify: whether to estimate the errors of the reductions, too; wrong:
     problems that were found earlier. SceneError lists every problem.
     """
     run = run or Run()

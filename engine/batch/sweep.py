@@ -54,8 +54,9 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    A failed case has a row with its outcome. Reductions use the rows that ``simulate`` gives with the same settings. After
-    Ctrl-C, the result holds the finished cases, and ``cancelled`` is set. If no case has finished, KeyboardInterrupt is raised.
+    A failed case has a row with its outcome, too. Reductions are computed from the same rows that ``simulate`` gives with the same
+    settings. After Ctrl-C, the result holds the finished cases, and ``cancelled`` is set. If no case has finished,
+    KeyboardInterrupt is raised.
 
     Args:
         scene: as for ``simulate``.
@@ -159,7 +160,7 @@ class _Work:
             self._finished(start, got, runner.rows)
 
     def go_on(self, done: int) -> bool:
-        """Whether to continue. done: finished cases of a chunk; called every few hundredths of a second."""
+        """Whether to continue. Called every few hundredths of a second. done: number of finished cases of the chunk."""
         return not self.stopped
 
     def _look(self) -> None:
@@ -177,7 +178,7 @@ class _Work:
                 self.progress(self.done, self.plan.cases.count)
 
     def result(self, wall: float) -> Sweep:
-        """The sweep with all tables joined. After an interrupt the table's metadata state the number of cases."""
+        """The sweep with all tables joined. After an interrupt, the table's metadata state how many cases are finished."""
         import pyarrow.compute as pc
 
         table = self.tables.whole()

@@ -99,8 +99,8 @@ class Sweep:
         return _saved(self.trajectories, path) if Path(path).suffix else save_dataset(self.trajectories, path)
 
     def indices(self, of: Names = ()) -> list[Indices]:
-        """Sobol indices of results (default: all results) with intervals. The indices are shares of the varied numbers in the
-        variance. SceneError unless the sampling is "saltelli"."""
+        """Sobol indices of results (default: all results) with intervals. An index is the share of a varied number in the variance
+        of the result. SceneError unless the sampling is "saltelli"."""
         return indices_of(self.plan.cases, self.plan.reductions, self.table, names_given(of))
 
     def spreads(

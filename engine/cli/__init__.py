@@ -16,5 +16,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 from trunnion.cli.entry_point import run
 
                 return run(list(sys.argv[1:] if arguments is None else arguments))
-        except KeyboardInterrupt:  # Ctrl-C before the command began, or as it ended
+        except KeyboardInterrupt:  # Ctrl-C was pressed before the command began or while the command ended
             return 1

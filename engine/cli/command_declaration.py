@@ -17,7 +17,8 @@ from trunnion.cli.options import completion
 from trunnion.cli.options.option_declarations import SettingWords, repeatable
 
 OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
-"""Click leaves unknown words to the command, which reports them with all other problems."""
+"""Context settings with which click passes unknown words to the command. The command reports them together with all other
+problems."""
 VERBOSE = typer.Option("-v", "--verbose", help="Print the log to standard error, with the details of internal errors.")
 
 
@@ -64,7 +65,7 @@ def meaning(p: Any) -> str:
 
 def click_command(name: str, function: Callable[..., Any]) -> Any:
     """The click command of a function. name: the words after ``trunnion``. A parameter ``settings`` receives the values of all
-    run settings that the command offers. A parameter ``ctx`` receives words that click does not know."""
+    run settings that the command offers. A parameter ``ctx`` receives the words that click does not recognise."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     unknown = OPEN if "ctx" in inspect.signature(function).parameters else {}
     app.command(name.split()[-1], cls=DeclaredCommand, context_settings=unknown)(with_common_options(name, function))

@@ -1,6 +1,6 @@
-"""The commands, one line each: name → module. The module's function ``command`` has the arguments as parameters, and the help as
-docstring. A name of two words belongs to a group, whose help is in ``GROUPS``. ``trunnion --help`` lists the commands in this
-order. A module is imported when its command is invoked or listed."""
+"""The commands, with one line for each: its name and its module. The module's function ``command`` has the arguments as parameters,
+and the help as docstring. A name of two words belongs to a group, whose help is in ``GROUPS``. ``trunnion --help`` lists the
+commands in this order. A module is imported when its command is invoked or listed."""
 
 COMMANDS = {
     "new": "trunnion.cli.commands.new",
@@ -42,7 +42,7 @@ GROUPS = {
     "export": "Export a scene as C code or as a web page.",
     "jobs": "Submit, follow and fetch jobs of a server (trunnion serve).",
 }
-"""Group → its help."""
+"""{group: its help}."""
 
 
 def extra_of_command(name: str) -> str:

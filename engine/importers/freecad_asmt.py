@@ -19,7 +19,8 @@ JOINTS = {
     "SphericalJoint": "spherical", "PlanarJoint": "planar", "UniversalJoint": "universal", "ScrewJoint": "screw",
 }  # fmt: skip
 SLIDING = {"CylindricalJoint": (2,), "TranslationalJoint": (2,), "PlanarJoint": (0, 1, 2), "ScrewJoint": (2,)}
-"""Axes of a marker along which the two points of a joint may differ. A planar joint keeps the distance of its planes."""
+"""Axes of a marker along which the two points of a joint may differ. In a planar joint, the distance between the planes is
+constant."""
 TURNED = ("FixedJoint", "TranslationalJoint")
 """Joints that keep all three axes of their markers parallel."""
 
@@ -35,7 +36,8 @@ def scene_of_asmt(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]
 
 
 def tree_of(path: Path) -> Element:
-    """The assembly of a file: its indented lines as a tree, without the results of the last run at the end."""
+    """The assembly of a file: its indented lines as a tree. The results of FreeCAD's last run at the end of the file are
+    omitted."""
     with path.open("rb") as f:
         content = f.read(LARGEST + 1)
     lines = content.decode("utf-8", "replace").splitlines()
@@ -169,7 +171,7 @@ class AsmtReader:
         return self.markers[path]
 
     def _joint(self, e: Element, one: tuple[str, Pose], two: tuple[str, Pose]) -> Tie:
-        """The joint of two markers, of which marker I is on the inboard part. Its coordinates are zero in the exported pose."""
+        """The joint of two markers; marker I is on the inboard part. The joint's coordinates are zero in the exported pose."""
         first, second = self.places[one[0]] @ one[1], self.places[two[0]] @ two[1]
         more: dict[str, Any] = {}
         if e.tag == "PlanarJoint":
@@ -196,7 +198,7 @@ class AsmtReader:
         """Add a note if the distance between the planes of a planar joint differs from the joint's offset."""
         said = abs(self.unit * self._numbers(e, "offset", 1)[0])
         if abs(distance - said) > 1e-6 + 1e-6 * said:
-            what = f"its planes are exported at {distance:.6g} m, not at its offset {said:.6g} m; the exported distance is used"
+            what = f"its planes are {distance:.6g} m apart, but its offset says {said:.6g} m; the distance of the planes is used"
             self.found.notes.append(f"{self._text(e, 'Name')}: {what}")
 
 

@@ -19,9 +19,9 @@ GROUND = "ground"
 LISTED = 8
 """Largest number of names in a note."""
 UNLIMITED = 1e15
-"""A limit of this magnitude or more means that there is no limit (SDF writes 1e16)."""
+"""A joint limit of this magnitude or more means "no limit" (SDF writes 1e16)."""
 LIGHT = 1e-15
-"""Mass given to a massless link, relative to the masses that it carries; it is below their rounding error."""
+"""Mass given to a massless link, relative to the masses that the link carries; this mass is below their rounding error."""
 
 
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -123,7 +123,8 @@ class Linkage:
             self.forces[name] = {"type": "force", "on": link, "force": floats(force)}
 
     def friction(self, name: str, kind: str, constant: float) -> dict[str, Any]:
-        """Scene keys of constant friction along a joint's freedom. For a joint that does not support it, no keys, and a note."""
+        """Scene keys of constant friction along a joint's freedom. If the joint does not support constant friction, there are no
+        keys, and a note says so."""
         turns = REGISTRY[kind].freely_rubbed
         if not constant:
             return {}
@@ -139,7 +140,7 @@ class Linkage:
         if leader not in ties or follower not in ties:
             self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
         elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):
-            self.found.add(e, name, "couples joints that have more or less than one freedom", "only hinges and slides can follow")
+            self.found.add(e, name, "couples joints that do not have exactly one freedom", "only hinges and slides can follow")
         elif not ratio:
             self.found.add(e, name, "follows a joint by a ratio of 0", "make it a fixed joint")
         elif "mimic" in ties[follower].more:

@@ -28,9 +28,9 @@ def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str
     if not density > 0:
         problems.append(Problem("density", f"{density:g} kg/m³ is not positive", "steel: 7800, aluminium: 2700"))
     if not mesh.is_watertight:
-        problems.append(Problem(str(file), "its surface is not closed, so that it has no volume", "export a solid, or repair it"))
+        problems.append(Problem(str(file), "its surface is not closed, so the mesh has no volume", "export a solid, or repair it"))
     elif mesh.volume <= 0:
-        problems.append(Problem(str(file), "its surface is turned inside out", "flip its normals"))
+        problems.append(Problem(str(file), "its surface is inside out: the normals point inwards", "flip its normals"))
     if problems:
         raise SceneError(problems)
     mesh.apply_scale(UNITS[unit])

@@ -1,4 +1,4 @@
-"""Shapes for drawing imported bodies: a simple shape if it is sufficient, else a surface mesh."""
+"""Shapes for drawing imported bodies: one simple shape if that shows the whole body, else a surface mesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FACES = 800
 FINEST = 96
 """Number of grid cells along the longest side at the start of coarsening."""
 NEAR = 1e-6
-"""Largest deviation of a solid's pose from that of the scene's shape, relative to the solid's size."""
+"""Largest allowed deviation of a solid's pose from the pose of the scene's shape, relative to the solid's size."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
-"""XML reader that records file and line of each element. It is safe against malicious files: document types (and so entities) are
-refused, and the numbers of bytes, elements and levels are limited."""
+"""XML reader that records file and line of each element. The reader is safe against malicious files. It refuses document types, and
+therefore entities, and limits the numbers of bytes, elements and levels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LARGEST = 20_000_000
 MOST = 400_000
 """Largest number of elements in a file."""
 HUGE = 1e30
-"""Largest magnitude of a number, so that products stay finite."""
+"""Largest magnitude of a number; the limit keeps products finite."""
 DEEPEST = 300
 """Largest nesting depth of elements."""
 

@@ -2,7 +2,7 @@
 
 A wheel holds the runtime and the precompiled primitives, so that an installed Trunnion needs no compiler. The libraries require a
 processor of the build machine's level; with ``TRUNNION_CPU=x86_64`` they run on any x86-64 processor. With ``TRUNNION_PREBUILD=0``,
-and in an editable installation, there are no libraries, and the first use compiles them.
+and in an editable installation, there are no compiled libraries; the first use compiles them.
 
 ``pyproject.toml`` names these classes. setuptools loads this file by its path, before ``trunnion`` can be imported."""
 
@@ -24,7 +24,7 @@ from setuptools.command.sdist import sdist
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"trunnion": "engine", "trunnion.fmu": "fmu", "trunnion.service": "service"}
-"""Import package → its folder, as ``package-dir`` in ``pyproject.toml``."""
+"""{import package: its folder}, as ``package-dir`` in ``pyproject.toml``."""
 GENERATED = {"__pycache__", "_built"}
 CHECKOUT_ONLY = ("docs", "packaging", "key_examples", "*.md", "*.mako", "*.png")
 """Names of folders and files that no wheel holds: pages, and the code that writes pages or builds wheels."""
@@ -61,7 +61,7 @@ def source_package() -> None:
 
 
 def temporary(name: str) -> str:
-    """A folder outside the checkout, removed at the end of the building process."""
+    """A new folder outside the checkout, which is removed at the end of the building process."""
     folder = tempfile.mkdtemp(prefix=f"trunnion-{name}-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder

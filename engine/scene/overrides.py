@@ -63,7 +63,8 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massles
     except SceneError:
         if not changes:
             raise
-    return apply(scene_of(_read(source), massless), changes)  # separates mistakes in the scene from mistakes in the changes
+    # mistakes in the scene itself are reported first, then mistakes in the changes
+    return apply(scene_of(_read(source), massless), changes)
 
 
 def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> Source:

@@ -12,7 +12,7 @@ GRAVITY = 9.81
 ROD = 1 / 12
 """Inertia of a thin rod (1 m, 1 kg) about a transverse axis through its centre, kg m²."""
 CHAIN_AXIAL = 1.0e-3
-"""Axial inertia of a chain link, kg m²; it is not zero, so that other programs accept the inertia too."""
+"""Axial inertia of a chain link, kg m²; not zero, because some other programs refuse a zero inertia."""
 
 
 def n_four_bar(n: int = 40) -> Scene:

@@ -60,7 +60,7 @@ def source_of_file(source: str | os.PathLike[str]) -> Source:
     path = _file(source)
     try:
         with path.open("rb") as f:
-            content = f.read(LARGEST + 1)  # one byte above the limit, so that the reader detects a file that is too large
+            content = f.read(LARGEST + 1)  # one byte above the limit is enough for the reader to detect a file that is too large
     except OSError as e:
         raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
     name = path.parent.name if path.name == SCENE_FILE else path.stem
@@ -156,7 +156,8 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     built = build(data)
     told = {f.path for f in composed}
     found = [*source.findings, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
-    if built.scene is not None and not composed:  # after a mistake in composition, missing parts would cause many further findings
+    # after a mistake in composition, the missing parts would cause many further findings
+    if built.scene is not None and not composed:
         found += [f for f in findings(built.scene) if not built.hides(f)]
     if found or built.scene is None:
         raise error_of(found, lines, source.file)

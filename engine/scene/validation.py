@@ -37,8 +37,8 @@ class Built:
     broken: set[Path] = field(default_factory=set)
 
     def hides(self, f: Finding) -> bool:
-        """Whether a removed part may have caused a finding. This is so if the finding's path lies in a removed part, or a path in
-        ``about`` lies in or around one."""
+        """Whether a removed part may have caused a finding. This is so if a removed part contains the finding's path or a
+        path in ``about``, or if a path in ``about`` contains a removed part."""
         return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
 
     def _broken_around(self, path: Path) -> bool:
@@ -77,8 +77,8 @@ def build(data: Any) -> Built:
 
 
 def _remove_broken(rest: dict[str, Any], found: list[Finding], built: Built) -> None:
-    """Remove the parts with findings. Further findings in a removed part are skipped, so that a hundred wrong entries of a list
-    remove no more than one wrong entry does."""
+    """Remove the parts with findings. Further findings in a removed part are skipped: a hundred wrong entries of a list remove the
+    same part as one wrong entry."""
     gone: set[Path] = set()
     for f in found:
         if any(f.path[:n] in gone for n in range(len(f.path) + 1)):
@@ -105,8 +105,8 @@ def _next_level(deeper: int) -> int:
 
 
 def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
-    """Remove the smallest optional part that contains a mistake; the result is its path. If this part would be a whole body or
-    joint, replace it by a stub."""
+    """Remove the smallest optional part that contains a mistake; the result is the path of this part. A whole body or joint is not
+    removed but replaced by a valid stub."""
     node, at = _deepest_group(data, path)
     if len(at) <= 1:  # the mistake is in one of the scene's own keys
         key = path[0] if path else ""

@@ -14,7 +14,7 @@ from trunnion.scene.units.unit_parser import UnitError
 
 Error = dict[str, Any]
 _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
-"""The text after the comma of a number such as "2,5 kg", which YAML reads as a key of its own inside braces."""
+"""The text after the comma of a number such as "2,5 kg". Inside braces, YAML reads this text as a separate key."""
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
@@ -43,7 +43,7 @@ def _one(e: Error, data: Any) -> Finding:
 def _unknown_key(path: Path, e: Error) -> Finding:
     key, known = str(path[-1]), keys_at(path[:-1])
     if _AFTER_COMMA.fullmatch(key) and e["input"] is None:
-        return Finding(path, f"unknown key {shown(key)}", "the end of a number with a decimal comma? Write 2.5, not 2,5", meant="")
+        return Finding(path, f"unknown key {shown(key)}", "is this part of a number with a decimal comma? Write 2.5", meant="")
     hint = did_you_mean(key, known, "known keys")
     return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known))
 

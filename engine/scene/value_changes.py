@@ -64,7 +64,7 @@ def opened(value: Any) -> Any:
     if isinstance(value, dict):
         return {k: opened(v) for k, v in value.items()}
     if isinstance(value, Computed) and value.names:
-        return value.text  # a change may concern its parameters
+        return value.text  # a change may set a parameter of the group
     return [opened(v) for v in value] if isinstance(value, tuple) else value
 
 
@@ -82,7 +82,7 @@ def _set(data: Any, path: Path, value: Any) -> Finding | None:
         if inside is None:
             inside = node[key] = _default(here)
         if path[i + 1 :] == (0,) and _is_number(inside, here):
-            node[key] = value  # a joint with one coordinate may give a number instead of a list; q[1] then means this number
+            node[key] = value  # the scene gives a number instead of a list with one entry; q[1] means this number
             return None
         node = inside
     return None

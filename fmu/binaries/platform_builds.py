@@ -22,8 +22,8 @@ NATIVE = Path(__file__).resolve().parents[1] / "native"
 FLAGS = (*(f for f in c_compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-s")
 
 PARTS: dict[str, tuple[str, ...]] = {"parts": (), "long_parts": c_compiler.STRAIGHT}
-"""The generated files that hold parts, and their compiler flags in addition to ``FLAGS``: the flags of the engine
-(``c_compiler.part_flags``)."""
+"""The generated files that hold precompiled primitives, each with the compiler flags that the engine uses for primitives
+(``c_compiler.part_flags``), in addition to ``FLAGS``."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,9 @@ SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
-"""Linker options by operating system. They use the system's C library and omit the compiler's own start files and libraries, which
-would take over a minute to build for Windows. ``native/windows_libc.c`` defines the functions that are then missing on Windows."""
+"""Linker options by operating system. The library then uses the system's C library. The compiler's own start files and libraries
+are omitted, because building them for Windows would take over a minute. ``native/windows_libc.c`` defines the functions that are
+then missing on Windows."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
 """The macro that is defined when ``native/shell.c`` is compiled. The key is the kind of export: an FMI version, or a plain C
 library.
@@ -125,8 +126,8 @@ def shell_key() -> str:
 
 
 def _cached(kind: str, make: Callable[[Path], None], *determined_by: str | bytes) -> Path:
-    """A folder of the cache, which ``make`` fills unless it exists. determined_by: all that determines its contents beside shell
-    and runtime."""
+    """A folder of the cache, which ``make`` fills unless it exists. determined_by: everything that determines the folder's
+    contents, except shell and runtime."""
     return library_cache.entry(f"{kind}-{library_cache.digest(shell_key(), *determined_by)}", make)[0]
 
 

@@ -54,7 +54,7 @@ def library(
     checked: bool = False,
 ) -> Library:
     """Export a scene as a C library. overrides, outputs: as in ``trunnion.simulate``. step: default of solver.step, s (0: error
-    control). checked: check array lengths at run time (``constant_length_arrays.fixed``). SceneError for wrong input,
+    control). checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``). SceneError for wrong input,
     SimulationError when the scene cannot start."""
     model, first = started(scene_given(scene, overrides), outputs, "compiled")
     made = Made(model, first, step)

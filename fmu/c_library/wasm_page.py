@@ -93,7 +93,7 @@ def _offered(v: Variable) -> bool:
 
 
 def _control(v: Variable, index: int) -> dict[str, Any]:
-    """A slider with its range. live: a change of the value takes effect during the run, without a new start."""
+    """A slider with its range. live: whether a changed value takes effect during the run, without a new start."""
     value = float(v.start or 0.0)
     low, high = sorted((0.0, 2.0 * value)) if value else (-1.0, 1.0)
     least, most = v.minimum, v.maximum

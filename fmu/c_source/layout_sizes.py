@@ -21,8 +21,8 @@ a bound is too small."""
 
 @dataclass(frozen=True)
 class Sizes:
-    """The sizes in the C tables of a mechanism's units. block: size of the simulation block, bytes. The size is that of a 64-bit
-    platform, which is the largest."""
+    """The sizes in the C tables of a mechanism's units. block: size of the simulation block, bytes. The size is that on a 64-bit
+    platform; on other platforms the block is smaller."""
 
     kernel: dict[str, int]
     outputs: dict[str, int]

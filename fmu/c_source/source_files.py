@@ -27,7 +27,7 @@ TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 
 def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checked: bool = False) -> dict[str, str]:
     """The C files by name. units: generated texts (``Made.sources``). kind: a key of SHELL_NAMES. prefix: beginning of all names
-    with external linkage. checked: check the array lengths of the runtime at run time (``constant_length_arrays.fixed``)."""
+    with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
     shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
     runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
     made = {"runtime": runtime, "shell": shell} | {n: _unit(text) for n, text in units.items()}

@@ -1,8 +1,8 @@
 """Upper bounds of the array lengths in the runtime, as C constants of the mechanism.
 
-The number of pairs at rest (``rest``, ``n``) is at most the number of all pairs. The number of multipliers in a group, or of
-multipliers that come to rest, is at most the number of all multipliers. The number of internal forces is at most the number of
-constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
+The number of pairs at rest (``rest``, ``n``) is at most the number of all pairs. The number of multipliers in a group is at most
+the number of all multipliers; so is the number of multipliers that come to rest. The number of internal forces is at most the
+number of constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ FIELDS = {
     "MODEL->kernel->nq": "TR_MAX_NQ", "MODEL->kernel->nv": "TR_MAX_NV", "MODEL->inputs": "TR_MAX_NINPUTS",
     "MODEL->outputs": "TR_MAX_NOUT", "MODEL->columns->nout": "TR_MAX_NOUT",
 }  # fmt: skip
-"""Upper bounds of struct fields. The fields of friction problems (``c``, ``q``) have the bound of the quantity that they count."""
+"""Upper bounds of struct fields. A field of a friction problem (``c``, ``q``) has the bound of the quantity that the field
+counts."""
 
 PAIRS, MULTIPLIERS = {"n": "TR_MAX_NSLIDERS"}, {"n": "TR_MAX_NETA"}
 OF_PAIRS = ("tr_minimise_stored_shares", "tr_onsets_newton_step", "tr_predict_modes", "tr_decide_by_cones", "tr_are_many_pairs",

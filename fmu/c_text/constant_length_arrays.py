@@ -1,7 +1,8 @@
 """Replaces variable-length arrays by arrays of their largest length, because not every C99 compiler accepts variable lengths.
 
-The length of an array is a size of the mechanism, such as ``k->neta``, which is known at export. It can also be a count with such a
-size as its bound (``array_length_bounds``). Exported sources define these sizes as macros, such as ``TR_MAX_NETA``."""
+The length of an array is a size of the mechanism, such as ``k->neta``, which is known at export. The length can also be a count
+whose upper bound is such a size (``array_length_bounds``). Exported sources define these sizes as macros, such as
+``TR_MAX_NETA``."""
 
 from __future__ import annotations
 
@@ -34,8 +35,8 @@ class Function:
 
 
 def fixed(text: str, checked: bool = False) -> str:
-    """The text without variable-length arrays. checked: check each length against its bound at run time by the macro ``TR_FITS``,
-    which must be defined when the text is compiled. BoundMissing for a length without a known bound."""
+    """The text without variable-length arrays. checked: whether the text checks each length against its bound at run time, by the
+    macro ``TR_FITS``. This macro must be defined when the text is compiled. BoundMissing for a length without a known bound."""
     out, at = [], 0
     for d in definitions(text):
         made = Function(d.name, text[d.body : d.end])
@@ -109,14 +110,14 @@ def _all_used(made: Function, body: str) -> str:
 
 
 def first(declarator: str) -> str:
-    """The C expression for the first element of an array. This element is set, so that compilers do not report the array as
+    """The C expression for the first element of an array. The text sets this element, so that compilers do not report the array as
     uninitialised."""
     name, *sizes = re.split(r"\[", declarator.partition("[TR_ROOM(")[0] + "[")
     return name + "[0]" * len(sizes)
 
 
 def _declarator(made: Function, one: str) -> str:
-    """A declarator; if it declares a variable-length array, with a constant length."""
+    """A declarator in which the length of a variable-length array is replaced by a constant. Other declarators are unchanged."""
     found = re.match(r"(\w+)((?:\[\w+\])*)\[(.+?)\]( = .*)?$", one)
     if not found or re.fullmatch(r"[\dA-Z_ +*]*|TR_DOUBLES\(\w+\)|[A-Z_]+ \+ 1", found[3]):
         return one

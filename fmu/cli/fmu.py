@@ -26,7 +26,7 @@ FmuOutputs = Annotated[
 
 Save = Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write this .fmu.", show_default="NAME.fmu")]
 FLAVOUR = "native: runs on any host; python: the host needs a Python interpreter, and this export needs pythonfmu."
-WHOLE_VECTORS = "Offer also the vector components that are 0 in the scene as parameters."
+WHOLE_VECTORS = "Make the vector components that are 0 in the scene parameters, too."
 VALUES = "Also write the values of all parameters to this .ssv file."
 
 
@@ -43,10 +43,10 @@ def command(
     whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help=WHOLE_VECTORS)] = False,
     parameters: Annotated[str | None, typer.Option("--parameters-file", metavar="FILE", help=VALUES)] = None,
     sources: Annotated[
-        bool, typer.Option("--sources", help="Include the C sources, so that importers can compile the FMU for other platforms.")
+        bool, typer.Option("--sources", help="Include the C sources, so that other tools can compile the FMU for other platforms.")
     ] = False,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Add the parameter solver.errors; if it is 1, each output is its error estimate.")
+        bool, typer.Option("--certify", help="Add the parameter solver.errors: with 1, outputs give their error estimates.")
     ] = False,
     changes: Changes,
     outputs: FmuOutputs,

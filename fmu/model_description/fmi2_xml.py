@@ -51,8 +51,8 @@ class Whole:
 
 
 def date(scene: Scene) -> str:
-    """The generation date: SOURCE_DATE_EPOCH if this is set, else the scene's date, else a constant. It does not depend on the
-    present time, so that exports are reproducible."""
+    """The generation date: SOURCE_DATE_EPOCH if this is set, else the scene's date, else a constant. The date never is the time of
+    the export, so that exports are reproducible."""
     if scene.date and "SOURCE_DATE_EPOCH" not in os.environ:
         return f"{scene.date}T00:00:00Z"
     at = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "946684800")), UTC)

@@ -58,7 +58,7 @@ def kind_of(j: Joint) -> str:
 
 def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str, str]]:
     """The members (variable, name in the terminal, kind) for motion, rate, effort and friction, if the FMU has such variables.
-    If an input sets a quantity, the variable is this input. Efforts are inflows, also when they are outputs."""
+    If an input sets a quantity, the variable is this input. Efforts are declared as inflows, even if they are outputs."""
     motion, rate, effort = MEMBERS[kind_of(j)]
     driven = [_input_of(model, d.drive) for d in j.devices]
     loaded = [_input_of(model, d.effort) for d in j.devices]
@@ -73,7 +73,8 @@ def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str
 
 
 def _of(candidates: tuple[str, ...], member: str, kind: str, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """A member for the first of the candidates that is a variable of the FMU; no member if none is."""
+    """A list with one member, for the first candidate that is a variable of the FMU. The list is empty if no candidate is a
+    variable."""
     found = next((c for c in candidates if c in names), None)
     if found is not None:
         yield found, member, kind

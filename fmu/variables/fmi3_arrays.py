@@ -1,5 +1,5 @@
-"""Variables of FMI 3.0. The components of a vector form an array, whose value reference is that of its first component. Integers
-get one of the integer types of FMI 3.0."""
+"""Variables of FMI 3.0. The components of a vector form an array, whose value reference is that of its first component. An integer
+variable gets one of FMI 3.0's integer types."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FLOAT64, ENUMERATION = "Float64", "Enumeration"
 CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
 """Names in the C enumeration ``fmu_type`` (``model_and_instance.h``), by FMI type."""
 SPACE = 3
-"""Smallest number of components that form an array of parameters. A vector from which components with the value 0 are omitted stays
+"""Smallest number of components that form an array of parameters. If components with the value 0 are omitted, the vector stays
 several scalars."""
 COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
 FLAGS = ("events.last.marginal",)

@@ -42,7 +42,7 @@ def clocks(model: Model) -> list[Clock]:
 
 
 def _of_pairs(model: Model) -> Iterator[Clock]:
-    """The clocks of joints with friction. Under a smooth friction law, the only event is the separation of a contact."""
+    """The clocks of joints with friction. With a smooth friction law, the separation of a contact is the only kind of event."""
     for j in model.system.frictional:
         assert j.friction is not None
         law = LAWS[j.friction.law]

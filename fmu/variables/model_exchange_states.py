@@ -103,18 +103,18 @@ def _of_stops(system: System) -> list[tuple[str, str]]:
                     found[flag] = f"{j.name}.end_stop.{side}[{k + 1}]", text
             if d.latch is not None:
                 name = f"{j.name}.latch.{{}}[{k + 1}]"
-                found[d.latch.pressed] = name.format("pressed"), f"the latch {of} stays pressed or not while this is positive"
+                found[d.latch.pressed] = name.format("pressed"), f"the latch {of} stays pressed or free while this is positive"
                 told = f"the hook of the latch {of} stays up or down while this is positive"
                 found[system.hook(d.latch.hook)] = name.format("hook"), told
     return [found[i] for i in sorted(found)]
 
 
 def refusals(model: Model) -> list[Problem]:
-    """The reasons why a scene does not allow model exchange. In all cases, its motion depends on more than time and state."""
+    """The reasons why a scene does not allow model exchange. In all these cases, the motion depends on more than time and state."""
     sim = model.built.scene.simulation
     out = []
     if any(m.name == sim.method and isinstance(m, Impulses) for m in REGISTRY):
-        why = f"method {sim.method} computes impulses over its own steps, but the importer's solver chooses the steps"
+        why = f"method {sim.method} computes impulses over its own steps, but the importing tool's solver chooses the steps"
         out.append(Problem("simulation.method", f"no model exchange: {why}", "--set simulation.method=auto, or --type cs"))
     if sim.realtime is not None:
         why = (
@@ -122,9 +122,9 @@ def refusals(model: Model) -> list[Problem]:
         )
         out.append(Problem("simulation.realtime", f"no model exchange: {why}", "omit simulation.realtime, or choose --type cs"))
     if sim.jams == "impact":
-        why = "a jam that ends by an impact comes where friction has no solution, and no event indicator detects that in advance"
+        why = "a jam that ends by an impact occurs where friction has no solution, and no event indicator detects this in advance"
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
     for name in followed(model):
         why = f"the motion that follows input {name} depends on the input's values at communication points"
-        out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "an effort: {input: …} in that joint, or --type cs"))
+        out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "write effort: {input: …} in that joint, or --type cs"))
     return out

@@ -1,5 +1,5 @@
 """The dependencies of outputs, during the run and at the start, that the model description declares. A missing dependency is wrong.
-An unnecessary dependency makes hosts find algebraic loops that do not exist."""
+An unnecessary dependency makes hosts report algebraic loops that do not exist."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from trunnion.kernel.units.column_dependence import Dependence
 from trunnion.simulation.run import Model
 
 MOST = 250_000
-"""Largest number of declared dependencies of outputs on parameters. FMUs with more such pairs declare only dependencies on inputs,
-so that the description stays small."""
+"""Largest number of declared dependencies of outputs on parameters. An FMU that would have more declares only the dependencies on
+inputs, so that the description stays small."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class _Places:
         return {p for each in self.of for p in each}
 
     def motions(self) -> set[int]:
-        """The indices of values and rates of followed inputs, which determine the start values. Accelerations are not included,
-        because they act like forces."""
+        """The indices of the values and rates of followed inputs; start values depend on these. The accelerations of these inputs
+        are not included, because they act like forces."""
         return {p for i in self.followed for p in self.of[i][:2]}
 
 
@@ -64,8 +64,9 @@ def _of(c: Column, known: Dependence | None, places: _Places) -> Depends:
 
 
 def _named(known: Dependence, places: _Places) -> set[int]:
-    """The indices of inputs in the expression of a column. A force input counts if its value occurs. A followed input counts if its
-    second derivative occurs, because position and rate of the motion are continuous."""
+    """The indices of inputs in the expression of a column. An input of a force is included if its value occurs in the expression.
+    An input that a motion follows is included if its second derivative occurs, because position and rate of the motion are
+    continuous."""
     forces = {p for i in known.values if i not in places.followed for p in places.of[i]}
     return forces | {p for i in known.seconds if i in places.followed for p in places.of[i]}
 

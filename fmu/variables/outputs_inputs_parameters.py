@@ -35,8 +35,8 @@ text is the first part of a key; a pair is a whole key, or the first and last pa
 HUGE = 1e300
 """The bound that is used for a number without a bound."""
 NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"), ("move", "begin"), ("move", "duration"))
-"""Last keys of the paths of numbers that are not parameters: a change would move discontinuities of derivatives, whose times are
-fixed at export."""
+"""Numbers whose path ends with one of these keys are not parameters: a change would move kinks of signals, and the times of kinks
+are fixed at export."""
 TUNABLE_SECTIONS = ("friction", "forces", "gravity")
 TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort", "motor")
 TUNABLE_OF_END_STOPS = ("stiffness", "damping")
@@ -74,7 +74,8 @@ class Variable:
 
     @property
     def minimum(self) -> float:
-        """The smallest allowed value. If the bound is excluded, this is the next larger normal floating-point number."""
+        """The smallest allowed value. If the lower bound itself is not allowed, the smallest value is the next larger normal
+        floating-point number."""
         least = self.bound.least
         if least == -math.inf:
             return -HUGE
@@ -92,9 +93,9 @@ class Variable:
 def variables(
     model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True, certify: bool = False
 ) -> list[Variable]:
-    """All variables in the order of their value references: columns, inputs, parameters. brief: columns outside ``BRIEF`` are local
-    variables. own_steps: whether there are parameters for internal steps, which only co-simulation has. certify: add
-    ``solver.errors``."""
+    """All variables in the order of their value references: columns, inputs, parameters. brief: whether columns outside ``BRIEF``
+    are local variables. own_steps: whether there are parameters for internal steps, which only co-simulation has. certify: whether
+    to add ``solver.errors``."""
     asked = bounds_of(model.built.scene)
     solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
     if certify and asked:
@@ -151,7 +152,7 @@ def followed(model: Model) -> dict[str, Outside]:
 
 
 def _numbers(model: Model) -> Iterator[Variable]:
-    """Parameters for the numbers of the scene that are parameters of the equations without any conversion."""
+    """Parameters for those numbers of the scene that enter the equations as parameters without any conversion."""
     scene, table = model.built.scene, model.built.parameters
     own = {p.path: p.value for p in list_parameters(scene)}
     found = []
@@ -238,7 +239,7 @@ def _solver(step: float, rtol: float) -> Iterator[Variable]:
     yield one("tolerance", "1", "relative tolerance of the steps (a tighter host tolerance is used instead)", rtol, RTOL, TOLERANCE)
     yield one("host_tolerance", "1", "whether the tolerance of the host is used", 1.0, Bound(0.0, 2.0), HOST_TOLERANCE, HOST)
     yield one("step", "s", "internal step; 0: chosen by error control; > 0: fixed step, for real time", step, NOT_NEGATIVE, STEP)
-    most = "most internal steps in one communication step; 0: no limit"
+    most = "largest number of internal steps in one communication step; 0: no limit"
     yield one("max_steps", "1", most, 0.0, Bound(0.0, 1e9), MAX_STEPS, INTEGER)
 
 
@@ -250,8 +251,8 @@ def _solving(name: str, unit: str, text: str, start: float, bound: Bound, role: 
 def _bound(name: str, start: float, role: str) -> Variable:
     """A bound of real-time steps."""
     bound, about = {
-        "events": (EVENTS, "most events located in a bounded step"),
-        "evaluations": (EVALUATIONS, "most evaluations of the equations of motion in a bounded step"),
-        "iterations": (ITERATIONS, "most iterations of Newton's method in a bounded step"),
+        "events": (EVENTS, "largest number of events located in a bounded step"),
+        "evaluations": (EVALUATIONS, "largest number of evaluations of the equations of motion in a bounded step"),
+        "iterations": (ITERATIONS, "largest number of iterations of Newton's method in a bounded step"),
     }[name]
     return Variable(f"solver.{name}", "1", about, "parameter", "tunable", "exact", start, bound, role=role, type=INTEGER)

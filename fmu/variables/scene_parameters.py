@@ -1,6 +1,6 @@
-"""Offers the parameters of a scene as parameters of its FMU. By the expressions of the scene, the FMU computes the numbers that
-depend on these parameters; such numbers are then not parameters. A scene parameter that affects properties which are fixed in an
-FMU is omitted and reported."""
+"""Offers the parameters of a scene as parameters of its FMU. The FMU computes the numbers that depend on these parameters, by the
+expressions of the scene. Such numbers are then not parameters themselves. A scene parameter is omitted, and reported, if it affects
+properties that are fixed in an FMU."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _place(scene: Scene, path: str, known: dict[str, Variable]) -> str | None:
     """The name of the FMU variable for a number of the scene; None if there is no such variable."""
     steps = path.split(".")
     if steps[0] == "joints" and steps[2:3] == ["start"] and REGISTRY[scene.joints[steps[1]].type].quaternion >= 0:
-        return None  # the components of a quaternion are normalised together
+        return None  # not a parameter: the components of a quaternion are normalised together
     return next((n for n in (path, f"{path}[1]") if n in known), None)
 
 

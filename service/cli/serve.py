@@ -38,13 +38,13 @@ from trunnion.service.cli.serve_options import (
 GRACE_SECONDS, END_SECONDS = 2, 4.0
 """Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
 KEEP_ALIVE_SECONDS = 75
-"""Time for which an idle connection stays open, s. It is longer than that of clients (httpx 5 s, nginx 60 s), so that the client
-closes the connection first. A request on a connection that the server is closing would fail."""
+"""Time for which an idle connection stays open, s. The time is longer than that of clients (httpx 5 s, nginx 60 s), so that the
+client closes the connection first. If the server closed first, a request sent at the same moment would fail."""
 BACKLOG = 2048
 """Number of connections that may wait to be accepted (uvicorn's default)."""
 SWITCH_SECONDS = 0.0005
-"""Longest time, s, for which a thread that formats rows blocks the other threads. With Python's default, 5 ms, a request would be
-delayed about ten times by 5 ms."""
+"""Longest time, s, for which a thread that formats rows blocks the other threads. Python's default is 5 ms, and a request may be
+delayed by this time about ten times."""
 
 
 def command(
@@ -116,7 +116,7 @@ def listener(host: str, port: int) -> socket.socket:
     available."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        taken = socket.socket(family, kind, protocol)  # asyncio sends without delay only if the protocol is TCP
+        taken = socket.socket(family, kind, protocol)  # with the protocol TCP, asyncio sends without delay
     except OSError as e:
         what = f"{host!r} is not an address of this machine: {e.strerror or e}"
         raise SceneError([Problem("--host", what, "127.0.0.1 for this machine only, 0.0.0.0 for all its addresses")]) from e
@@ -157,7 +157,7 @@ def run_server(settings: Settings) -> int:
         flush=True,
     )
     sys.setswitchinterval(SWITCH_SECONDS)
-    gc.freeze()  # excludes the objects of the start from garbage collection, which stops all threads
+    gc.freeze()  # the objects made until now are excluded from garbage collection, because each collection stops all threads
     config = uvicorn.Config(
         app,
         settings.host,
@@ -174,7 +174,7 @@ def run_server(settings: Settings) -> int:
 
 
 def ends_in_time(server: Any) -> None:
-    """End the process END_SECONDS after the signal to end, even with unfinished work, which the next server resumes."""
+    """End the process END_SECONDS after the signal to end, even if work is unfinished. The next server resumes this work."""
     graceful = server.handle_exit
 
     def handle_exit(number: int, frame: Any) -> None:

@@ -40,8 +40,8 @@ def connect(url: str = DEFAULT_URL, key: str = "") -> Connection:
 
 
 class Connection:
-    """A connection to a server. Error responses are raised: as SceneError with the listed problems, or as SimulationError if there
-    are none."""
+    """A connection to a server. An error response raises SceneError with the listed problems, or SimulationError if the response
+    lists none."""
 
     def __init__(self, server: Server):
         self.server = server
@@ -116,8 +116,8 @@ class Job:
         return self
 
     def wait(self, progress: bool = False, timeout: float | None = None) -> Job:
-        """Wait until the job has ended. Afterwards, see ``state`` and ``document["problems"]``. progress: show a progress bar on a
-        terminal. timeout: time until TimeoutError, s. Ctrl-C does not cancel the job."""
+        """Wait until the job has ended. Afterwards, see ``state`` and ``document["problems"]``. progress: whether to show a
+        progress bar on a terminal. timeout: time after which TimeoutError is raised, s. Ctrl-C does not cancel the job."""
         from trunnion.cli.output.progress_bars import ProgressBar
 
         end = None if timeout is None else time.monotonic() + timeout
@@ -214,7 +214,7 @@ class Job:
 
     def trajectory(self, case: int, columns: Names = (), certify: bool = False) -> pyarrow.Table:
         """All rows of one case, which runs again on the server. columns: patterns of columns (default: the scene's outputs).
-        certify: add a column ``<column>.error`` with the global error of each column."""
+        certify: whether to add a column ``<column>.error`` with the global error of each column."""
         asked = {"outputs": list(names_given(columns))} if columns else {}
         return self._table(f"/cases/{case}/trajectory", asked | ({"certify": "true"} if certify else {}))
 

@@ -27,11 +27,13 @@ OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
 """A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. Its
 other cases can then finish."""
 BUILDING = 60.0
-"""Time that a chunk is granted, within the budget, in addition to its time of stepping, s. A later case can need another kernel."""
+"""Time, s, that a chunk is granted from the budget in addition to its time of stepping. The time is for building, because a later
+case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
 """LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
 WALL_FACTOR = 10.0
-"""Largest ratio of wall time to the limit of processor time for a case. It is large because the machine can be busy."""
+"""Largest ratio of wall time to the limit of processor time for a case. The ratio is large because the machine can be busy with
+other work."""
 
 
 @dataclass

@@ -25,7 +25,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
-"""Number of chunks that wait at the cluster for each running chunk, so that no worker is idle until the next turn."""
+"""For each running chunk, this many chunks wait at the cluster, so that no worker is idle until the next turn."""
 IDLE_SECONDS = 0.05
 STOP_SECONDS = 2
 
@@ -142,7 +142,7 @@ class Dispatcher(ChunkIngestion):
             return 0
         active.planned = max(active.planned, *(chunk.stop for chunk in chunks))
         early = [chunk for chunk in chunks if chunk.stop > active.known]
-        if early:  # the study was taken over, and its earlier results are not read yet
+        if early:  # this server took the study over, and has not yet read the study's earlier results
             self._give_back(early, "not known yet")
         todo = [chunk for chunk in chunks if chunk.stop <= active.known]
         for k, chunk in enumerate(todo):

@@ -45,7 +45,7 @@ class ChunkIngestion(LeasedJobs):
             except LeaseLost:
                 self._forget(active)
             except Exception:
-                for job, futures in waiting.items():  # the parts exist; their outcomes are stored later
+                for job, futures in waiting.items():  # the parts exist already; a later turn stores their outcomes
                     for start, future in futures.items():
                         self.returned.put((job, start, future))
                 raise
@@ -124,7 +124,7 @@ class ChunkIngestion(LeasedJobs):
 
     def _lost(self, chunk: Chunk, future: Any) -> Lost:
         """The record of a failed attempt. The cause is either the chunk (an error, or a worker that was killed repeatedly) or the
-        cluster. Only an attempt that the chunk caused counts."""
+        cluster. Only attempts that failed because of the chunk count."""
         failed = future.status == "error"
         error = future.exception() if failed else None
         blame = failed and not isinstance(error, Cancelled)

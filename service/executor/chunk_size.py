@@ -50,8 +50,8 @@ class DispatchCost:
 
     def shortest(self, work: float, slots: int, batch: int) -> float:
         """The shortest planned duration of a chunk, s, when ``work`` seconds of computing are left. It is the time to serve all
-        slots once, or √(work·cost) if this is less. The reason for the root: P chunks on P slots end after P·cost + work/P, which
-        is minimal for P = √(work/cost)."""
+        slots once, or √(work·cost) if this is less. The root follows from minimising the total time: P chunks on P slots end after
+        P·cost + work/P, which is minimal for P = √(work/cost)."""
         cost = self.cost(min(batch, slots))
         return min(sqrt(work * cost), slots * cost / BUSY)
 

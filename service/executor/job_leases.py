@@ -73,8 +73,8 @@ class LeasedJobs:
         self._settle_running(active)
 
     def _settle_running(self, active: Active) -> None:
-        """Settle the chunks that are stored as running but have no future in this server. They are from an earlier server, or from
-        an interrupted commit."""
+        """Settle the chunks that are stored as running but have no future in this server. An earlier server sent them, or a commit
+        was interrupted."""
         left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
         there = self.parts.names(active.job.id) if left else set()
         for k in range(0, len(left), COMMIT_SIZE):
@@ -84,7 +84,7 @@ class LeasedJobs:
         self._advance_study(active)
 
     def _mark_uncertain(self) -> None:
-        """Record that a write was interrupted, so that the store can contain more than this server's memory."""
+        """Record that a write was interrupted. The store can then contain chunks that this server does not have in memory."""
         for active in self.jobs.values():
             active.sure = False
 

@@ -52,7 +52,7 @@ class JobRetention:
                     count += self.delete(job, SERVER, why="the job is older than the server keeps jobs")
         for folder in self.parts.folders():
             name = folder.rpartition("/")[2]
-            if ID.fullmatch(name) and self.store.deleted(name):  # other folders can be those of another database
+            if ID.fullmatch(name) and self.store.deleted(name):  # other folders can belong to another database
                 self.parts.remove(name)
         return count
 

@@ -69,8 +69,8 @@ class Parts:
         return self.write_table(self.rows_part(piece), piece.of_rows, table)
 
     def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
-        """The trajectory rows of a piece. If the rows are missing or damaged, this deletes the part, so that the cases are
-        recomputed, and raises CorruptPart."""
+        """The trajectory rows of a piece. If the rows are missing or damaged, the part is deleted, so that the cases are
+        recomputed, and CorruptPart is raised."""
         try:
             return read_part_bytes(self.read(self.rows_part(piece)), piece.of_rows, columns)
         except (CorruptPart, FileNotFoundError) as e:
@@ -87,7 +87,7 @@ class Parts:
             raise CorruptPart("it is missing") from None
         except OSError as e:
             if not self.local:
-                raise  # a remote store is probably only unavailable at present
+                raise  # an error of a remote store probably means that the store is unavailable for the moment
             raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, piece, columns), len(data)
 

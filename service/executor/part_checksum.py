@@ -1,4 +1,4 @@
-"""Identity and checksum of parts, by which any damage is found when a part is read.
+"""Identity and checksum of parts. With these, any damage is found when a part is read.
 
 A part is an ordinary Parquet file. Its metadata contain the identity of its cases (``Piece``) and a checksum. The checksum is the
 SHA-256 of the file in which the checksum itself is replaced by zeros."""

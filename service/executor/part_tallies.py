@@ -50,7 +50,7 @@ def tallies(parts: Parts, pieces: Sequence[Piece], plan: Plan) -> Iterator[Tally
 
 
 def _read_tally(parts: Parts, piece: Piece, plan: Plan, data: bytes | None) -> Tally:
-    """The stored tally of a piece; if it is missing or damaged, the tally computed from the part."""
+    """The stored tally of a piece. If the stored tally is missing or damaged, the tally is computed from the part."""
     try:
         if data is not None:
             return unpacked(read_part_bytes(data, piece.of_tally))

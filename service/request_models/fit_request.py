@@ -112,9 +112,9 @@ def _others(run: Mapping[str, Any]) -> dict[str, Any]:
 def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, wrong: list[Problem], limits: Limits) -> FitPlan:
     """The plan of a request with a fit. SceneError with all problems, including ``wrong`` and violated limits."""
     others = [n for n in CASE_SOURCES if asked.get(n) is not None]
-    problems = [*wrong, *(Problem(n, "a fit does not take it", "submit a separate job") for n in others)]
+    problems = [*wrong, *(Problem(n, "a fit does not accept this field", "submit a separate job") for n in others)]
     hint = "omit it: a fit chooses the method, and its runs last as long as the measurements"
-    problems += [Problem(n, "a fit does not take it", hint) for n in ALONE if asked.get(n)]
+    problems += [Problem(n, "a fit does not accept this field", hint) for n in ALONE if asked.get(n)]
     q = make_fit_request(asked["fit"], rtol)
     problems += [*_limit_problems(q, limits), *(replace(p, where=f"fit, {p.where}") for p in request_problems(scene, q))]
     if problems:

@@ -74,7 +74,7 @@ class SceneSource(RequestModel):
 
 def with_settings(who: str) -> Any:
     """The request model of a scene with the run settings that the endpoint ``who`` offers. The schema only states the bounds of the
-    settings; the shared checks enforce them."""
+    settings; the checks that all interfaces share enforce these bounds."""
     fields: dict[str, Any] = {}
     for s in offered(who):
         kind = PlainText if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
@@ -115,7 +115,7 @@ class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
     spacing: float | None = Field(None, gt=0, description="Spacing of the stored rows, s; default: all rows.")
     certify: bool = Field(
         False,
-        description="Whether to store the error of each reduction as `error:…`; `error.why` is the reason if an error is missing.",
+        description="Whether to store the error of each reduction as `error:…`. If an error is missing, `error.why` is the reason.",
     )
     budget: float | None = Field(None, gt=0, description="Limit of the computing time of the job on all workers together, s.")
     label: PlainText = Field("", description="Label.")
@@ -236,7 +236,7 @@ def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
 
 
 def current_document(document: dict[str, Any]) -> dict[str, Any]:
-    """A stored document with deprecated words replaced by the current words. They are not reported."""
+    """A stored document with deprecated words replaced by the current words. The replacements are not reported."""
     with deprecation_notes():
         scene = copy_of(document["scene"])
         replace_deprecated(scene, {})

@@ -72,8 +72,8 @@ class SameAccountConnection(TimedConnection):
 
 
 def is_other_account(host: str, port: int) -> bool:
-    """Whether another account of this machine made the connection from this address. False if the system does not report the
-    account."""
+    """Whether another account of this machine opened the connection that comes from this address. False if the system does not
+    report the account."""
     if sys.platform != "linux":
         return False
     for table in TABLES:

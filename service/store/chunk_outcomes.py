@@ -16,10 +16,10 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 from trunnion.service.store.webhook_queue import WebhookStore
 
 RECENT = 0.25
-"""Smallest weight of the newest rows in the pace of a job."""
+"""The pace of a job is a weighted mean; this is the smallest weight of the newest rows."""
 
 OVERRAN = "it overran"
-"""Error text of a waiting chunk whose case overran. All other cases run before such a chunk."""
+"""Error text of a waiting chunk whose case took too long. All other cases run before such a chunk."""
 
 
 class LeaseLost(RuntimeError):
@@ -139,8 +139,8 @@ class ChunkOutcomeStore(WebhookStore):
         c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
 
     def _split_chunk(self, c: Connection, job: str, chunk: Any, reached: int) -> None:
-        """Split the rest of a chunk that overran. The case that overran becomes one chunk, and the cases after it become two
-        chunks."""
+        """Split the rest of a chunk that took too long. The case that was running becomes one chunk, and the cases after it become
+        two chunks."""
         stop = chunk["stop"]
         if reached >= stop:
             return

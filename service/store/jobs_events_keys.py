@@ -1,5 +1,5 @@
-"""The store of jobs, events and keys. Every method is one transaction. After ``Unreachable``, normally nothing was stored. If the
-connection broke during the commit, everything can have been stored."""
+"""The store of jobs, events and keys. Every method is one transaction. If a method raises ``Unreachable``, normally nothing was
+stored. If the connection broke during the commit, all changes may have been stored."""
 
 from __future__ import annotations
 

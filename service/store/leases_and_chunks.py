@@ -19,10 +19,10 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 
 class WorkStore(ChunkOutcomeStore):
     """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews its other leases. A
-    server must repeat it within ``lease`` seconds. A lease expires by the clock of the database. It also expires if, by the
-    monotonic clock of another server, it was not renewed for its duration; a clock that is set back therefore blocks no job. A
-    server that lost its lease gets LeaseLost and must drop the job. Its workers may still write, because they write the same rows
-    to the same files."""
+    server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. A lease also expires if
+    another server sees, by its own monotonic clock, no renewal for the lease's duration. A database clock that is set back
+    therefore blocks no job. A server that lost its lease gets LeaseLost and must drop the job. The workers of such a server may
+    still write, because they write the same rows to the same files."""
 
     def __init__(self, url: str):
         super().__init__(url)
@@ -70,7 +70,7 @@ class WorkStore(ChunkOutcomeStore):
 
     def cut_chunks(self, server: str, job: str, sizes: Sequence[int], pause: float = 3000.0) -> list[Chunk]:
         """Cut and store the next chunks to run, at most one for each element of ``sizes``, in one transaction. Retries that are due
-        come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that overran."""
+        come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that took too long."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
             due = self._due(c, job, now, pause, len(sizes))
@@ -97,7 +97,7 @@ class WorkStore(ChunkOutcomeStore):
     @staticmethod
     def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Any]:
         """The waiting chunks that are due; chunks with cases that overran come last. A chunk whose time is more than ``pause``
-        seconds ahead is also due, because the clock was set back."""
+        seconds ahead is also due: the clock must have been set back."""
         over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
         last = case((chunks.c.error == OVERRAN, 1), else_=0)
         due = select(chunks).where(chunks.c.job == job, chunks.c.state == "waiting", over).order_by(last, chunks.c.start)

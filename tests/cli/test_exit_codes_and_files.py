@@ -61,7 +61,7 @@ def test_a_run_tells_what_the_audit_says_and_an_inaccurate_one_fails_with_its_fi
     assert "audit inaccurate: energy within" in out
     assert "note: audit at t = " in out
     assert "inaccurate" in err
-    assert "try a tighter rtol" in err
+    assert "Try a tighter rtol" in err
     assert load_result_table(file).outcome.name == load_result_table(file).metadata["audit"]["verdict"] == "inaccurate"
     assert main([*words, "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["audit"]["verdict"] == "inaccurate"

@@ -66,7 +66,7 @@ def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeyp
     )
     part = trunnion.simulate("crank_slider_free", **asked)
     assert part.outcome.name == "too_many_rows"
-    assert "set every to the time between rows" in part.outcome.advice
+    assert "Set every to the time between rows" in part.outcome.advice
     assert part.outcome.time == part.time[-1] < 60.0
     assert 100 < len(part.time) < len(whole.time)
     assert np.array_equal(part.data, whole.data[: len(part.time)])

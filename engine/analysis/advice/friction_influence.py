@@ -1,5 +1,5 @@
-"""The influence of each joint's friction on the outputs: the first-order change of the outputs when the friction coefficient
-becomes zero."""
+"""The influence of each joint's friction on the outputs: the change of the outputs, to first order, if the joint's friction
+coefficient becomes zero."""
 
 from __future__ import annotations
 

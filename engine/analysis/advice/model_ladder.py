@@ -1,5 +1,5 @@
-"""``advise``: a ladder of models (rungs) with increasing friction detail, the error and cost of each rung, and the cheapest
-sufficient rung."""
+"""``advise``: a ladder of models with increasing friction detail. Each rung is a model with its error and cost; the answer is the
+cheapest sufficient rung."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
 """A rung is excluded without a run if its predicted error exceeds the requested error by this factor."""
 TOO_SLOW = 10.0
-"""A method whose time exceeds the best time by this factor is slower by itself, and not because of other load of the machine."""
+"""A method counts as slower if its time exceeds the best time by this factor. A smaller difference may come from other load of the
+machine."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class Advice:
 
 @dataclass
 class _Partial(BenchmarkModel):
-    """A reduced model. A compared column that the model lacks counts as zero."""
+    """A reduced model. If the model lacks a compared column, the column counts as zero."""
 
     names: tuple[str, ...] = ()
 
@@ -226,8 +227,8 @@ class _Ladder:
         return replace(chosen, integration=estimate_integration_error(ready, settings, result, self.what))
 
     def _find_cheapest(self, ready: BenchmarkModel) -> Setting | None:
-        """The method that reaches the requested error in the least time. Each method is tried from the loosest tolerance on, until
-        the tolerance suffices or the method takes TOO_SLOW times the best time."""
+        """The method that reaches the requested error in the least time. For each method, tolerances are tried from the loosest on.
+        A method's trials end when a tolerance suffices, or when the method takes TOO_SLOW times the best time."""
         found: list[Setting] = []
         for method in methods():
             best = min((s.median for s in found), default=math.inf)

@@ -17,7 +17,7 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 PLANAR = 1e-9
-"""A mechanism counts as planar if its out-of-plane motion is below this multiple of its in-plane motion."""
+"""A motion counts as planar if its part out of the plane is below this multiple of its part in the plane."""
 
 
 @dataclass(frozen=True)
@@ -80,14 +80,13 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
 
 def _has_start(scene: Scene, name: str) -> bool:
-    """Whether the joint has given start coordinates. In this case the two frames of the joint need not agree at the start."""
+    """Whether the scene gives start coordinates of the joint. If so, the two frames of the joint need not coincide at the start."""
     return scene.joints[name].start is not None
 
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:
-    """The world axis without velocity components along it and with all rotations about it.
-
-    None if there is no such axis, or if the axis is not an axis of every body's frame.
+    """The world axis about which all rotations turn and along which no velocity has a component. None if there is no such axis, or
+    if some body's frame has no axis along it.
     """
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))

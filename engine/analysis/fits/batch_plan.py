@@ -1,4 +1,5 @@
-"""The fits of a request as cases of a batch, with one row for each fit. The executor of batches can then also run fits."""
+"""The fits of a request as cases of a batch, with one row for each fit. The service, which runs batches, can therefore also run
+fits."""
 
 from __future__ import annotations
 

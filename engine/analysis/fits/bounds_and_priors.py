@@ -20,7 +20,7 @@ from trunnion.scene.units.python_arguments import Amounts
 
 PRIOR_FORMS = "normal(mean, deviation) or lognormal(mean, deviation)"
 LEAST_POSITIVE = 1e-6
-"""Least value of a parameter that must be positive, relative to its start value."""
+"""Lower bound of a parameter that must be positive, relative to the parameter's start value."""
 RUN_SEPARATOR = " @ "
 """Separates path and run in the name of a parameter that has its own value in each run."""
 
@@ -95,8 +95,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """Order constraints of a number with other numbers of the same owner: (path of the other number, whether this number is the
-    upper number)."""
+    """The numbers of the same owner that must lie above or below this number: (path of the other number, whether this number is the
+    upper of the two)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:

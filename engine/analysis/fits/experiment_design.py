@@ -62,9 +62,9 @@ class RankedExperiment:
 def propose(found: Fit, trials: Mapping[str, Experiment | Mapping[str, Any]]) -> tuple[RankedExperiment, ...]:
     """Rank experiments by their D-optimal gain at the estimate of a fit, best first.
 
-    The gain concerns the parameters that all runs share. Parameters with an own value in each run would have to be estimated
-    from the new run as well. Each parameter has a prior standard deviation equal to its own magnitude. The gain is therefore
-    finite even if the data do not determine a parameter.
+    The gain concerns the parameters that all runs share. A parameter with a separate value in each run would need to be estimated
+    from the new run as well. A prior with a standard deviation equal to the parameter's magnitude is assumed for each parameter.
+    The gain is therefore finite even if the data do not determine a parameter.
 
     Args:
         found: the fit.

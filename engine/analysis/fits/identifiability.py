@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 NULL_THRESHOLD = {True: 1e-5, False: 1e-3}
-"""A singular value counts as zero below this multiple of the largest: the first value for exact derivatives, the second for finite
-differences. The columns of the derivatives are scaled to equal norm. The errors of the derivatives are about a hundred times
-smaller."""
+"""A singular value counts as zero if it is below this multiple of the largest singular value. The first multiple applies to exact
+derivatives, the second to finite differences. The columns of the derivatives are scaled to equal norm. The errors of the
+derivatives are about a hundred times smaller."""
 LEAST_PART = 0.05
 """A parameter belongs to a null direction if its component exceeds this multiple of the largest component."""
 FLAT = 0.1
-"""A profile is flat if a relative step FLAT_STEP raises it by less than this multiple of the rise at the ends of an interval."""
+"""A profile is flat if a relative step FLAT_STEP of the parameter raises the profile by less than this multiple of the rise at the
+ends of an interval."""
 FLAT_STEP = 0.2
 ROUNDING = 0.1
 """An exponent is printed as a multiple of ½ if it differs from this multiple by at most this value."""
@@ -35,7 +36,7 @@ class UnidentifiableGroup:
         names: names of the parameters (p).
         determined: (exponents (p), relative standard deviation) of each combination that the data determine.
         product: whether combinations are products of powers. Otherwise they are sums, and ``determined`` holds coefficients.
-        exact: whether the group is indistinguishable for any noise, and not only for the present noise.
+        exact: whether the parameters are indistinguishable for any noise, or only for the present noise.
         confirmed: whether the profiles of all its parameters are flat.
     """
 
@@ -54,7 +55,7 @@ class UnidentifiableGroup:
         only = f"only {combined} {'is' if len(self.determined) == 1 else 'are'} determined" if combined else "all are undetermined"
         remedy = "fix the value of one parameter, or measure a quantity that only one of them changes"
         if not self.confirmed:
-            remedy += "; far from the estimate the data do bound them, because their likelihood profiles are not flat"
+            remedy += "; far from the estimate the data do bound these parameters, because their likelihood profiles are not flat"
         return f"the data cannot tell {which} apart: {only}; {remedy}"
 
     def _combination(self, exponents: Sequence[float]) -> str:
@@ -157,7 +158,7 @@ def find_unidentifiable(
         inner = found.covariance[np.ix_(at, at)]
         determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
         exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
-        if len(at) > 1 or confirmed:  # if its profile rises, a single parameter is determined, though with a relative error above 1
+        if len(at) > 1 or confirmed:  # a single parameter whose profile rises is determined, though with a relative error above 1
             groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
     return tuple(groups)
 
@@ -168,7 +169,8 @@ def _members(columns: np.ndarray) -> set[int]:
 
 
 def _reduce_columns(basis: np.ndarray) -> np.ndarray:
-    """A basis of the same space, reduced by column operations with pivots. Independent groups then have separate columns."""
+    """Another basis of the same space, from column operations with pivots. In this basis, independent groups of parameters are in
+    separate columns."""
     B = basis.copy()
     for c in range(B.shape[1]):
         rows = np.abs(B[:, c])

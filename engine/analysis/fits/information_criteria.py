@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from trunnion.analysis.fits.measurements import CurveComparison
 
 CORRELATED = 4.0
-"""The misfit is not white noise if the correlation of neighbouring misfits exceeds this multiple of 1/√n, its standard deviation
-for white noise."""
+"""The misfit counts as more than white noise if the correlation of neighbouring misfits exceeds this multiple of 1/√n. For white
+noise, 1/√n is the standard deviation of this correlation."""
 
 
 @dataclass(frozen=True)

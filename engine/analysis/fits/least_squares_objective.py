@@ -18,13 +18,14 @@ MOST_EVALUATIONS = 50
 CONVERGED = 1e-9
 """The search ends if the relative change of the parameters or of the sum of squares is below this value."""
 NO_INFLUENCE = 1e-11
-"""A parameter has no influence if doubling it changes the curves, relative to their largest value, by less than this round-off."""
+"""A parameter has no influence if doubling it changes the curves by less than this, relative to their largest value: such a change
+is round-off."""
 NOISE_FLOOR = 10.0
 """Least estimated standard deviation of the noise, in multiples of rtol times the largest value. Smaller misfits are errors of the
 run."""
 SETTLED = 1e-2
-"""The weights are final if the estimated noise changes by less than this relative value. The intervals then change by less than
-half of it."""
+"""The weights are final when the estimated noise changes by less than this relative value. The intervals then change by less than
+half of this value."""
 NOISE_ROUNDS = 8
 
 
@@ -80,8 +81,8 @@ class Objective:
     def search(self, u: np.ndarray) -> Any:
         """SciPy's result of a search from u within the bounds.
 
-        For two parameters that must be in order, the search variables are the lower parameter and the excess of the higher
-        parameter.
+        For two parameters of which one must not exceed the other, the search variables are the lower parameter and the excess of
+        the higher parameter over the lower.
         """
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
         T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()
@@ -98,9 +99,8 @@ class Objective:
         return found
 
     def _trial_residuals(self, u: np.ndarray) -> np.ndarray:
-        """Residuals of a trial step; infinite if its scene is invalid or its run fails, so that the search shortens its step.
-
-        Derivatives are computed only for a step that decreases the sum of squares.
+        """Residuals of a trial step. They are infinite if the scene of the step is invalid or its run fails; the search then
+        shortens the step. Derivatives are computed only for a step that decreases the sum of squares.
         """
         try:
             r = self.residuals(u)

@@ -88,7 +88,7 @@ def normalise_runs(scene: Scene, runs: Sequence[MeasuredRun]) -> list[MeasuredRu
     twice = sorted({r.name for r in named if sum(r.name == s.name for s in named) > 1})
     problems += [Problem("runs", f"two runs are called {n}", "give each run a different name") for n in twice]
     if 0 < sum(r.noise is not None for r in named) < len(named):
-        problems.append(Problem("noise", "is given for some runs only", "give it for all runs, or for none (it is then estimated)"))
+        problems.append(Problem("noise", "is given for only some of the runs", "give it for all runs, or for none"))
     if problems:
         raise SceneError(problems)
     return named

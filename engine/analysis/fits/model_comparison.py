@@ -17,7 +17,8 @@ from trunnion.scene.overrides import Given, apply, law_changes, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
 
 CLEAR = 2.0
-"""If a criterion differs by less than this value, it does not decide: the better model is less than e times as likely."""
+"""A criterion does not decide between two models if its values differ by less than this: the better model is then less than e times
+as likely."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class ModelComparison:
 
     Attributes:
         candidates: the candidates with their fits, ordered by BIC (best first), then the candidates without a fit.
-        notes: notes about the certainty of the ranking, and notes of the fits.
+        notes: notes about how certain the ranking is, and notes of the fits.
     """
 
     candidates: tuple[ModelScore, ...]

@@ -1,7 +1,8 @@
 """The measured columns as functions of the parameters over all runs: values from plain runs, and their derivatives.
 
-With set-valued friction laws, ``sensitivity`` gives exact derivatives across stick events, and plain runs make the same steps.
-Smooth stiff laws (bristles, regularised) run with the scene's own method; finite differences give their derivatives.
+For set-valued friction laws, ``sensitivity`` gives the derivatives, which are exact even across stick events; plain runs make the
+same steps. For smooth stiff laws (bristles, regularised), runs use the scene's own method, and finite differences give the
+derivatives.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 MOST_CACHED = 6
 """Number of parameter vectors for which curves and derivatives are cached."""
 DIFFERENCE_STEP = 1e-3
-"""Step of central differences, relative to the parameter. The error is about the step's square plus rtol divided by the step."""
+"""Step of central differences, relative to the parameter. The relative error is about step² + rtol/step."""
 STEPS_PER_CALL = 1000
 """Number of steps between two checks for Ctrl-C."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.NEED_JACOBIAN)
@@ -73,7 +74,8 @@ class ModelCurves:
         return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]
 
     def apply_order(self, values: np.ndarray) -> np.ndarray:
-        """Parameter values (m) in which the higher parameter of each pair is raised to the lower parameter, if it is smaller."""
+        """Parameter values (m) in the required order: if the upper parameter of a pair is below the lower parameter, the upper
+        parameter is raised to the lower."""
         out = np.array(values, float)
         for low, high in self.pairs:
             out[high] = max(out[high], out[low])
@@ -105,10 +107,10 @@ class ModelCurves:
             at = self.apply_order(values)
             found = self._exact(at) if self.exact else self._differences(at)
             for low, high in self.pairs:
-                if values[high] < values[low]:  # apply_order raised the higher parameter: it follows the lower
+                if values[high] < values[low]:  # apply_order raised the higher parameter, which now follows the lower
                     found[1][:, low] += found[1][:, high]
                     found[1][:, high] = 0.0
-            while len(self._known) >= MOST_CACHED:  # the first entry stays: searches start at its values
+            while len(self._known) >= MOST_CACHED:  # the first entry is kept, because searches start at its values
                 del self._known[list(self._known)[1]]
             self._known[key] = found
         return self._known[key]

@@ -32,7 +32,7 @@ from trunnion.scene.units.python_arguments import Names, names_given
 
 log = logging.getLogger("trunnion.analysis.fits")
 MOST_SEARCHES = 3
-"""Largest number of searches. Each further search starts from a better fit that a profile of the previous search has found."""
+"""Largest number of searches. Computing the profiles after a search may find a better fit; a new search then starts there."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 worse.
 
 The rise of the sum of squares along the profile is distributed as χ²(1) for given noise, and as F(1, ν) for estimated noise. For
-models linear in their parameters this is exact, and the interval equals the local interval.
+models that are linear in their parameters, this distribution is exact, and the interval equals the local interval.
 """
 
 from __future__ import annotations
@@ -18,20 +18,23 @@ from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import SceneError, SimulationError
 
 END_TOLERANCE = 1e-3
-"""Largest difference of √rise from its threshold at an end, relative to the threshold. The relative error of the interval's width
-is not larger."""
+"""At an end of an interval, √rise may differ from its threshold by at most this value, relative to the threshold. The relative
+error of the interval's width is then at most this value."""
 LEAST_DECREASE = 1e-4
-"""Steps end if the expected decrease of the sum of squares, relative to the square of the threshold, is below this value."""
+"""The minimisation ends if the expected decrease of the sum of squares, relative to the square of the threshold, is below this
+value."""
 MOST_TRIALS = 14
 MOST_STEPS = 12
 MOST_LOG_FACTOR = 3.0
-"""A positive parameter follows parameter k by a factor in each step. This is the largest absolute logarithm of the factor."""
+"""When parameter k makes a step, every other positive parameter is multiplied by a factor. This is the largest absolute logarithm
+of the factor."""
 MOST_WIDENING = 2.5
 """Largest factor by which the search for an end widens its step."""
 ABRUPT = 30.0
-"""If √rise exceeds this multiple of the threshold, it is not interpolated linearly."""
+"""A point with √rise above this multiple of the threshold is not used for linear interpolation."""
 LEAST_RISE = 0.3
-"""The search nearer to zero gives up if √rise at a tenth of the estimate, relative to the threshold, is below this value."""
+"""The search for a lower end is given up below a tenth of the estimate if √rise there, relative to the threshold, is below this
+value."""
 NEARLY_ZERO = 1e-6
 """An estimate counts as zero if its magnitude, relative to its start value, is below this value."""
 SEARCH_RANGE = 10.0
@@ -107,7 +110,7 @@ class Profiles:
             predicted = float(r @ r - np.sum((r + J @ step) ** 2))
             if predicted <= LEAST_DECREASE * self.t**2:
                 break
-            if trial == MOST_STEPS // 2:  # slow convergence: Broyden's update no longer approximates J
+            if trial == MOST_STEPS // 2:  # convergence is slow, because Broyden's update no longer approximates J
                 r, J = self.objective.slopes(u)
             try:
                 tried = self.objective.residuals(u + step)
@@ -144,8 +147,8 @@ class Profiles:
         return step
 
     def _predict(self, k: int, u: np.ndarray, J: Rows, to: float) -> np.ndarray:
-        """u with parameter k set to a value. The derivatives predict the other parameters: positive parameters change by factors,
-        the rest by sums."""
+        """u with parameter k set to a value. The other parameters change as the derivatives predict: positive parameters are
+        multiplied by factors, and amounts are added to the rest."""
         others = [i for i in range(len(u)) if i != k]
         by_factor = (self.objective.low >= 0.0) & (u > 0.0)
         by_factor[k] &= to > 0.0

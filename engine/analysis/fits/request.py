@@ -107,8 +107,8 @@ def _fit_problems(
 
 
 def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: MeasuredRun | None, said: str) -> list[Problem]:
-    """Problems of an experiment. first: the first measured run; None if other problems may cause the problems of the
-    experiment."""
+    """Problems of an experiment. first: the first measured run; None if the first run has problems itself, which could cause those
+    of the experiment."""
     read = Amounts()
     times = [None if x is None else read.time(x, name) for x, name in ((trial.until, "until"), (trial.every, "every"))]
     changed, wrong = _collect(lambda: apply(scene, dict(trial.overrides)), said)
@@ -133,7 +133,7 @@ def answer_fit(scene: Scene, q: FitRequest, name: str) -> dict[str, Any]:
     told = found.document()
     try:
         ranked = propose(found, q.trials) if q.trials else ()
-    except SceneError as e:  # problems that occur only at the estimate
+    except SceneError as e:  # the experiment has problems that occur only at the estimate
         ranked = ()
         told["notes"] += [f"experiments: {p}" for p in e.problems]
     return {"fit": told, "experiments": [p.document() for p in ranked]}
@@ -142,9 +142,9 @@ def answer_fit(scene: Scene, q: FitRequest, name: str) -> dict[str, Any]:
 def combine_answers(q: FitRequest, answers: Mapping[str, Mapping[str, Any]], failed: Mapping[str, str]) -> dict[str, Any]:
     """The answer of the request from the fits so far.
 
-    answers: {name: answer of ``answer_fit``}; failed: {name: reason why there is no fit}. The answer contains ``fit`` (the best
-    candidate by BIC; if None, ``why`` gives the reason), ``compared`` (the candidates; None if there are none) and ``experiments``
-    (best first).
+    answers: {name: answer of ``answer_fit``}; failed: {name: reason why there is no fit}. The answer contains ``fit``, ``compared``
+    and ``experiments``. ``fit`` is the best candidate by BIC; if None, ``why`` gives the reason. ``compared`` holds the candidates;
+    None if there are none. ``experiments`` holds the experiments, best first.
     """
     criteria = {n: read_criteria(a["fit"]["criteria"]) for n, a in answers.items()}
     notes = {n: a["fit"]["notes"] for n, a in answers.items()}

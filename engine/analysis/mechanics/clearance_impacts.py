@@ -24,18 +24,19 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model
 
 FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
-"""Number of rotations of a hinge or ball → whether each freedom is a rotation, in the joint that has these rotations and also
-frees the point."""
+"""{number of rotations of a hinge or ball: whether each freedom is a rotation}. The freedoms are those of the joint that has the
+same rotations and also frees the point."""
 PLANES = {1: (2, 1), 3: (0, 2)}
-"""Number of rotations of a hinge or ball → axes of the cosine and of the sine of a contact's angle."""
+"""{number of rotations of a hinge or ball: axes of the cosine and of the sine of a contact's angle}."""
 REVERSES = 0.0
 """The pin may cross its bearing at a dip only if the cosine between its accelerations before and after the dip is below this
 value."""
 NEAR = 0.2
-"""Relative to the smaller of the accelerations at both ends of a dip. The motion along the bearing is integrated from the instant
-at which the pin's acceleration falls below this value."""
+"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this value. The value is
+relative to the smaller of the accelerations at the two ends of the dip."""
 LEAST = 8
-"""Least number of rows between two maxima of the force. A shorter dip is not resolved and is skipped."""
+"""Least number of rows between the two maxima of the force beside a dip. With fewer rows the dip is not resolved, and is
+skipped."""
 STEPS = 400
 """Number of instants of a flight that are checked for the impact."""
 ROUND_OFF = 1e-9
@@ -43,8 +44,8 @@ ROUND_OFF = 1e-9
 ACROSS = 1.0
 """Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""The acceleration reverses on a straight line if the part of the last acceleration across the first acceleration is below this
-value."""
+"""The acceleration counts as reversing along a straight line if the component of the last acceleration normal to the first is below
+this value."""
 FINE = 1e-9
 """Relative tolerance for the motion along a bearing."""
 DEGREE = 5
@@ -166,8 +167,8 @@ def mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
     """A function that returns the mobility of a joint's point for the row with a given index, m/s² per N (3 × 3, inboard joint
     frame).
 
-    The joint's two points are freed from each other. The mobility maps a force between them to their relative acceleration. It is
-    zero along the axis of a hinge.
+    The joint's two points are freed from each other. The mobility maps a force between the two points to their relative
+    acceleration. It is zero along the axis of a hinge.
     """
     free = _freed(r.scene.joints[name])
     assert free is not None, name
@@ -201,7 +202,7 @@ def _crossing(
     positions (3) in m.
 
     None if the pin does not cross. time (n): s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s, at
-    which the pin rests on the bearing. Its motion along the bearing is critically damped.
+    which the pin rests on the bearing. The pin's motion along the bearing is critically damped.
     """
     solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
     make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline
@@ -254,7 +255,7 @@ def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tu
         return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancellation
 
     inside = False
-    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at the beginning, to resolve short flights
+    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at first, to resolve short flights
     for before, t in pairwise(ts):
         inside |= outside(before) < -ROUND_OFF * float(s0 @ s0)
         if inside and outside(t) >= 0.0:

@@ -27,10 +27,12 @@ DOUBLINGS = 11
 SHORTEST_RUN = 8.0
 """Duration of the first damped run, relative to the time scale of the mechanism."""
 SETTLED = 1e-3
-"""Newton's method finishes the search once all accelerations, relative to their scale, are below this value."""
+"""When all accelerations, relative to their scale, are below this value, the damped runs end and Newton's method finds the exact
+pose."""
 FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
 """Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
-LONGEST: longest step; FAR: largest distance. Within three consecutive points the share of friction has at most one maximum."""
+LONGEST: longest step; FAR: largest distance. The steps are so short that, within three consecutive points, the share of friction
+has at most one maximum."""
 EXACT = 1e-14
 NEUTRAL = 1e-9
 """A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
@@ -39,8 +41,8 @@ NEUTRAL = 1e-9
 
 @dataclass(frozen=True)
 class Band:
-    """The range of a coordinate in which friction holds the mechanism. The other coordinates are those of the equilibrium, with
-    loops closed.
+    """The range of a coordinate in which friction holds the mechanism. The other coordinates have their values in the equilibrium,
+    changed only so that loops stay closed.
 
     Attributes:
         coordinate: name of the coordinate.
@@ -153,15 +155,15 @@ def _size(still: Still, rate: float) -> float:
 
 
 def _fastest_rate(still: Still) -> float:
-    """The rate of the mechanism, or that of its fastest swing about the start if this is faster, 1/s."""
+    """The rate scale of the mechanism or, if higher, the rate of its fastest swing about the start, 1/s."""
     stiffness = still.reduced()[0]
     swings = np.abs(np.linalg.eigvals(stiffness)) if stiffness.size else np.zeros(1)
     return max(still.model.built.numbers.rate, math.sqrt(float(swings.max())))
 
 
 def _damping(still: Still, rate: float) -> dict[str, np.ndarray]:
-    """For each tree joint, dampings of its freedoms that stop the fastest swing within one turn of it, {joint: values in N s/m or
-    N m s/rad}. With less damping, loads that turn with their body could keep the motion up."""
+    """For each tree joint, the dampings of its freedoms, {joint: values in N s/m or N m s/rad}. These dampings stop the fastest
+    swing within one period. With less damping, loads that turn with their body could keep the motion up."""
     along = np.diag(still.mass()) * rate
     out = {}
     for j in still.system.tree:
@@ -189,13 +191,13 @@ def hold_signals(scene: sm.Scene) -> sm.Scene:
 
 
 def _held_fields(owner: Any) -> dict[str, Any]:
-    """The fields of a data class that contain signals, with each signal at its value of t = 0."""
+    """Those fields of a data class that contain signals, with each signal replaced by its value at t = 0."""
     values = {f.name: getattr(owner, f.name) for f in fields(owner) if f.init}
     return {n: held for n, v in values.items() if (held := _held(v)) is not v}
 
 
 def _held(value: Any) -> Any:
-    """The value with each signal in it at its value of t = 0. The same object if it contains no signal."""
+    """The value ``x`` with each signal in it replaced by the signal's value at t = 0. The same object if it contains no signal."""
     if isinstance(value, sm.Signal):
         if value.harmonic is not None:
             return value.harmonic.offset + value.harmonic.amplitude * math.sin(value.harmonic.phase)
@@ -240,7 +242,7 @@ def _engage(x: sm.Latch, tooth: int) -> sm.Latch:
 
 
 def copy_latches(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
-    """The scene with the latches of the scene ``still``."""
+    """The scene with its latches replaced by those of the scene ``still``."""
     return replace(scene, joints={n: replace(j, latch=still.joints[n].latch) for n, j in scene.joints.items()})
 
 

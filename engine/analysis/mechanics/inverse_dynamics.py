@@ -25,8 +25,8 @@ DEGREE = 5
 order in the spacing of the times."""
 ORDERS = ("q", "qd", "qdd")
 LED = 1e-3
-"""If the pose found differs by more than this, rad or m, from that to which the rates lead, it is assembled again from there. The
-smallest tooth of a wheel takes 6e-3 rad."""
+"""The rates at one time predict the pose at the next. If the assembled pose differs from the prediction by more than this, rad or
+m, it is assembled again from the prediction. (The smallest tooth of a wheel spans 6e-3 rad.)"""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def inverse(
         scene: as for ``simulate``.
         time: n increasing times, s.
         motion: coordinates ``JOINT.q[k]`` (n) of the prescribed freedoms, and optionally rates ``JOINT.qd[k]`` and accelerations
-            ``JOINT.qdd[k]``; rad or m, s. Missing rates and accelerations are taken from a spline of degree 5.
+            ``JOINT.qdd[k]``; rad or m, s. Rates and accelerations that are not given are taken from a spline of degree 5.
         outputs: patterns of columns; default: efforts of the drives, and all columns of contacts.
         overrides: changes of the scene, {path: value}.
 
@@ -160,8 +160,9 @@ def _usual(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> tuple[str, 
 
 
 def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> InverseDynamics:
-    """The columns at each time. The assembly of the other joints starts from the pose to which their rates lead from the previous
-    time: gears close once a tooth, and loops in several poses."""
+    """The columns at each time. At each time, the assembly of the other joints starts from the pose that their rates at the
+    previous time predict. Other starts could lead to another solution: gears mesh at every tooth, and loops close in several
+    poses."""
     table = model.built.parameters
     places = {}
     for freedom in curves:

@@ -57,7 +57,8 @@ class Linearization:
     dx: np.ndarray
 
     def save(self, file: str | Path) -> Path:
-        """Write matrices and names to a file: .npz for this suffix, JSON for any other suffix. Returns the path."""
+        """Write matrices and names to a file: in NumPy's format for the suffix .npz, as JSON for any other suffix. Returns the
+        path."""
         path = Path(file)
         data = {k: getattr(self, k) for k in self.__dataclass_fields__}
         if path.suffix == ".npz":
@@ -151,8 +152,8 @@ class _Point:
         return Linearization(block.time, states_, tuple(names), columns, A, B, C, D, x, u, row[1:], dx.copy())
 
     def _input_seeds(self) -> list[np.ndarray]:
-        """For each input, the effect of a unit change on the input's signal: on its value, or on the acceleration of a prescribed
-        motion."""
+        """For each input, the effect of a unit change of the input on the input's signal: on the signal's value or, for a
+        prescribed motion, on the acceleration."""
         out = []
         tables = self.model.built.numbers.tables
         for i in range(len(self.model.system.inputs)):

@@ -1,5 +1,5 @@
-"""Matrices of a mechanism at rest: the mass matrix, the derivatives of the accelerations, and a basis of the rates that the loops
-allow."""
+"""Matrices of a mechanism at rest: mass matrix, derivatives of the accelerations, and a basis of the rates that the loop
+constraints allow."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ class Still:
         return np.array([probe.rates(e)[1] for e in np.eye(nv)]).reshape(nv, -1).T
 
     def allowed(self, locked: Sequence[np.ndarray] = ()) -> np.ndarray:
-        """An orthonormal basis of the rates that the loops allow (nv × freedoms). locked: further rows (over nv) that must be
-        zero."""
+        """An orthonormal basis of the rates that the loops allow (nv × freedoms). locked: further linear functions of the rates
+        (rows × nv) that must be zero."""
         nv, closing = self.system.nv, self.closing()
         rows = np.vstack([closing, *locked]) if len(locked) else closing
         if not rows.size:

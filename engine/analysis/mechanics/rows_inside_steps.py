@@ -12,9 +12,11 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
 PARTS = 6
-"""Number of equal parts of a step. There is a row at the end of each part, so degree 4 passes through those inside."""
+"""Number of equal parts of a step. A row stands at the end of each part, so that a polynomial of degree 4 passes through the five
+rows inside a step."""
 SHORTEST = 1e-9
-"""Shorter steps, relative to the duration of the run, get no rows: their time carries no load, and their rows would coincide."""
+"""A step that is shorter than this, relative to the duration of the run, gets no rows. It is too short to carry load, and its rows
+would coincide."""
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
@@ -35,7 +37,7 @@ def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Resu
     times = np.unique(np.concatenate([result.time, inside[far]]))
     model = Model(result.scene, names, used["kernel"])
     rows = _rows_at(model, settings, times)
-    later = np.diff(rows[:, 0], prepend=-np.inf) > 0.0  # times within round-off of an event give the row at the event
+    later = np.diff(rows[:, 0], prepend=-np.inf) > 0.0  # times within round-off of an event get the event's row
     return replace(result, data=rows[later], columns=tuple(model.columns)), steps
 
 

@@ -19,8 +19,8 @@ from trunnion.system.structure.bodies_and_joints import state_coordinates
 REST = 1e-7
 """A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
 SLOW = 1e-7
-"""A mode does not vibrate if its eigenvalue, relative to the largest eigenvalue, is below this value: its freedom has no
-stiffness."""
+"""If an eigenvalue, relative to the largest eigenvalue, is below this value, its freedom has no stiffness, and the mode does not
+vibrate."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def modes(
     still = Still(bare) if at_start else find_rest(bare)
     scale = max(still.model.built.numbers.rate**2, 1e-300)
     if np.abs(still.accelerations()).max(initial=0.0) > REST * scale:
-        raise SimulationError("the start is not a pose of rest: leave at_start out, or set the start coordinates of a pose of rest")
+        raise SimulationError("the start is not a pose of rest: omit at_start, or set the start coordinates of a pose of rest")
     held = tuple(n for n, j in loaded.joints.items() if j.friction is not None) if stick else ()
     K, C, basis = still.reduced(_locked(still, held))
     n = len(K)
@@ -95,7 +95,7 @@ def modes(
     values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
     fastest = float(np.abs(values).max(initial=0.0))
     found: list[VibrationMode] = []
-    idle = 0  # counts eigenvalues 0: a freedom without stiffness has two
+    idle = 0  # number of zero eigenvalues; a freedom without stiffness has two
     for value, vector in sorted(zip(values, vectors.T, strict=True), key=lambda p: (abs(p[0].imag), -p[0].real)):
         creeps = abs(value) <= SLOW * fastest
         idle += creeps

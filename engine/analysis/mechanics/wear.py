@@ -24,10 +24,11 @@ BINS = 72
 
 DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch")
 FEW = 24
-"""If there are fewer rows than this between two such events, the run is repeated with rows inside its steps. The number
-corresponds to four polynomials of six rows."""
+"""If two successive events of these kinds have fewer rows than this between them, the run is repeated with rows inside its steps.
+The number corresponds to four polynomials through six rows each."""
 COARSE = 1e-4
-"""The run is also repeated if the load of a joint by every second row differs by more than this part from the load by all rows."""
+"""The load of a joint is computed from all rows and from every second row. If the two differ by more than this fraction, the run is
+also repeated."""
 
 
 @dataclass(frozen=True)
@@ -127,13 +128,13 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
 
 
 def _has_brief_forces(r: Result) -> bool:
-    """Whether an end stop or a latch acts for a time in which there are few rows."""
+    """Whether two successive events of end stops or latches have fewer than FEW rows between them."""
     times = np.array([e.time for e in r.events if e.kind in DEVICES])
     return bool(np.any(np.diff(np.searchsorted(r.time, times)) < FEW))
 
 
 def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
-    """Whether the load of the joint up to some row, by every second row, differs from the load by all rows."""
+    """Whether, at some row, the joint's load from every second row differs from the load from all rows."""
     element = touching(j)
     if element is None or not element.count:
         return False

@@ -24,10 +24,11 @@ from trunnion.system.structure.external_value_layout import NOW
 lapack = Later("scipy.linalg.lapack", "analysis", "sensitivity analysis")
 MOST_ITERATIONS = 20
 RANK = 1e-9
-"""A singular value of the scaled matrix counts as zero (redundant constraint) below this multiple of the largest one."""
+"""A singular value of the scaled matrix counts as zero (a redundant constraint) if it is below this multiple of the largest
+singular value."""
 REGULAR = 1e-4
-"""A matrix counts as regular if its smallest pivot exceeds this multiple of its largest. Triangular factors then take a third of
-the time of least squares."""
+"""A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
+takes a third of the time of least squares."""
 FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_point": 8, "so_along": 9}
 """The number of arguments of each of the unit's functions. Every argument is an array."""
 MARCH = ("point", "along", "column_point", "column_along")
@@ -97,7 +98,7 @@ class SensitivityUnit:
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, 1e-300)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:  # the Jacobian is constant over so small a step
+            if most <= 1e-13 * size or most < 1e-200:  # over so small a step, the Jacobian is constant
                 return f - self.Rz @ step, z
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")
@@ -121,8 +122,8 @@ class SensitivityUnit:
         return (found / columns[:, None]).reshape(b.shape)
 
     def _factorise(self) -> tuple[Any, ...]:
-        """(row scales, column scales, function that solves A x = b), where A is ∂R/∂z scaled. Every right side of one matrix uses
-        the same factors: triangular ones if the matrix is clearly regular, else its singular values."""
+        """(row scales, column scales, function that solves A x = b), where A is ∂R/∂z scaled. All right-hand sides of one matrix
+        use the same factors: triangular factors if the matrix is clearly regular, else singular values."""
         if self._factored is None:
             a = self.ny + self.nquad
             A = self.Rz[a : a + self.nz]
@@ -181,8 +182,8 @@ class SensitivityUnit:
 
 
 def _by_factors(lu: np.ndarray, pivots: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """A function that solves A x = b by the triangular factors of A. For several right-hand sides at once, LAPACK starts threads,
-    which take much longer."""
+    """A function that solves A x = b by the triangular factors of A, one right-hand side at a time. For several at once, LAPACK
+    would start threads, which takes much longer."""
     return lambda b: np.array([lapack.dgetrs(lu, pivots, right)[0] for right in b.T]).T
 
 
@@ -231,7 +232,8 @@ class CompiledFunctions:
 
 
 def _functions(model: Model, chosen: list[Column]) -> CompiledFunctions | Sensitivities:
-    """The unit's functions; the last MOST_KEPT units are kept, because they have no state and their structures come again."""
+    """The unit's functions. The last MOST_KEPT units are kept for later requests, which often have the same structure; this is safe
+    because units have no state."""
     kernel = model.kernel
     parts = isinstance(kernel, PartsKernel)
     key = (kernel.key, parts, *(c.name for c in chosen))
@@ -250,7 +252,8 @@ def _interpreted_functions(kernel: Kernel, chosen: list[Column]) -> Sensitivitie
 
 
 def _address(a: np.ndarray) -> int:
-    """Address of a contiguous, writable array. An integration needs millions of addresses, and ``a.ctypes`` is much slower."""
+    """Address of a contiguous, writable array. ``a.ctypes`` would be much slower, and an integration needs millions of
+    addresses."""
     return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0
 
 

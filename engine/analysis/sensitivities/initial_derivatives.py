@@ -1,7 +1,7 @@
 """Derivatives of a run's initial data by a scene's parameters: run-time parameters, start state, times of kinks in signals.
 
 The initial data are algebraic functions of the parameters (mass from density, loop assembly). Finite differences of order six with
-a relative step of a hundredth give their derivatives to about 1e-12. The trajectory itself is never differenced.
+a relative step of a hundredth give their derivatives to about 1e-12. Finite differences are never applied to the trajectory itself.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ CENTRAL = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), 
 FORWARD = ((0, -49 / 20), (1, 6.0), (2, -15 / 2), (3, 20 / 3), (4, -15 / 4), (5, 6 / 5), (6, -1 / 6))
 BACKWARD = tuple((-k, -w) for k, w in FORWARD)
 Weights = Sequence[tuple[int, float]]
-"""(offset, weight) pairs of sixth-order first differences at unit spacing. FORWARD is for a parameter at its lower bound, BACKWARD
-at its upper bound."""
+"""(offset, weight) pairs of finite differences of order six for a first derivative, at unit spacing. FORWARD is for a parameter at
+its lower bound, BACKWARD for a parameter at its upper bound."""
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,8 @@ class ParameterLine:
 def _step_limit(path: str, value: float, slope: float, size: float) -> float:
     """Largest change of a parameter for which a dependent number at ``path`` changes by at most its own magnitude.
 
-    value: the dependent number; slope: its derivative by the parameter; size: magnitude of the parameter. A number without bounds
-    may be small by chance. Its magnitude therefore counts as at least a tenth of the change that ``size`` causes.
+    value: the dependent number; slope: its derivative by the parameter; size: magnitude of the parameter. A dependent number
+    without bounds may be small by chance. Its magnitude is therefore taken as at least a tenth of the change that ``size`` causes.
     """
     free = bound_of(parse_path(path) or ()) == ANY
     return max(abs(value), 0.1 * abs(slope) * size if free else 0.0) / abs(slope) if value else size
@@ -147,8 +147,9 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
-    """As ``_differentiate``, for initial data that are linear in the number up to round-off. Two other scenes on unequal sides show
-    it: curvature and twist cancel there only by chance. None if some of the data are not linear."""
+    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Whether they are linear is
+    tested with two other scenes, at unequal distances on both sides: nonlinear terms could cancel there only by chance. None if
+    some of the data are not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):
@@ -162,8 +163,8 @@ def _differences(model: Model, line: ParameterLine, h: float, weights: Weights) 
 
 
 def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int]:
-    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. One
-    other scene, in which all these numbers differ, shows it; if it does not, one scene for each number."""
+    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. This is
+    tested with one other scene, in which all these numbers differ. If the test fails, a separate scene tests each number."""
     places = {line.name: model.built.parameters.place(line.name) for line in lines}
     tried = [line for line in lines if places[line.name] is not None]
     found = {line.name: place for line in tried if (place := places[line.name]) is not None}
@@ -173,7 +174,7 @@ def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int
 
 
 def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
-    """Whether a scene with other numbers differs only in these entries of the table, which equal the numbers."""
+    """Whether a scene with other numbers differs only in these entries of the table, and the entries equal the numbers."""
     own = model.built
     for sense in (1.0, -1.0):
         values = {line.name: line.value + sense * STEP * line.size for line in lines}
@@ -189,7 +190,8 @@ def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[s
 
 
 def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray, ...]:
-    """As ``_differentiate``, for an entry of the table: it has the derivative 1, and only the assembly of loops is differenced."""
+    """The result of ``_differentiate`` for a number that is an entry of the table. The entry has the derivative 1; finite
+    differences are needed only for the assembly of loops."""
     numbers, p = model.built.numbers, np.array(model.built.parameters.values, float)
     dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros(len(numbers.breaks))
     dp[place] = 1.0
@@ -217,7 +219,7 @@ def _given_numbers(n: Numbers) -> tuple[np.ndarray, ...]:
 
 
 def _weighted(h: float, weights: Weights, found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
-    """The finite difference of each of the found arrays."""
+    """The finite difference of each array in ``found``."""
     return tuple(sum(w / h * a for (_, w), a in zip(weights, each, strict=True)) for each in zip(*found, strict=True))
 
 

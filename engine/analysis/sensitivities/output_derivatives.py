@@ -115,8 +115,8 @@ def sensitivity(
 
 
 class DifferentiatedRuns:
-    """Runs with derivatives of scenes that differ only in numbers. They share the model and its unit of derivatives. scene: the
-    first of these scenes; other arguments as for ``sensitivity``."""
+    """Runs with derivatives, of scenes that differ only in numbers. The runs share the model and its unit of derivatives. scene:
+    the first of these scenes; other arguments as for ``sensitivity``."""
 
     def __init__(
         self, scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None,
@@ -156,7 +156,7 @@ class DifferentiatedRuns:
         )  # fmt: skip
 
     def _take(self, scene: Scene) -> None:
-        """Make ``scene`` the scene of the model."""
+        """Set the numbers of ``scene`` in the model."""
         model = self.model
         if scene is model.built.scene:
             return

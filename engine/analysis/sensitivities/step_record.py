@@ -16,13 +16,13 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 Tick = Callable[[], None]
-"""Called at least once in STEPS_PER_CALL steps. Any exception raised in the function ends the analysis."""
+"""A function that is called at least once in STEPS_PER_CALL steps. Any exception that the function raises ends the analysis."""
 MOST_STEPS = 100_000
 STEPS_PER_CALL = 64
 """Largest number of steps between two calls of a tick."""
 LEAST_STEPS = 100
-"""Least number of steps of a run. Error control does not cover integrals such as friction work, and for driven mechanisms it would
-allow a single step."""
+"""Least number of steps of a run. A minimum is needed because error control does not cover integrals such as friction work. For a
+driven mechanism, it would allow a single step."""
 GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 

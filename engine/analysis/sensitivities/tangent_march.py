@@ -20,7 +20,7 @@ COMPONENTS = 3
 
 
 class Integrator(Protocol):
-    """What the march needs of ``SensitivityIntegrator``."""
+    """The members of ``SensitivityIntegrator`` that the march uses."""
 
     unit: SensitivityUnit
     block: Block
@@ -37,7 +37,7 @@ class Integrator(Protocol):
 
 
 class TangentMarch:
-    """The C march of one run.
+    """The integration of one run's tangents in C.
 
     Attributes:
         values: the unit's columns at the sample times that C passed (samples × columns).
@@ -93,7 +93,8 @@ class TangentMarch:
         return upto + left, bool(left)
 
     def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """As ``SensitivityIntegrator._evaluate`` with its S; None if C finds no clear solution of the multipliers."""
+        """The result of ``SensitivityIntegrator._evaluate`` with the integrator's S, computed in C. None if C finds no clear
+        solution of the multipliers."""
         own, u, n = self.integrator, self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)

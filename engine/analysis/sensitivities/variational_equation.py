@@ -1,9 +1,9 @@
 """The variational equation Ṡ = f_y S + f_p along a recorded run, integrated with the run's own Runge–Kutta steps, with jumps at
 events.
 
-S is the derivative of the state y by the parameters p, and f = ẏ. If ẏ jumps at an event g(y, p) = 0, the parameters shift the
-event's time by dt = −(g_y S + g_p)/ġ per unit. Then S jumps: S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt. Kinks of a continuous friction law cause no
-jump. A release causes a jump only if static friction exceeds sliding friction.
+S is the derivative of the state y by the parameters p, and f = ẏ. If ẏ jumps at an event g(y, p) = 0, a unit change of the
+parameters shifts the event's time by dt = −(g_y S + g_p)/ġ. Then S jumps: S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt. Kinks of a continuous friction
+law cause no jump. A release causes a jump only if static friction exceeds sliding friction.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ JUMP = 1e-9
 AT_REST = 1e-6
 """A sliding speed at an event counts as zero below this multiple of the largest speed of the joint in the run so far."""
 AT_CAPACITY = 1e-7
-"""Pairs count as released together if the scaled residuals at release are below this multiple of the largest multiplier."""
+"""Several pairs count as released together if the scaled residuals of their joint release are below this multiple of the largest
+multiplier."""
 LET_GO = 1e-9
 """A hook lets go where its event function (m, rad, or a fraction of its release signal) is below this value."""
 SLIP_SPEED = 1e-7
@@ -71,7 +72,7 @@ class SensitivityIntegrator:
         self.march: TangentMarch | None = None
 
     def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As ``_evaluate`` with S, in C if the multipliers have a clear solution."""
+        """The result of ``_evaluate`` with S, computed in C if the multipliers have a clear solution."""
         found = self.march.evaluate(t, y, x) if self.march else None
         return found or self._evaluate(t, y, self.S, x)
 
@@ -151,7 +152,7 @@ class SensitivityIntegrator:
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
-        f, df, _ = self._evaluate(step.t1, y, self.S, x)  # the causes are differentiated at the unit's last point
+        f, df, _ = self._evaluate(step.t1, y, self.S, x)  # derivatives refer to the unit's last evaluation
         cause = self._find_cause(step, f, df, x, z_after)
         if cause is None and self._only_stops_change(step):
             return
@@ -166,8 +167,8 @@ class SensitivityIntegrator:
         self.events.append(EventShift(step.t1, joint, shift))
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
-        """Whether an event at the step's end belongs to end stops alone. Their force is continuous there: the jump of ẏ is the
-        error of the event's location times the stop's stiffness."""
+        """Whether an event at the step's end belongs to end stops alone. The force of an end stop is continuous at its events. A
+        jump of ẏ there is only the error of the event's location times the stop's stiffness."""
         others = np.r_[self.at.stop(self.unit.system.stops - self.unit.system.latches) : self.at.size]
         return np.array_equal(step.x[others], step.x1[others])
 
@@ -244,8 +245,8 @@ class SensitivityIntegrator:
 
         At rest, the equations leave the distribution of load among the pairs open. At release each pair is at its capacity, so this
         distribution is unique. The vector r(z, t, p) holds the residuals, and each friction ratio minus one. r = 0 has one equation
-        more than unknowns z. So g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows add further vectors n,
-        along which r does not change. z: initial guess of the multipliers.
+        more than there are unknowns z. So g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows add further
+        vectors n, along which r does not change. z: initial guess of the multipliers.
         """
         u = self.unit
         a = u.ny + u.nquad

@@ -50,7 +50,7 @@ class End:
         value: value that ``state`` attains; infinite for an endless state, None where no state was found.
         certified: value beyond which no state exists; this is certain.
         state: the state that attains ``value``.
-        cells: number of cells of the search.
+        cells: number of cells that the search examined.
     """
 
     value: float | None

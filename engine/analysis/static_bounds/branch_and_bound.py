@@ -18,7 +18,8 @@ value."""
 LIMIT = 0.98 * FAR
 """If the amount of an open direction reaches this limit, the value is reported as unbounded."""
 EXACT = 1e-11
-"""An overestimate of a norm, relative to the loads, counts as zero below this value, the tolerance of the linear programs."""
+"""An overestimate of a norm counts as zero if, relative to the loads, it is below this value. The value is the tolerance of the
+linear programs."""
 EDGE = 0.05
 """Least distance of a cut from the sides of a cell, relative to the cell's opening. A cell whose cut would be nearer to a side is
 halved instead."""
@@ -126,8 +127,8 @@ class Search:
         return [{**cell, j: G} for G in cones]
 
     def _worst(self, cell: Cell, answer: Answer) -> int | None:
-        """The term to cut: a term whose sense of friction is still open, or else the term whose overestimate has the largest
-        effect. None if the relaxation is exact."""
+        """The term whose cone is cut: a term whose sense of friction is still open, or else the term whose overestimate has the
+        largest effect. None if the relaxation is exact."""
         for row in self.program.rows:
             if row.when is not None and row.when[0] not in cell:
                 return row.when[0]
@@ -153,8 +154,8 @@ def _first(k: int) -> list[np.ndarray]:
 
 
 def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
-    """The two parts of a cone. A cone of two components is cut through v, if v is well inside; any other cone through the middle
-    of its widest side."""
+    """The two parts of a cone. A cone of two components is cut through v, if v is well inside the cone. Any other cone is cut
+    through the middle of its widest side."""
     k = len(v)
     if k == 1:
         return []

@@ -13,7 +13,8 @@ from trunnion.analysis.static_bounds.norm_program import Program, Row
 from trunnion.analysis.static_bounds.search_budget import Effort
 
 CAP = 1.0 + 1e-9
-"""Factor on the largest value of a linear program. Its excess over 1 is ten times the tolerance of the program."""
+"""The largest value that a linear program finds is multiplied by this factor, to be certain. The excess over 1 is ten times the
+tolerance of the program."""
 NARROW = 1e-6
 """Least opening of a cone, rad. The error of the relaxation is the square of the opening. Narrower cones are ill conditioned."""
 ROUNDS = 4
@@ -21,9 +22,8 @@ ROUNDS = 4
 
 
 def limit_norms(program: Program, effort: Effort) -> Program:
-    """The program with an upper bound for each norm whose overestimate relaxes the program. Its relaxations are then bounded.
-
-    If the time is over, only the bounds found so far are added.
+    """The program, with an upper bound added for each norm whose overestimate would relax the program. The relaxations of the
+    result are bounded. When the time is used up, only the bounds found so far are added.
     """
     rows = []
     for j, helps in enumerate(program.concave()):
@@ -76,8 +76,8 @@ def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell, effort: Effort)
 
 
 def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
-    """Corners of a simplex that contains the box of these spans: the two ends of one span, or a triangle with twice the sides of
-    the box."""
+    """Corners of a simplex that contains the box of these spans. For one span, the corners are its two ends; for two, those of a
+    triangle with twice the sides of the box."""
     low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
     return [low, *(low + row for row in np.diag(size))]
 

@@ -83,7 +83,7 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    for device, signal in (("motor", "signal"), ("latch", "release")):  # constant, with the value of the start
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # a constant load with the value at the start
         own = getattr(j, device)
         if own is None:
             continue

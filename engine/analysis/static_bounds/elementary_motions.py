@@ -46,7 +46,7 @@ class Motion:
 
 def motions(st: Statics, pairs: tuple[Pair, ...], freed: int | None = None) -> tuple[list[Motion], int, bool]:
     """(elementary motions, number of freedoms without friction, whether all elementary motions were found). Each motion stands for
-    both senses.
+    itself and its reverse.
 
     Drives are held, except the drive with the index ``freed``.
     """
@@ -56,7 +56,7 @@ def motions(st: Statics, pairs: tuple[Pair, ...], freed: int | None = None) -> t
     W = [_surface_velocities(st, p) @ free for p in pairs]
     every = np.vstack(W) if W else np.zeros((0, free.shape[1]))
     unheld = _null_space(every, free.shape[1])
-    rest = np.linalg.qr(unheld, mode="complete")[0][:, unheld.shape[1] :]  # basis of the motions with friction
+    rest = np.linalg.qr(unheld, mode="complete")[0][:, unheld.shape[1] :]  # basis of the motions in which pairs with friction slide
     found: list[Motion] = []
     for tried, chosen in enumerate(_resting_sets(W, rest)):
         if tried >= MOST:
@@ -74,7 +74,7 @@ def _resting_sets(W: list[np.ndarray], rest: np.ndarray) -> itertools.chain[tupl
 
 
 def _blocks_all(w: np.ndarray, null: np.ndarray) -> bool:
-    """Whether a pair rests in all motions of ``null``, or would block all these motions if it were held."""
+    """Whether a pair rests in all motions of ``null``, or would block all of them if the pair were held."""
     left = w @ null
     moves = np.abs(left).max(initial=0.0) > RANK * max(float(np.abs(w).max(initial=0.0)), 1e-300)
     return not moves or np.linalg.matrix_rank(left, tol=RANK * float(np.linalg.norm(left))) == null.shape[1]

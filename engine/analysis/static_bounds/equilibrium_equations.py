@@ -1,8 +1,8 @@
 """Equilibrium at rest as linear equations in reactions, frictions, drive efforts and loads (theory, "Bounds at rest").
 
-The unknowns are x = [λ; η; efforts of drives]. λ are the multipliers of the loop constraints, η those of friction, and the efforts
-hold the drives. Equilibrium means q̈ = 0, one equation for each freedom of the tree. Multiplication by the mass matrix gives the
-force equations E x + E_p p + e = 0, where p are the loads.
+The unknowns are x = [λ; η; efforts of drives]. λ are the multipliers of the loop constraints, η the multipliers of friction. The
+efforts of drives hold the driven freedoms. Equilibrium means q̈ = 0, one equation for each freedom of the tree. Multiplication by
+the mass matrix gives the force equations E x + E_p p + e = 0, where p are the loads.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ def mass_matrix(probe: Probe, nv: int) -> np.ndarray:
     """The mass matrix (nv × nv), computed from the kinetic energy. If the kernel (of a large tree) has no kinetic energy, the
     result is the identity.
 
-    With the identity, the equations are equations of accelerations. They have the same solutions.
+    With the identity, the equations balance accelerations instead of forces; their solutions are the same.
     """
     unit = np.eye(nv)
     each = [probe.kinetic(v) for v in unit]

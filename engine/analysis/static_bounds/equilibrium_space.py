@@ -1,8 +1,8 @@
 """All states in equilibrium as an affine space, and the limits of friction as a program of norms.
 
-A state is x = x₀ + B y, where y (N) are the amounts of the open directions. The columns of B are self-balanced changes of contact
-forces, frictions and the free load. B is scaled so that a unit vector y changes the forces by a vector of norm 1. All forces are
-relative to a scale of the loads.
+A state is x = x₀ + B y, where y (N) are the amounts of the open directions. Each column of B is such a direction: a self-balanced
+change of contact forces, frictions and the free load. B is scaled so that a unit vector y changes the forces by a vector of norm 1.
+All forces are relative to a scale of the loads.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     seen = looks[:, :-1] @ null
     U, sizes, Vt = np.linalg.svd(seen, full_matrices=False) if seen.size else (seen, np.zeros(0), np.zeros((0, null.shape[1])))
     unit = np.abs(looks[:, :-1]).max(initial=0.0) * np.abs(null).max(initial=0.0)
-    keep = sizes > RANK * max(unit, 1e-300)  # not relative to the largest size, which may be round-off
+    keep = sizes > RANK * max(unit, 1e-300)  # not relative to the largest singular value, which may itself be round-off
     basis = null @ (Vt[keep].T / sizes[keep])
     at = looks[:, :-1] @ origin + looks[:, -1]
     origin = origin - basis @ (U[:, keep].T @ at)

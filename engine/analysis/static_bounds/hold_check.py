@@ -117,7 +117,7 @@ def _budget_notes(effort: Effort, planned: int) -> list[str]:
     if effort.ended == "done":
         return []
     why = "Ctrl-C" if effort.ended == "cancelled" else "the time budget"
-    return [f"{why} ended {effort.short} of up to {planned} searches early: the bounds are the values certified before"]
+    return [f"{why} ended {effort.short} of up to {planned} searches early: the bounds are the values certified until then"]
 
 
 def _first(
@@ -138,9 +138,9 @@ def _notes(a: AdmissibleStates, there: bool | None, unheld: int, all_found: bool
     if there is None:
         out.append("the search did not decide whether friction can hold the mechanism: raise cells or budget")
     if unheld and balanced:
-        out.append(f"{unheld} freedoms without friction or load are in balance only while nothing disturbs them")
+        out.append(f"{unheld} freedoms without friction and without load are in balance only while nothing disturbs them")
     if not all_found:
         out.append("not all motions were examined: guaranteed loads are valid only for the examined motions")
     if any(not c.exact for p in a.space.pairs for c in p.capacities):
-        out.append("for shafts, only bounds of the friction capacity are known: their intervals may be too wide")
+        out.append("for shafts, only bounds of the friction capacity are known, so the intervals of shafts may be too wide")
     return out

@@ -1,7 +1,7 @@
 """Calls single functions of a kernel on separate arrays.
 
-At rest the results are affine functions of the multipliers and loads. One value at zero, and one finite difference for each
-multiplier and load, therefore determine the functions.
+At rest the results are affine functions of the multipliers and loads. Therefore the value at zero, and one finite difference for
+each multiplier and load, determine the functions.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from trunnion.basics.optional_packages import brought
 
 optimize = brought("scipy.optimize", "analysis", "the analysis of friction bounds")
 LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False}
-"""The smallest tolerances of the solver, relative to the loads. They limit the accuracy of certified values. For small programs,
-presolving costs more time than it saves."""
+"""The smallest tolerances of the solver, relative to the loads. These tolerances limit the accuracy of certified values. Presolving
+is off, because for small programs it costs more time than it saves."""
 SOLVED, NONE = 0, 2
 """Statuses of ``linprog``: solved, infeasible."""
 FEASIBLE = 1e-9
@@ -99,7 +99,7 @@ class Relaxation:
         the solutions are admissible.
         """
         best, value, p = None, np.inf, self.program
-        if float(np.abs(X).max()) < 1e-9:  # norms have no tangent at zero
+        if float(np.abs(X).max()) < 1e-9:  # a norm has no tangent at zero
             X = np.append(np.zeros(self.n - 1), 1.0)
         for _ in range(rounds):
             if self.is_over():

@@ -1,7 +1,8 @@
 """Programs of norms: minimise a sum of linear functions and norms, subject to constraints of the same form.
 
 The variables are X = [y; τ]. Every term j has the norm t_j = |V_j X|. A row is the constraint linear·X + Σ coefficient·t ≤ 0 (or =
-0). Normally τ = 1. In a homogeneous program τ is free and the ``normal`` row equals 1; the minimum is then that of a quotient.
+0). Normally τ = 1. In a homogeneous program, τ is free and the ``normal`` row equals 1. The minimum is then the minimum of the
+quotient objective/normal.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ def term_index(terms: list[np.ndarray], V: np.ndarray) -> int:
 
 @dataclass(frozen=True)
 class Across:
-    """The vector of term ``moment`` is perpendicular to the vector of term ``force``. Its norm is at most ``most`` times the norm
-    of the latter."""
+    """The constraint that the vector of term ``moment`` is perpendicular to the vector of term ``force``, and has at most ``most``
+    times its norm."""
 
     force: int
     moment: int

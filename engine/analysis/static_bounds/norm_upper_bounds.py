@@ -18,7 +18,7 @@ suffice."""
 CONTRACTS = 1.0 - 1e-12
 """The largest eigenvalue of A counts as below 1 if it is below this value. Larger values may differ from 1 by round-off only."""
 ROOM = 1.0 + 1e-9
-"""Factor on the bounds. Its excess over 1 is a thousand times the round-off of the bounds."""
+"""Bounds are multiplied by this factor. The excess over 1 is a thousand times the round-off of the bounds."""
 
 
 Holds = list[dict[int, dict[int, float]]]

@@ -23,8 +23,7 @@ NEVER = 1e-7
 """A freedom without friction moves if its force imbalance, relative to the loads, exceeds this value (round-off is 1e-12)."""
 
 FIRST = 0.2
-"""Fraction of the remaining time that is used for the first cones. Every search over the admissible states begins with these
-cones."""
+"""Fraction of the remaining time for computing the first cones, with which every search over the admissible states begins."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +207,7 @@ def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, Row, Admiss
 
 
 def _restricted(a: AdmissibleStates, *rows: Row) -> AdmissibleStates:
-    """The admissible states that satisfy these rows, too."""
+    """Those admissible states that also satisfy these rows."""
     return replace(a, program=a.program.with_objective(a.program.objective, rows))
 
 
@@ -231,8 +230,8 @@ def feasible(a: AdmissibleStates, program: Program) -> bool | None:
 
 
 def is_pushed(a: AdmissibleStates, m: Motion) -> bool:
-    """Whether anything may push the pairs of a motion. If not, they carry no friction in the only state, and the motion does not
-    begin by itself, although the pairs could not resist it."""
+    """Whether any load may push the pairs of a motion. If not, there is only one state, in which the pairs carry no friction. The
+    motion then does not begin by itself, although the pairs could not resist it."""
     if a.space.open:
         return True
     return any(float(np.abs(a.program.terms[a.sizes[i]][0]).max(initial=0.0)) > FEASIBLE for i in m.moving)
@@ -292,8 +291,9 @@ def _onset_senses(st: Statics, found: list[Motion], k: int, sign: float, drive: 
 def _breakaway(pairs: tuple, possible: End, ends: list[tuple[End, Motion]], sign: float, now: float) -> Breakaway:
     """The motion that begins first, and the load up to which no motion can begin.
 
-    This load is limited to the largest load for which a state was found, or to the present load if no state was found. Reason:
-    ``possible.certified`` excludes states beyond it, but does not prove that states exist below it.
+    This load is limited to the largest load for which a state was found, or to the present load if no state was found. The
+    limitation is needed because ``possible.certified`` excludes states beyond its value, but does not prove that states exist
+    below.
     """
     held = now if possible.value is None else possible.value
     there = [(e, m) for e, m in ends if e.value is not None or e.certified != sign * np.inf]

@@ -9,8 +9,8 @@ import numpy as np
 
 
 class Effort:
-    """The cost limits. cells: largest number of cells of each search; seconds: time for all searches, None means no limit; asked:
-    whether Ctrl-C was pressed; searches: expected number of searches."""
+    """The cost limits. cells: largest number of cells of each search. seconds: time for all searches; None means no limit. asked:
+    whether Ctrl-C was pressed. searches: expected number of searches."""
 
     def __init__(
         self, cells: int, seconds: float | None = None, asked: Callable[[], bool] = lambda: False, searches: int = 1

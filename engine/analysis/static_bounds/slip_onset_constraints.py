@@ -39,7 +39,8 @@ def restrict_to_onset(s: Space, program: Program, motion: Motion, sense: float) 
 
 
 def _friction_at_limit(s: Space, pair: Pair, term: Callable[[np.ndarray], int]) -> list[Row]:
-    """Rows for friction at its limit with unknown direction: the friction is at least the least capacity of the pair."""
+    """Rows for friction at its limit with unknown direction: the friction is at least the smallest capacity that the pair can
+    have."""
     size, rows = term(s.friction(pair)), []
     for c in pair.capacities:
         held = {term(s.norm_vector(pair, n)): w for n, w in zip(c.norms, c.least or tuple(n.weight for n in c.norms), strict=True)}
@@ -82,7 +83,8 @@ Stress = float | Mapping[str, float]
 
 
 def limit_self_stress(s: Space, program: Program, most: Stress) -> tuple[Program, dict[int, float]]:
-    """(the program in which self-stress is at most ``most`` at each contact, {term: its largest change by self-stress}).
+    """(the program in which self-stress is at most ``most`` at each contact, {term: the largest change of its norm by
+    self-stress}).
 
     Self-stress is the part of the open directions without friction (theory, "Bounds at rest").
     """
@@ -106,7 +108,7 @@ def limit_self_stress(s: Space, program: Program, most: Stress) -> tuple[Program
 
 def _largest_changes(terms: list[np.ndarray], contacts: list[np.ndarray], most: list[float]) -> dict[int, float]:
     """The largest change of each term while the norm of each contact vector is at most its entry of ``most``. Terms that the
-    contact vectors do not determine are left out."""
+    contact vectors do not determine are omitted."""
     out = {}
     for j, V in enumerate(terms):
         own = next((k for k, C in enumerate(contacts) if len(C) == len(V) and _is_multiple(C, V)), None)

@@ -37,8 +37,8 @@ class PairHold:
         share: friction that the pair needs to stay at rest, divided by its capacity; NaN for a law without friction at rest.
         capacity: largest friction at the surface, N.
         unique: whether the share is uniquely determined.
-        sticks: whether the pair stays at rest. A pair with a share above 1 stays at rest if another pair slips first and reduces
-            its load.
+        sticks: whether the pair stays at rest. A pair with a share above 1 still stays at rest if another pair slips first and
+        thereby reduces the load of this pair.
     """
 
     joint: str
@@ -174,4 +174,4 @@ def _notes(pairs: tuple[PairHold, ...]) -> list[str]:
     several = list(dict.fromkeys(p.joint for p in pairs if not p.unique))
     if not several:
         return []
-    return [f"the load distribution in {', '.join(several)} is not unique: that with the smallest maximum share is reported"]
+    return [f"the load distribution in {', '.join(several)} is not unique: the one with the least maximum share is reported"]

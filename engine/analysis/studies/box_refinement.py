@@ -18,14 +18,15 @@ import numpy as np
 from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
 
 GRID = 1 << 40
-"""Number of grid intervals of each range. Places are integers, so that equal places give bitwise equal numbers."""
+"""Number of grid intervals of each range. Places of cases are integers on this grid, so that equal places give bitwise equal
+numbers."""
 BOXES_PER_ROUND = 8
 """Number of boxes halved in one round."""
 SLENDER = 4
 """Largest ratio of a box's longest side to its shortest side. A more slender box is halved across its longest side."""
 FLAT, JUMP = 0.002, 0.02
-"""Relative to the range of the result. FLAT: curvature below which a result counts as linear. JUMP: change across a box of least
-width above which a result counts as a jump."""
+"""Both values are relative to the range of the result. FLAT: curvature below which a result counts as linear. JUMP: change across a
+box of least width above which the change counts as a jump."""
 OUTCOME = "outcome"
 MOST_REPORTED = 1000
 Place = tuple[int, ...]
@@ -45,7 +46,7 @@ class Box:
         return list(product(*zip(self.low, self.high, strict=True)))
 
     def sides(self) -> np.ndarray:
-        """Side lengths, relative to the ranges."""
+        """Side lengths, relative to the ranges of the varied numbers."""
         return (np.array(self.high, float) - np.array(self.low, float)) / GRID
 
 
@@ -92,7 +93,7 @@ class BoxRefinement:
             report(map_.answer("not ended yet"))
             chosen = map_.choose_boxes()
             if not chosen:
-                return map_.answer("every box is narrower than the tolerance, or the result is nearly linear in it")
+                return map_.answer("every box is narrower than the tolerance, or the result is nearly linear inside the box")
             new = list(dict.fromkeys(m for box, axis in chosen for m in _edge_middles(box, axis) if m not in map_.ends))
             if len(map_.ends) + len(new) > self.most:
                 return map_.answer("the allowed number of cases is used up")
@@ -115,7 +116,7 @@ def _edge_middles(box: Box, axis: int) -> list[Place]:
 
 
 class _BoxMap:
-    """All cases by place, and the boxes between them. ends: place → (case index, outcome, value)."""
+    """All cases by place, and the boxes between them. ends: {place: (case index, outcome, value)}."""
 
     def __init__(self, wanted: BoxRefinement):
         self.wanted = wanted
@@ -139,8 +140,8 @@ class _BoxMap:
         return list(dict.fromkeys(self.ends[c][1] for c in box.corners()))
 
     def largest_change(self, box: Box, axis: int, whole: float) -> float:
-        """Largest change of the result along the edges of a box that are parallel to an axis, relative to the range ``whole``; 1
-        if the outcomes at an edge differ."""
+        """Largest change of the result along those edges of a box that are parallel to an axis, relative to the range ``whole``.
+        The change counts as 1 if the outcomes at the ends of an edge differ."""
         most = 0.0
         for c in box.corners():
             if c[axis] == box.low[axis]:

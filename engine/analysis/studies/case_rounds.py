@@ -1,7 +1,7 @@
 """Studies: cases in rounds, where each round is chosen from the results of earlier rounds.
 
-A study is a generator that yields cases and receives their results. Its cases depend only on its seed and on these results. A
-restarted study therefore requests the same cases again, bit for bit.
+A study is a generator that yields cases and receives their results. The cases of a study depend only on its seed and on these
+results. A restarted study therefore requests the same cases again, bit for bit.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MISSING = "lost"
 
 @dataclass(frozen=True)
 class CaseResults:
-    """Results of n cases. outcomes (n): outcome of each case; numbers: result name → values (n), NaN for a missing value."""
+    """Results of n cases. outcomes (n): outcome of each case; numbers: {result name: values (n)}, NaN for a missing value."""
 
     outcomes: tuple[str, ...]
     numbers: dict[str, np.ndarray]

@@ -92,7 +92,7 @@ class Optimisation:
             begin = latin(1, len(low), self.seed + 1 + len(ends))[0]
 
     def _start(self) -> np.ndarray:
-        """The scene's own numbers, scaled to the unit box; ½ for a number outside its bounds."""
+        """The scene's own numbers, scaled to the unit box; a number outside its bounds becomes ½."""
         low, high, own = (np.array(x) for x in (self.low, self.high, self.own))
         return np.where((low <= own) & (own <= high), (own - low) / (high - low), 0.5)
 

@@ -134,7 +134,7 @@ def refine(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Find where a result jumps or bends, or where the outcome changes, over up to four numbers of a scene.
+    """Vary up to four numbers of a scene, and find where a result jumps or bends, or where the outcome changes.
 
     Cases are added at such places until the result is nearly linear between neighbouring cases, or until the boxes between
     cases are narrower than ``tolerance``.

@@ -1,4 +1,5 @@
-"""A scene with one friction law, compiled once and run with any settings. A failed run counts as a result."""
+"""A scene with one friction law, compiled once and run with any settings. A failed run raises no error; it is reported as a
+result."""
 
 from __future__ import annotations
 

@@ -72,7 +72,8 @@ def growth_exponent(values: Sequence[tuple[float, float]]) -> float:
 
 
 def measure_cost_growth(repeats: int = 7, largest: int = 64, progress: Progress = lambda *_: None) -> list[Family]:
-    """Measure all families. largest: number of bodies of the longest chain; the number of loops ends at a quarter of it."""
+    """Measure all families. largest: number of bodies of the longest chain; the largest number of loops is a quarter of this
+    number."""
     bodies = _powers_of_two(1, largest)
     frictional = _powers_of_two(1, CHAIN)
     loops = _powers_of_two(1, max(2, largest // 4))

@@ -62,5 +62,6 @@ def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
 
 
 def _median_distance(ready: BenchmarkModel, t: _ReferenceRun, others: list[_ReferenceRun]) -> float:
-    """Median distance from the runs of the other methods. Of two runs, the run with the smaller median is the better reference."""
+    """Median distance from the runs of the other methods. The run with the smaller median of this distance is the better
+    reference."""
     return float(np.median([ready.measure.error(o.data, t.data) for o in others if o.method != t.method]))

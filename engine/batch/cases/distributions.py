@@ -118,7 +118,7 @@ def spread_of(given: Any, number: Callable[[Any], float], complain: Callable[[st
             return None
         name, numbers = written[1], [x.strip() for x in written[2].split(",")]
     if not isinstance(numbers, Sequence) or (name == "uniform" and len(numbers) != 2):
-        complain("a range has two ends", HINT)
+        complain("a range is a low end and a high end", HINT)
         return None
     kind = KINDS[name]
     if not kind.needed <= len(numbers) <= len(kind.numbers):

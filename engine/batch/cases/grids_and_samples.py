@@ -21,7 +21,7 @@ SAMPLINGS = ("latin", "random", "sobol", "saltelli")
 LEAST_POINTS = 2 * REPLICATES
 """Least number of points of a crossed sample."""
 MOST_VALUES = 1_000_000
-"""Largest number of values that one axis may list."""
+"""Largest number of values that a list for one path may have."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ def sampled(
 ) -> Cases:
     """A sample of {path: (low, high), or a distribution such as "normal(0.3, 0.05)"}. The same seed gives the same cases.
 
-    method: "latin" (one case in each of ``count`` strips of every range), "random" (independent), "sobol" (scrambled Sobol points,
-    best for powers of 2) or "saltelli" (two Sobol samples of ``count`` points, crossed for Sobol indices: 2 × paths + 2 cases for
-    each point). SceneError lists every mistake."""
+    method: "latin" (one case in each of ``count`` strips of every range), "random" (independent cases), "sobol" (scrambled Sobol
+    points, best for powers of 2) or "saltelli". "saltelli" crosses two Sobol samples of ``count`` points for Sobol indices: 2 ×
+    paths + 2 cases for each point. SceneError lists every mistake."""
     problems: list[Problem] = []
     if count < 1:
         problems.append(Problem(f"{where}.count", f"{count} is not positive", "give a positive number of cases"))
@@ -134,7 +134,7 @@ def ranges(
 
 
 def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> None:
-    """Raise SceneError if there are problems. untold: number of further problems that are not listed."""
+    """Raise SceneError if there are problems. untold: number of problems that ``problems`` does not list."""
     if not paths and not problems:
         problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
     if problems:

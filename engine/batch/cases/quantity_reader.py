@@ -34,7 +34,7 @@ class Reader:
 
     @property
     def untold(self) -> int:
-        """Number of mistakes beyond the reported mistakes."""
+        """Number of mistakes that were counted but not reported."""
         return max(0, self.wrong - MOST_REPORTED)
 
     def complain(self, what: str, hint: str = "") -> None:
@@ -74,7 +74,8 @@ class Reader:
         return float(value)
 
     def _first(self, value: float | str) -> float:
-        """SI value of the first value of a number that the scene lacks. The scene built with this value defines the unit."""
+        """SI value of the first value at a path whose number the scene does not give. The scene is built with this value, and
+        thereby defines the unit."""
         try:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:
@@ -107,7 +108,7 @@ def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
     node: Any = scene
     for i, key in enumerate(place or ()):
         if isinstance(node, float) and place is not None and place[i:] == (0,):
-            place = place[:i]  # a single number may stand for a list with one entry: q[1] is this number
+            place = place[:i]  # the scene may give a single number in place of a list with one entry: q[1] is this number
             break
         node = _part(node, key)
     return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None

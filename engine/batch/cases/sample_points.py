@@ -17,12 +17,12 @@ import numpy as np
 from trunnion.basics.optional_packages import brought
 
 REPLICATES = 16
-"""Number of independent scrambles (replicates) of a crossed sample. Successive points belong to successive replicates. The
-differences between the results of the replicates give intervals."""
+"""Number of independent scrambles (replicates) of a crossed sample. Successive points belong to successive replicates. Confidence
+intervals follow from the differences between the results of the replicates."""
 BITS = 30
 LARGE = 4_000_000
-"""A sample with more cases than this is never made as a whole. Another permutation then determines the strips of a Latin
-sample."""
+"""A sample with more cases than this is never held in memory as a whole. The strips of such a Latin sample follow from a
+permutation that is computed case by case."""
 TOGETHER = 10
 """Number of low bits of a point's index for which the points are cached."""
 
@@ -120,7 +120,8 @@ def _directions(axes: int) -> np.ndarray:
 
 
 def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
-    """The direction numbers of a new sequence, computed from its points: the Gray code of 2ᵏ − 1 is 2ᵏ⁻¹. Takes seconds."""
+    """The direction numbers of a new sequence, computed from its points: the Gray code of 2ᵏ − 1 is 2ᵏ⁻¹, so this point is one
+    direction number. The computation takes seconds."""
     out = []
     for k in range(bits):
         sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
@@ -138,7 +139,7 @@ def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> 
     """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
-    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) acts on itself and on lower bits
+    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) changes itself and lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column
@@ -178,8 +179,8 @@ def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int)
 
 
 def _crossed(count: int, axes: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Rows start … stop − 1 of a crossed sample of the samples A and B. Each point has the rows A, A with one number from B (for
-    each number), B with one number from A (for each number), and B.
+    """Rows start … stop − 1 of a crossed sample of the samples A and B. Each point has these rows: A; for each number, A with this
+    number from B; for each number, B with this number from A; and B.
 
     Point k belongs to replicate k mod REPLICATES.
     """

@@ -59,7 +59,7 @@ def join(a: Reduced, b: Reduced, seconds: float) -> Reduced:
 
 
 class Loop(CaseBlocks):
-    """Runs cases of one structure in C, for many chunks. It serves one thread at a time."""
+    """Runs cases of one structure in C. A loop is used for many chunks, but only by one thread at a time."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         super().__init__(rows, chosen, run, kernel, series)
@@ -145,7 +145,7 @@ class Loop(CaseBlocks):
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                return int(b.at + b.reported)  # failed cases count as finished
+                return int(b.at + b.reported)  # failed cases are finished cases
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, from the state in its block."""

@@ -11,7 +11,7 @@ from trunnion.simulation.runtime_interface.cancellation import HOST
 CALL_SECONDS = 0.02
 """Target duration of a call into C, s. Progress, cancellation and Ctrl-C must be served within 50 ms."""
 Tick = Callable[[int], bool]
-"""tick(number of finished cases) → whether to continue."""
+"""tick(number of finished cases) returns whether to continue."""
 
 
 class Watch:
@@ -30,7 +30,8 @@ class Watch:
         self.raised: BaseException | None = None
 
     def impatient(self) -> bool:
-        """Whether the present case has exceeded its time limit. The time counts from the first call for this case."""
+        """Whether the present case has exceeded its time limit. The time begins with the first call of this function for the
+        case."""
         now = time.thread_time()
         if self.at() != self.case:
             self.case, self.since = self.at(), now

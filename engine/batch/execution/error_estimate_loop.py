@@ -27,8 +27,8 @@ from trunnion.simulation.settings.run_settings import Run
 EXTREMES = ("max", "min", "final")
 """Kinds of reductions by which the two runs of a case are compared."""
 BESIDE = 0.3
-"""Least error of a reduction, relative to the largest error among the reductions of the same column: the difference of a single
-reduction may pass through zero."""
+"""Least stated error of a reduction, relative to the largest error among the reductions of the same column. The limit is needed
+because the difference of a single reduction may pass through zero."""
 RTOL = CASE_SETTINGS.names.index("rtol")
 WHY = tuple(REASONS)
 """Reasons why there is no error estimate, by index. Index 0 means that an error is stated."""
@@ -94,10 +94,11 @@ class ErrorEstimateLoop:
         """(reductions (cases × reductions), reason of each case without an error estimate), from the values a and b of both runs
         (cases × wanted).
 
-        rtol (cases): tolerance of the first run; larger (cases): factor on differences that allows for the second run's own error;
+        rtol (cases): tolerance of the first run; larger (cases): factor on the difference of the runs that accounts for the second
+        run's own error;
         alike (cases): whether both runs have the same outcome; begun (cases): whether the first run made a step.
         """
-        with np.errstate(invalid="ignore"):  # if there is no event or margin, both values are infinite
+        with np.errstate(invalid="ignore"):  # without an event or a margin, both values are infinite
             off = np.abs(a - b)
         for (_, column), i in self.at.items():
             if column in self.wraps:
@@ -119,16 +120,15 @@ class ErrorEstimateLoop:
         return (np.array(out).T if out else np.zeros((len(a), 0))), why
 
     def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
-        """For each case the reason why it has no error estimate, as an index of WHY; 0 if both runs have the same clear decisions
-        and small errors.
-
-        Of several reasons, the last in ``found`` counts: it usually occurs first in a run and causes the others.
+        """For each case, the reason why it has no error estimate, as an index of WHY. The index is 0 if both runs make the same
+        clear decisions and their errors are small. Of several reasons, the last one in ``found`` is given: it usually occurs first
+        in a run and causes the others.
         """
         counts = [i for (k, what), i in self.at.items() if k == "count" and event_kind(what) not in ("any", *REPORTED)]
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)
         near = [(alike & (x[:, margin] < rules.DECIDED * states)) | (x[:, marginal] > 0.0) for x in (a, b)]
         other = alike & (a[:, counts] != b[:, counts]).any(axis=1)
-        of_one = other & ~(near[0] & near[1])  # the narrow decision belongs to an event of one run only
+        of_one = other & ~(near[0] & near[1])  # the event with the narrow decision occurs in only one of the runs
         found = {
             "growth": ~(states <= rules.LINEAR),
             "outcome": ~alike,  # states and events at different end times are not comparable

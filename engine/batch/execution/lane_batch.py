@@ -76,7 +76,8 @@ class Ensemble:
     """{case: processor time at which the case was first seen, s}."""
 
     def _drop_slow_cases(self) -> None:
-        """Drop cases that may have reached their CPU-time limit. They run alone later, so that their time is measured exactly."""
+        """Remove the cases that may have reached their CPU-time limit. These cases run alone later, so that their time is measured
+        exactly."""
         if self.loop.watch.cpu_limit == float("inf"):
             return
         now = time.thread_time()
@@ -100,7 +101,7 @@ class Ensemble:
 
 
 def ensemble_of(loop: CaseBlocks) -> Ensemble | None:
-    """The ensemble of a loop. None if rows are stored or steps are bounded, and for scenes or processors that do not support
+    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if the scene or the processor does not support
     lanes."""
     if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel) or not loop.lib.tr_ensemble_there():
         return None

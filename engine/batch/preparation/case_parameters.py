@@ -2,9 +2,10 @@
 cost.
 
 The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. The values of many groups are written
-directly (``parameter_entries``): entries of the table of parameters (friction, springs, dampers, drives, …), copies of entries,
-and results of a formula. For any other group, a scene is built once for each distinct value, and the changed entries are combined.
-If groups share an entry, every case is built alone; so is a case with another structure.
+directly into the rows (``parameter_entries``). Such a value is an entry of the table of parameters (friction, springs, dampers,
+drives, …), a copy of an entry, or the result of a formula. For any other group, a scene is built once for each distinct value, and
+the changed entries are combined. If groups share an entry, a scene is built for every case. A scene is also built for each case
+with another structure.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import Curve, Outside
 
 MANY = 48
-"""The entries of a group are written directly once the group has had more new values than this."""
+"""After a group has had more new values than this, its entries are written directly."""
 MOST_CACHED = 20_000
 """Largest number of built values in the cache of a group. Each value takes a few hundred bytes."""
 
@@ -105,7 +106,7 @@ class Preparer:
         return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
 
     def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """As ``rows``, for values of ``self.paths``, which ``Followers.values`` computes."""
+        """The result of ``rows`` for values of ``self.paths``. ``Followers.values`` computes these values."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)
@@ -212,7 +213,7 @@ Tables = tuple[Curve | Outside, ...]
 
 
 def same_tables(a: Tables, b: Tables) -> bool:
-    """Whether two cases have equal tables; start values of inputs may differ."""
+    """Whether two cases have equal tables. The start values of their inputs may differ."""
     return len(a) == len(b) and all(x is y or x.alike(y) for x, y in zip(a, b, strict=True))
 
 

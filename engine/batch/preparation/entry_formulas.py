@@ -1,7 +1,7 @@
 """Formulas for entries of flat rows, from a body's density or mass, gravity, or the start angle of a ball.
 
-Each formula repeats the floating-point operations of the scene's construction. It is tested on some of the values, and used only
-if all bits agree (``parameter_entries``).
+Each formula repeats the floating-point operations of the scene's construction. A formula is tested on some of the values, and used
+only if all bits agree with the built scene (``parameter_entries``).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Entries:
         numbers: function from values (n × paths) to entries (n × entries), in the order parameters, states, pull.
         parameters: names of the entries in the table of parameters.
         states: indices of the entries among the start coordinates.
-        pull: whether the norm of gravity is the last entry.
+        pull: whether the last entry is the norm of gravity.
     """
 
     numbers: Callable[[np.ndarray], np.ndarray]

@@ -16,9 +16,9 @@ MOST_CORNERS = 64
 """The scene is checked at the corners of the box that contains a group's values. If the box has more corners than this, a scene is
 built for every value."""
 TRIED = 5
-"""Number of values for which scenes are built in order to find the entries of a number."""
+"""To find the entries that belong to a number, scenes are built for this number of values."""
 Placed = tuple[np.ndarray, np.ndarray]
-"""(indices of entries, numbers of these entries for each value)."""
+"""(indices of entries, the numbers in these entries for each value)."""
 Known = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]
 """(indices of entries, function from values to the numbers of these entries)."""
 Flat = Callable[[np.ndarray], np.ndarray | None]
@@ -59,7 +59,7 @@ class Placing:
         return (np.array(place), _identity) if None not in place and self._is_accepted(distinct) else None
 
     def _copies(self, distinct: np.ndarray) -> Known | None:
-        """The entries that equal the number at the path (start values, points); None if the number acts in another way."""
+        """The entries that are copies of the number at the path (start values, points); None if the number acts in another way."""
         if len(self.paths) > 1 or (found := self._tried(distinct)) is None:
             return None
         tried, rows = found
@@ -83,8 +83,8 @@ class Placing:
         return (np.array(place), formula.numbers) if (expected.view(np.uint64) == rows.view(np.uint64)).all() else None
 
     def _is_accepted(self, distinct: np.ndarray) -> bool:
-        """Whether the scene accepts the values at the corners of their box. It then accepts all values, because bounds and
-        comparisons are linear."""
+        """Whether the scene accepts the values at the corners of their box. If so, the scene accepts all values in the box, because
+        bounds and comparisons are linear."""
         if 2 ** len(self.paths) > MOST_CORNERS:
             return False
         try:

@@ -86,7 +86,7 @@ class Bins:
         self.missing: dict[str, int] = {}
 
     def add(self, cases: Picked, outcome: np.ndarray) -> None:
-        """Count cases (columns of n numbers, n outcomes). Cases without a number on an axis count as missing."""
+        """Count cases (columns of n numbers, n outcomes). Cases that have no number on one of the axes are counted as missing."""
         at = self.x.place(cases[self.x.name])
         if self.y is not None:
             j = self.y.place(cases[self.y.name])
@@ -161,8 +161,8 @@ def _column(column: Any) -> np.ndarray:
 def binned(
     tables: Iterable[Picked], x: str, y: str, bins: tuple[int, int], ends: Mapping[str, tuple[float, float]] | None = None
 ) -> tuple[Axis, Axis | None]:
-    """The axes for columns x and y ("" for none) of tables from ``picked``. ends: {column: further numbers that its axis must
-    contain}."""
+    """The axes for the columns x and y ("": no axis) of tables from ``picked``. ends: {column: further numbers that the column's
+    axis must contain}."""
     spans = [Span(n) for n in (x, y) if n]
     for s in spans:
         s.see(np.array((ends or {}).get(s.name, ())))

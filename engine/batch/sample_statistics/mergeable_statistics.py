@@ -2,9 +2,9 @@
 
 A tally holds the count, least value, largest value and sum of every numerical column, and the sums of a crossed sample's points
 (``sobol_index_sums``). It also holds the drawn rows: about a million pseudo-randomly chosen cases of the whole batch. The merged
-tally does not depend on the partition, bit for bit. The reasons: sums are exact (``exact_summation``), and only a case's number
-decides whether it is drawn. Reading all rows of 10⁹ cases for each query would take half an hour and several gigabytes; tallies
-take a minute (``service/CAPACITY.md``).
+tally does not depend on the partition, bit for bit. This holds because sums are exact (``exact_summation``), and because only the
+number of a case decides whether the case is drawn. Reading all rows of 10⁹ cases for each query would take half an hour and several
+gigabytes; tallies take a minute (``service/CAPACITY.md``).
 """
 
 from __future__ import annotations
@@ -142,7 +142,8 @@ OF_POINTS = ("whole", "gaps", "sums", "others", "low", "high")
 
 
 def packed(t: Tally) -> pyarrow.Table:
-    """A tally as a table of one row: its arrays (64-bit float or int) in sequence, and its rows as Arrow streams."""
+    """A tally as a table of one row: the tally's arrays (64-bit float or int) in sequence, and its drawn rows and edge rows as
+    Arrow streams."""
     import pyarrow as pa
 
     arrays = {n: getattr(t, n) for n in ARRAYS} | {f"points.{n}": getattr(t.points, n) for n in OF_POINTS if t.points is not None}

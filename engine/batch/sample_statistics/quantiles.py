@@ -1,8 +1,8 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
-The interval of a quantile lies between two order statistics. Only their ranks determine its confidence, for any distribution. A
-probability has the Clopper–Pearson interval. For the lower end of an interval, a case without a value counts as the smallest
-value; for the upper end, as the largest value. The intervals are therefore valid for any value of such a case.
+The interval of a quantile lies between two order statistics. Only the ranks of these two determine the confidence, whatever the
+distribution is. A probability has the Clopper–Pearson interval. For the lower end of an interval, a case without a value counts as
+the smallest value; for the upper end, as the largest value. The intervals are therefore valid for any value of such a case.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from trunnion.basics.optional_packages import brought
 from trunnion.batch.sample_statistics.sobol_indices import CONFIDENCE, Estimate
 
-EVEN = "the intervals are those of independent cases; the cases are spread more evenly, so the intervals are wider than necessary"
+EVEN = "the intervals are computed for independent cases; the cases are spread more evenly, so the intervals are too wide"
 EXACT = "the intervals hold for any distribution, with at least the stated confidence"
 USUAL = (0.05, 0.5, 0.95)
 
@@ -62,7 +62,8 @@ def spread(
 
 
 def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
-    """The quantile of sorted values (n) at a probability. An end of its interval is None if no value bounds it."""
+    """The quantile of sorted values (n) at a probability. An end of the quantile's interval is None if no value bounds the quantile
+    on this side."""
     binomial = brought("scipy.special", "analysis", "an interval").bdtr
     n, tail = len(known) + missing, 0.5 * (1.0 - CONFIDENCE)
     if not len(known):

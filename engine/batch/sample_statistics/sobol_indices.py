@@ -34,7 +34,8 @@ CONFIDENCE = 0.95
 FAILED = "failed"
 """Name of an additional result if cases fail: 1 for a case whose outcome is not ``done``, otherwise 0."""
 FLAT = 1e-12
-"""A result does not vary if its standard deviation, relative to its largest value, is below this value (rounding)."""
+"""If the standard deviation of a result, relative to its largest value, is below this value, it is rounding error, and the result
+does not vary."""
 
 
 @dataclass(frozen=True)
@@ -156,8 +157,8 @@ def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list
     if whole < points:
         notes.append(
             f"{cases - known} of {cases} cases have no value, in {points - whole} of {points} points. The estimates use the other "
-            "points. The intervals include the estimates with the least, mean and largest value in place of missing values; other "
-            "missing values may give other estimates"
+            "points. The intervals include the estimates with the least, mean and largest value in place of missing values. Values "
+            "outside this range may give other estimates"
         )
     return notes
 
@@ -175,7 +176,8 @@ def _jackknifed(f: np.ndarray, group: np.ndarray) -> list[Estimate]:
 
 
 def jackknifed(numbers: Callable[[np.ndarray], np.ndarray], group: np.ndarray) -> list[Estimate]:
-    """Estimates with jackknife intervals. numbers: mask of rows (n) → estimates; group: replicate of each row (n)."""
+    """Estimates with jackknife intervals. numbers: function from a mask of rows (n) to estimates; group: replicate of each row
+    (n)."""
     student = brought("scipy.special", "analysis", "an interval").stdtrit
     present = np.unique(group)
     r = len(present)
@@ -189,7 +191,7 @@ def _numbers(f: np.ndarray) -> np.ndarray:
     """Mean, standard deviation, first, total and second indices of f (points × cases of a point)."""
     d = f.shape[1] // 2 - 1
     mean = 0.5 * (f[:, 0].mean() + f[:, -1].mean())
-    g = f - mean  # reduces rounding and the variance of the estimates
+    g = f - mean  # subtracting the mean reduces rounding errors and the variance of the estimates
     a, b, ai, bi = g[:, 0], g[:, -1], g[:, 1 : d + 1].T, g[:, d + 1 : -1].T
     deviation, variance = np.sqrt(0.5 * ((a * a).mean() + (b * b).mean())), 0.5 * ((a - b) ** 2).mean()
     first = 0.5 * ((b * (ai - a)).mean(axis=1) + (a * (bi - b)).mean(axis=1)) / variance

@@ -22,7 +22,7 @@ FORMAT = "trunnion sweep 1"
 HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
 """Columns of every table, in addition to the varied paths and the reductions."""
 WHY = "error.why"
-"""A column before ``steps``. It exists only if the reductions include errors."""
+"""The column that precedes ``steps`` if the reductions include errors."""
 
 
 def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:
@@ -37,7 +37,7 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
     fields += [field(p, pa.float64(), u, "varied") for p, u in zip(paths, units, strict=True)]
     fields += [
         field("outcome", pa.string(), "", "done, or the failure"),
-        field("outcome.time", pa.float64(), "s", "end time; of an inaccurate case, time of the largest energy error"),
+        field("outcome.time", pa.float64(), "s", "end time; for an inaccurate case: time of the largest energy error"),
         field("outcome.joint", pa.string(), "", "joint of the failure"),
         field("outcome.advice", pa.string(), "", "remedy"),
         field("audit", pa.string(), "", f"verdict of the audit: {', '.join(WORDS.values())}; none for a case that did not start"),
@@ -46,7 +46,7 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
     ]
     if about_errors(chosen):
         words = ", ".join(word for word in REASONS if word)
-        fields.append(field(WHY, pa.string(), "", f"reason for missing error estimates: {words}; empty with estimates"))
+        fields.append(field(WHY, pa.string(), "", f"reason for missing error estimates: {words}; empty if there are estimates"))
     fields.append(field("steps", pa.int64(), "1", "steps taken"))
     fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
     texts = {"format": FORMAT, "version": version()} | {k: json.dumps(v, ensure_ascii=False) for k, v in about.items()}

@@ -20,7 +20,8 @@ from trunnion.runtime.abi import EventKind
 OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
 OF_DECISIONS = ("margin", "marginal")
-"""Over all deciding events of a case: the least margin, and the number of margins that are below the run's own error."""
+"""Reductions over all events of a case at which a decision was made: the least margin, and the number of margins below the run's
+own error."""
 ERROR = "error"
 EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind}
 
@@ -73,7 +74,7 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
     for text in dict.fromkeys(texts or DEFAULTS):
         kind, sign, what = text.removeprefix(ERROR + ":").partition(":")
         if not sign or kind not in (*OF_COLUMNS, *OF_EVENTS) or not what:
-            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT; for the error of one, put error: before it"
+            hint = "write max:PATTERN, min:, mean:, final:, or first:EVENT, count:EVENT; error: before a reduction means its error"
             problems.append(Problem(where, f"{text!r} is not a reduction", hint))
             continue
         new = _of_event(kind, what) if kind in OF_EVENTS else _of_columns(kind, what, names)

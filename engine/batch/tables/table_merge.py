@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import pyarrow
 
 MOST_APART = 64
-"""At twice this number of small tables, adjacent tables among the first half are merged."""
+"""When there are twice as many small tables as this, adjacent tables in the first half are merged."""
 
 
 class TableMerge:

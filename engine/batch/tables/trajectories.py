@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pyarrow
 
 ON_A_ROW = 1e-6
-"""A row is at a multiple of the spacing if its distance from the multiple, relative to the spacing, is below this value."""
+"""A row counts as a multiple of the spacing if its distance from the multiple, relative to the spacing, is below this value."""
 FORMAT = "trunnion rows 1"
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 COMPARED = "Compare these columns, such as 'ball.*'."
 NORM = "How errors are measured: max, or rms (better for columns that jump)."
-SCALING = "Measure instead how computing time grows with the number of bodies, friction joints, loops and cases."
+SCALING = "Measure how computing time grows with the number of bodies, friction joints, loops and cases, instead of the error."
 
 
 def command(

@@ -19,7 +19,7 @@ def command(
     along: Annotated[
         list[str],
         repeatable(
-            "--along", metavar="JOINT", help="Joint for which the range of rest is computed.", show_default="all with friction"
+            "--along", metavar="JOINT", help="Joint whose range of rest is computed.", show_default="all with friction"
         ),
     ],
     changes: Changes,

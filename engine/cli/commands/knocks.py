@@ -29,7 +29,7 @@ def command(
     changes: Changes,
     as_json: Json = False,
 ) -> int:
-    """List when pins with clearance would move across their bearings, for how long, and at which speed they would hit."""
+    """List when pins with clearance would move across their bearings, how long each crossing takes, and how fast the pins hit."""
     from trunnion.analysis.mechanics.clearance_impacts import knocks
     from trunnion.simulation.run import simulate
 

@@ -22,8 +22,8 @@ from trunnion.cli.options.option_declarations import (
 from trunnion.cli.requests.study_request import MostCases, VaryWithin, run_and_report_study
 from trunnion.cli.requests.varied_numbers import Seed
 
-WITHIN = "Constraint: bounds of a result, one of which may be empty."
-TOLERANCE = "The search ends when the best numbers are known to this fraction of their ranges."
+WITHIN = "Constraint: lower and upper bound of a result; one of the two may be empty."
+TOLERANCE = "The search ends when the best value of each number is known to this fraction of the number's range."
 
 
 def command(

@@ -36,7 +36,7 @@ def command(
     settings: SettingWords,
     vary: Vary,
     sample: Sample,
-    count: Annotated[int, typer.Option(metavar="N", help="Number of sampled cases; with saltelli, number of points.")] = 0,
+    count: Annotated[int, typer.Option(metavar="N", help="Number of sampled cases; for saltelli, number of points.")] = 0,
     seed: Seed = 0,
     sampling: Sampling = "latin",
     quantiles: Annotated[list[str], repeatable(metavar="P,…", help="Compute the quantiles of each result at these probabilities.")],
@@ -51,7 +51,7 @@ def command(
     changes: Changes,
     save: Table = None,
     plot: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Draw the Sobol indices or the histograms of a sample: .png, .svg or .pdf.")
+        str | None, typer.Option(metavar="FILE", help="Draw Sobol indices or, without indices, histograms: .png, .svg or .pdf.")
     ] = None,
     workers: Workers = None,
     as_json: Json = False,

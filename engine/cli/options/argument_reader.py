@@ -136,7 +136,7 @@ class ArgumentReader:
         return scene
 
     def scene_word(self, first: str | None, context: Context) -> str | None:
-        """The scene among the words that click does not know. Mistakes: an unknown option, several scenes, no scene."""
+        """The scene among the words that click does not recognise. An unknown option, several scenes or no scene is a mistake."""
         words = [*([] if first is None else [first]), *context.args]
         rest: list[str] = []
         skip = False
@@ -177,7 +177,7 @@ def problem_at(where: str, p: Problem) -> Problem:
 
 
 def is_pattern(text: str) -> bool:
-    """Whether a file name looks like a pattern of columns. The user then probably wrote --output instead of --outputs."""
+    """Whether a file name looks like a pattern of columns. If so, the user probably wrote --output instead of --outputs."""
     return any(mark in text for mark in "[*?")
 
 

@@ -77,8 +77,8 @@ def with_prefix(words: Iterable[str], incomplete: str) -> list[str]:
 
 
 def completed_scene() -> Any:
-    """The built scene of the command line; None if no word is a readable scene. The line comes from the shell, because click's
-    parser fails at an option without a value."""
+    """The built scene of the command line; None if no word is a readable scene. The words are read from the shell's variables,
+    because click's parser fails while an option still has no value."""
     from trunnion.scene.scene_loader import load_scene
     from trunnion.system.construction.system_builder import build
 

@@ -19,11 +19,12 @@ VERDICTS = {
     "no": "the mechanism does not hold for any force distribution",
 }
 LARGE = 1e-6
-"""Gaps above this value, in the unit of their interval, are printed. Results have six digits."""
+"""Gaps above this value, in the unit of their interval, are printed. Smaller gaps do not show, because results are printed with six
+digits."""
 
 
 def bounds_document(b: HoldBounds) -> dict[str, Any]:
-    """The report as plain data. An end that does not exist is "inf" or "-inf". An end that no state attains has the value None."""
+    """The report as plain data. An unbounded end is "inf" or "-inf". An end that no state attains has the value None."""
     return {
         "holds": b.holds, "ended": b.ended, "first": list(b.first),
         "open_directions": b.open, "self_stress": b.self_stress, "misfit": b.misfit, "gap": b.gap,
@@ -75,7 +76,8 @@ def end(e: End, unit: float = 1.0) -> str:
 
 
 def load_row(p: LoadBounds) -> tuple[str, ...]:
-    """A load as a row: its certain and its possible interval, each from the smallest to the largest load that friction holds."""
+    """A load as a row: the interval of loads that friction certainly holds, and the interval of loads that friction possibly
+    holds."""
     certain, possible = (" … ".join(end(getattr(w, what)) for w in (p.less, p.more)) for what in ("guaranteed", "possible"))
     first = dict.fromkeys(", ".join(w.joints) or "–" for w in (p.more, p.less))
     return p.name, "–" if p.now is None else number(p.now), certain, possible, p.unit, " / ".join(first)

@@ -20,7 +20,7 @@ SHOWN = 12
 
 @dataclass(frozen=True)
 class SampleQueries:
-    """Queries to a sample: probabilities of quantiles, bounds by result, the file of a picture."""
+    """The requested statistics of a sample: probabilities of quantiles, bounds by result, and the file of a picture."""
 
     at: tuple[float, ...]
     above: Mapping[str, tuple[str, ...]]
@@ -31,7 +31,7 @@ class SampleQueries:
 
 
 def read_queries(quantiles: Sequence[str], above: Sequence[str], picture: Path | None, reader: ArgumentReader) -> SampleQueries:
-    """The queries of the options; mistakes go to ``reader``."""
+    """The statistics that the options request; mistakes go to ``reader``."""
     at, bounds = [], dict[str, tuple[str, ...]]()
     for text in (part.strip() for given in quantiles for part in given.split(",")):
         try:

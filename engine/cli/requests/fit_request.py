@@ -186,7 +186,7 @@ def read_noise(texts: Sequence[str], reader: ArgumentReader) -> float | Mapping[
 
 
 def read_candidate(text: str, reader: ArgumentReader) -> tuple[str, Candidate]:
-    """Read LAW; PATH~GUESS (an estimated number and its start value); PATH=VALUE (a fixed number)."""
+    """Read the text "LAW; PATH~GUESS; …; PATH=VALUE; …": a law, numbers to estimate with their start values, and fixed numbers."""
     from trunnion.analysis.fits.model_comparison import Candidate
     from trunnion.elements.friction import REGISTRY
 

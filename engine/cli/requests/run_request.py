@@ -23,7 +23,7 @@ FILES = {
     "animation": ("--animate", (".html", ".htm", ".gif", ".webp", ".mp4")),
     "linearization": ("--linearize", (".json", ".npz")),
 }
-"""Kind of file → its option and the suffixes that the option takes."""
+"""{kind of file: (its option, the suffixes that the option takes)}."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""A study that ``optimise`` or ``refine`` requests: its cases run in rounds, its answer is printed, written as a table and drawn.
+"""A study that ``optimise`` or ``refine`` requests. The cases of a study run in rounds; the answer is printed, written as a table
+and drawn.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def run_and_report_study(
     **fields: Any,
 ) -> int:
     """Run a study and report it. Returns the exit code, which is 1 if no case satisfies the request, or after Ctrl-C. kind:
-    "optimise" or "refine"; reader: has the mistakes so far; fields: fields of ``StudyRequest``."""
+    "optimise" or "refine"; reader: collects the mistakes; fields: fields of ``StudyRequest``."""
     from trunnion.analysis.studies.local_execution import run_study
     from trunnion.analysis.studies.request import StudyRequest, make_study
     from trunnion.batch.plan import Run

@@ -1,4 +1,4 @@
-"""Columns that a sweep stores of every case over time: their patterns, the spacing of the rows, the file."""
+"""The columns that a sweep stores over time for every case: patterns of the columns, spacing of the rows, file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.cli.options.option_declarations import repeatable
 
 NO_ROWS = ("no rows are stored", "name their columns, such as --trajectories 'ball.*'")
 Trajectories = Annotated[
-    list[str], repeatable("--trajectories", metavar="PATTERN", help="Store these columns of every case over time.")
+    list[str], repeatable("--trajectories", metavar="PATTERN", help="For every case, store these columns over time.")
 ]
 Spacing = Annotated[
     str | None, typer.Option("--spacing", metavar="DT", help="Spacing of the stored rows, s.", show_default="all rows")

@@ -152,7 +152,7 @@ class Bodies:
         frame = framed @ along(f.axis, f.place)
         more: dict[str, Any] = dict(f.more)
         ends = (at @ frame, frame)
-        if f.kind.quaternion > 0:  # a free joint: its coordinates are those of the world
+        if f.kind.quaternion > 0:  # a free joint's coordinates are relative to the world
             start = self.world[inboard] @ at
             ends = (np.linalg.inv(self.world[inboard]), np.eye(4))
             f.start = [*floats(start[:3, 3]), *to_quaternion(start[:3, :3])]
@@ -180,7 +180,8 @@ class Bodies:
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute the springs and dampers that the file gives by time constant and damping ratio in the initial pose."""
+        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio in the initial
+        pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:
             return

@@ -204,7 +204,7 @@ class Masses:
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
     def body(self, body: Element, geoms: list[Geom]) -> Mass:
-        """The mass of a body, with the lower bounds in <compiler>."""
+        """The mass properties of a body, raised to the lower bounds in <compiler>."""
         own = body.first("inertial")
         how = self.model.settings.from_geoms
         if own is not None and how != "true":
@@ -219,8 +219,8 @@ class Masses:
         return Mass(mass, at[:3, 3], tensor(full if full is not None else [*diagonal, 0.0, 0.0, 0.0], at))
 
     def _within_bounds(self, body: Element, m: Mass) -> Mass:
-        """The mass with the lower bounds in <compiler>. With ``balanceinertia``, moments that violate the triangle inequality are
-        replaced by their mean."""
+        """The mass properties, raised to the lower bounds in <compiler>. With ``balanceinertia``, moments that violate the triangle
+        inequality are replaced by their mean."""
         s = self.model.settings
         if not np.isfinite(m.inertia).all():
             self.found.add(body, body.get("name") or "body", "its inertia is not finite", "check sizes and densities of its geoms")
@@ -234,7 +234,8 @@ class Masses:
 
 
 def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:
-    """Scene keys that draw the geoms which MuJoCo shows; if all geoms are hidden (under a skin), those of the lowest group."""
+    """Scene keys that draw the geoms which MuJoCo shows. If all geoms are hidden (under a skin), the geoms of the lowest group are
+    drawn."""
     first = min((g.group for g in geoms), default=0.0)
     return visual_shapes.drawn([s for g in geoms if g.group < HIDDEN or g.group == first for s in _solids(g)], center)
 

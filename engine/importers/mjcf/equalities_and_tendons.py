@@ -32,18 +32,19 @@ class Closing:
             self.found.notes.append(f"tendons left out (they exert no force by themselves): {', '.join(map(_name_of, idle))}")
 
     def _refuse(self, e: Element) -> None:
-        """Refuse an equality that is neither of bodies nor of two joints."""
+        """Refuse an equality that couples neither bodies nor two joints."""
         self.found.add(e, _name_of(e), f"<{e.tag}> couples coordinates, which is not imported", REMEDY)
 
     def _couple(self, e: Element) -> None:
-        """q − ref of the first joint is a polynomial in q − ref of the second. A scene supports the first two coefficients."""
+        """Import the equality of two joints. In the file, q − ref of the first joint is a polynomial in q − ref of the second
+        joint. A scene supports only the first two coefficients."""
         known = {j.get("name"): f for j, f in zip(self.bodies.elements, self.bodies.freedoms, strict=True) if j.get("name")}
         numbers = self.found.numbers(e, "polycoef", e.get("polycoef", "0 1 0 0 0"), (1, 2, 3, 4, 5)) or [0.0, 1.0]
         numbers += [0.0, 1.0, 0.0, 0.0, 0.0][len(numbers) :]
         if "joint2" not in e.attributes:
-            self.found.add(e, _name_of(e), "fixes a joint in its position", "merge its body into the parent body")
+            self.found.add(e, _name_of(e), "fixes a joint at a constant position", "merge its body into the parent body")
         elif any(numbers[2:]):
-            what = f"ties joints by a polynomial: {e.get('polycoef')}"
+            what = f"couples joints by a polynomial: {e.get('polycoef')}"
             self.found.add(e, _name_of(e), what, "joints of a scene follow by a ratio and an offset only")
         else:
             follower, leader = (known[n].name if n in known else "" for n in (e.get("joint1"), e.get("joint2")))
@@ -108,7 +109,7 @@ class Closing:
     # -- tendons ------------------------------------------------------------------------------------------------------------
 
     def _tendon(self, e: Element) -> bool:
-        """Import a tendon as a spring, or refuse it; the result is False for a tendon without forces, which is ignored."""
+        """Import a tendon as a spring, or refuse the tendon. A tendon without forces is ignored, and the result is then False."""
         said = self.model.attributes(e, "", "tendon")
         own = {k: (self.found.numbers(e, k, said[k], (1, 2, 3)) or [0.0])[0] for k in PULLING if k in said}
         if not any(own.values()):

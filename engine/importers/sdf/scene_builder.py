@@ -156,7 +156,7 @@ class SdfReader:
             out.limits[made] = (self._number(limit, "lower", -np.inf), self._number(limit, "upper", np.inf))
 
     def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
-        """Pose, in the joint's frame, of a frame whose first direction is the axis."""
+        """Pose of a frame whose first direction is the axis, relative to the joint's frame."""
         e = j.element.first(tag)
         given, expressed = axis_of(self.found, j.element, e)
         if expressed is None and (self.models.old or (e is not None and e.text_of("use_parent_model_frame") in ("true", "1"))):

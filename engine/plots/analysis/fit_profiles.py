@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 COLUMNS = 3
 WIDTH, CURVE, PROFILE = 9.0, 2.6, 2.5
 ABOVE = 1.6
-"""Largest drawn rise of a profile, divided by the threshold."""
+"""Profiles are drawn up to this rise, divided by the threshold."""
 MOST = 6
 """Largest count of curves, and of profiles, that are drawn. The title states how many are left out."""
 
@@ -103,7 +103,8 @@ def _curve(fig: Figure, place: Any, c: Compare) -> None:
 
 
 def _profile(axes: Axes, p: Profile, short: str, rise: float, level: float) -> None:
-    """Draw a profile. √rise is nearly linear, so straight lines of √rise join the points. Dashed: the local parabola."""
+    """Draw a profile. The points are joined by lines that are straight in √rise, because √rise is nearly linear. The dashed curve
+    is the local parabola."""
     inside = p.rises <= 4.0 * rise
     x, root = p.values[inside], np.sqrt(p.rises[inside]) * np.sign(p.values[inside] - p.value)
     fine = np.linspace(x[0], x[-1], 300) if len(x) > 1 else x

@@ -13,7 +13,8 @@ LIGHT = np.array([-0.35, 0.75, 0.6]) / np.linalg.norm([-0.35, 0.75, 0.6])
 DARK, DULL, BRIGHT = 0.38, 0.68, 0.36
 """Brightness of edges and of an unlit face, and the brightness that light adds."""
 NEARER = 2e-3
-"""Lines lie on faces, so they are shifted towards the viewer by this fraction of the picture's width."""
+"""Lines lie on faces. They are shifted towards the viewer by this fraction of the picture's width, so that the faces do not hide
+them."""
 CREASE = np.cos(np.radians(40.0))
 
 
@@ -125,8 +126,8 @@ class Sheet:
 
 
 def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
-    """The colours of two sheets: in each pixel, of the nearer sheet. Pixels of ``above`` behind ``below`` get the opacity
-    ``hidden``."""
+    """The colours of two sheets in one picture: each pixel has the colour of the sheet that is nearer. Where ``above`` is behind
+    ``below``, ``above`` shows through with the opacity ``hidden``."""
     picture, there = below.shade.copy(), np.isfinite(above.depth)
     front = there & (above.depth >= below.depth)
     picture[front] = above.shade[front]
@@ -136,6 +137,6 @@ def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
 
 
 def halved(picture: np.ndarray) -> np.ndarray:
-    """A picture of even height and width at half its size, as bytes: each pixel is the mean of four."""
+    """A picture at half its size, as bytes: each pixel is the mean of four. Height and width of the picture must be even."""
     total = picture[0::2, 0::2] + picture[0::2, 1::2] + picture[1::2, 0::2] + picture[1::2, 1::2]
     return np.asarray((255 / 4 * total + 0.5).astype(np.uint8))

@@ -19,13 +19,13 @@ SIZE = (720, 540)
 FPS = 15
 """Frames per second."""
 SHORTEST, LONGEST = 2.0, 12.0
-"""A film shows a run with a duration between these limits, s, in real time. The film of any other run takes ``USUAL`` seconds."""
+"""The film of a run that lasts between these limits, s, is in real time. The film of any other run takes ``USUAL`` seconds."""
 USUAL = 8.0
 COLORS = 128
 """Colours of a GIF, the same for all frames: a palette for each frame would flicker."""
 QUALITY = 80
 SAMPLES = 6
-"""Count of frames from which the palette is computed."""
+"""The palette is computed from this number of frames."""
 Tell = Callable[[float, float], None]
 
 

@@ -50,7 +50,8 @@ def ramp(x: float) -> np.ndarray:
 
 
 class Frames:
-    """Pictures of the run from its first view, in parallel projection, over a round ground. size: width and height, pixels."""
+    """Pictures of the run from its first view, in parallel projection, over a round patch of ground. size: width and height,
+    pixels."""
 
     def __init__(self, result: Result, size: tuple[int, int], aside: tuple[float, float]):
         self.result, self.size = result, size

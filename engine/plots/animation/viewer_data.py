@@ -41,12 +41,12 @@ class _Channels:
         self.places: dict[str, int] = {}
 
     def add(self, *values: np.ndarray) -> int:
-        """Append columns; returns the index of the first."""
+        """Append columns. Returns the index of the first appended column."""
         self.columns += values
         return len(self.columns) - len(values)
 
     def named(self, *names: str) -> int | None:
-        """Append columns of the result. Returns the index of the first, or None if the result lacks a column."""
+        """Append columns of the result. Returns the index of the first appended column, or None if the result lacks a column."""
         if any(n not in self.result for n in names):
             return None
         if names[0] not in self.places:
@@ -189,7 +189,8 @@ def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
 
 
 def _speeds(result: Result) -> dict[str, Any]:
-    """Speeds to choose from, and the initial speed: 1 for a run of 2 s to 60 s, else such that playback takes about 10 s."""
+    """The speeds that the viewer offers, and the initial speed. The initial speed is 1 for a run of 2 s to 60 s. For any other run,
+    it makes the playback take about 10 s."""
     ladder = [k * 10.0**n for n in range(-6, 4) for k in (1, 2, 5)]
     length = float(result.time[-1] - result.time[0]) or 1.0
     wanted = 1.0 if 2.0 <= length <= 60.0 else length / 10.0

@@ -27,9 +27,9 @@ GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
 TALL = 9
 """A page that would have more rows than this in two columns has three columns."""
 FEW_EVENTS, MANY_EVENTS = 20, 120
-"""With more events than ``FEW_EVENTS``, event lines are fainter. At most ``MANY_EVENTS`` events are drawn."""
+"""If there are more than ``FEW_EVENTS`` events, event lines are fainter. At most ``MANY_EVENTS`` events are drawn."""
 TITLE_LINE = 46
-"""Characters of labels that fit beside a panel's title; a longer legend is inside the axes."""
+"""Number of characters of labels that fit beside a panel's title. A legend with more characters is drawn inside the axes."""
 
 
 def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None) -> Figure:

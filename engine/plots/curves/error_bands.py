@@ -23,7 +23,8 @@ UNKNOWN = "#f7efe2"
 def errors(axes: Axes, panel: Panel, scale: float, power: int, until: float) -> None:
     """Draw the bands of a panel's curves.
 
-    scale: factor of times. power: values are divided by this power of ten. until: time from which no error is promised, s.
+    scale: times are multiplied by this factor. power: values are divided by this power of ten. until: time from which no error is
+    promised, s.
     """
     largest = 0.0
     for i, c in enumerate(panel.curves):

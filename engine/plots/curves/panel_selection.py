@@ -102,7 +102,8 @@ def frictional(result: Result) -> list[str]:
 
 
 def moving(result: Result) -> list[str]:
-    """Joints without a drive, except cut joints without friction: the motion of those follows from the other joints."""
+    """Joints without a drive, except cut joints without friction, because the motion of such cut joints follows from the other
+    joints."""
     from trunnion.system.construction.spanning_tree import span
 
     cut = span(result.scene).cut

@@ -19,7 +19,7 @@ from trunnion.system.construction.wheel_placement import stands
 FACE = 8.0
 """Width of a toothed wheel, in modules."""
 THIN = 0.3
-"""Width divided by radius: its value for a wheel without teeth, its largest value for a wheel with teeth."""
+"""Width divided by radius: the value for a wheel without teeth, and the largest value for a wheel with teeth."""
 RIM = 0.35
 """Depth of a drawn rim, divided by its radius."""
 STATIONS = ((-0.29, -1.1), (-0.13, 0.95), (0.13, 0.95), (0.29, -1.1))
@@ -66,7 +66,7 @@ def _pair(j: sm.Joint, spots: list[tuple[np.ndarray, np.ndarray]]) -> Iterator[t
         if rolls.touch == "straight":
             apart = apart - (apart @ other[:, 0]) * other[:, 0]
         if rolls.opposite and z > 0 > of.teeth[1 - k]:
-            apart = -apart  # teeth of a ring are on the far side
+            apart = -apart  # with internal teeth, the other wheel meshes on the far side
         towards = E.T @ (other[:, 0] if cones else apart)
         width = min(FACE * of.module, THIN * r) if toothed else THIN * r
         if not toothed:

@@ -130,7 +130,8 @@ def _extents(b: sm.Body) -> tuple[float, ...]:
 
 
 def _symbol(scene: sm.Scene, bodies: tuple[str, str], size: float) -> float:
-    """The length to which a pin without sizes is drawn, m: from the mechanism and the thinner of the two bodies."""
+    """The length to which a pin without sizes is drawn, m. It follows from the size of the mechanism and the thickness of the
+    thinner body."""
     thin = [min(_extents(scene.bodies[name])) for name in bodies if name != GROUND]
     return min([size, *(STOUT * t for t in thin if t > 0)])
 
@@ -196,14 +197,14 @@ def _bushing(scene: sm.Scene, name: str, f: sm.Bushing, index: dict[str, int], s
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
     """Sizes of an element by label, m: those of the scene, else fractions of the mechanism's size."""
     given = sizes_given(f, element) if f is not None else {}
-    usual = [s for s in element.sizes if f is None or not s.ends]  # without sizes for contacts at other places
+    usual = [s for s in element.sizes if f is None or not s.ends]  # sizes that only matter for contacts at other places are omitted
     return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 
 def _pins(m: JointMark, j: sm.Joint, size: float, grain: Grain) -> Iterator[tuple[int, Mesh]]:
     """(part, mesh) of each piece of the pin. The pin is true to size if friction gives its size, else it is a small symbol.
 
-    A joint type without friction gets the pin of a journal.
+    A joint of a type without friction is drawn with the pin of a journal.
     """
     kind = REGISTRY[j.type]
     if kind.nv in (0, 6):

@@ -10,9 +10,10 @@ import numpy as np
 ROUND = 20
 """Sides of a cylinder, meridians of a sphere."""
 SHARP = np.cos(np.deg2rad(40))
-"""Two triangles meet in an edge if the cosine of the angle between their normals is smaller."""
+"""The common side of two triangles is drawn as an edge if the cosine of the angle between their normals is below this value."""
 PIECES = 8
-"""Largest count of pieces along the longer edge of a face. With small pieces, crossing bodies hide each other correctly."""
+"""Largest count of pieces along the longer edge of a face. Small pieces are needed so that bodies which cross each other hide each
+other correctly."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,8 @@ def sphere(radius: float, around: int = ROUND) -> Mesh:
 
 
 def surface(points: np.ndarray, faces: np.ndarray) -> Mesh:
-    """A surface of triangles (indices, m×3) between points (n×3), m. Two triangles meet in an edge by ``SHARP``."""
+    """A surface of triangles (indices, m×3) between points (n×3), m. ``SHARP`` decides which common sides of triangles are
+    edges."""
     corners = points[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]

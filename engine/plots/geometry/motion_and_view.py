@@ -89,7 +89,8 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tu
     """(middle of the motion in the world's axes; width and height of the motion in a view's axes; width and height of the
     mechanism).
 
-    The mechanism's width and height are measured about the mean of its mass centres. They are the largest over a sample of rows.
+    The mechanism's width and height are measured about the mean of its mass centres. Width and height are the largest over a sample
+    of rows.
     """
     chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
     low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
@@ -136,7 +137,7 @@ class Framing:
 
 
 def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIEW) -> Framing:
-    """The framing in which the whole motion is visible."""
+    """The rectangle of the view that shows the whole motion."""
     low, high = bounds(scene, moved)
     view = first_view(scene.up, low, high, aside)
     centre, wide, near = reach(scene, moved, view)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Difference of depth between bodies in one plane when they are sorted, divided by a body's length. Without this difference the
-bodies would show in stripes."""
+"""Bodies in one plane get different depths before they are sorted. Without this difference, divided here by a body's length, pieces
+of the bodies would alternate like stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
@@ -35,7 +35,8 @@ Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 COILS, WIDTH = 9, 0.05
 """Count of corners of a spring's zigzag; half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
-"""Fractions of the end time up to which a scene is run, for its picture at time 0 and for the picture of its assembled start."""
+"""A picture at time 0, or of the assembled start, needs a short run. The run ends at the first or second of these fractions of the
+scene's end time."""
 ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
 
 
@@ -113,7 +114,7 @@ def frame_of(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZ
 
 
 def _grid(axes: Axes, view: np.ndarray, scene: Scenery, seen: np.ndarray) -> None:
-    """Draw level ground lines below the mechanism, up to the picture's edges."""
+    """Draw horizontal ground lines below the mechanism, up to the picture's edges."""
     from matplotlib.collections import LineCollection
 
     up = scene.up

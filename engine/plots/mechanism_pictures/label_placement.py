@@ -22,7 +22,8 @@ LONGEST = 30
 SIZES = {"joint": 7.0, "body": 8.0}
 """Font size of each kind of label, points."""
 SPACING, PAD = 1.45, 1.0
-"""Line height divided by font size; margin around a label, points. A renderer rounds letters to pixels, hence the margin."""
+"""Line height divided by font size; margin around a label, points. The margin is needed because a renderer rounds the sizes of
+letters to pixels."""
 RINGS, AROUND = 16, 16
 """Candidate places around a named place: rings, and places on each ring."""
 RING = 9.0
@@ -34,8 +35,8 @@ LED = 14.0
 ASIDE = 0.1
 """Weight of the distance to a label's middle. The distance to the label's nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
-"""Costs of a place, in points of distance: overlap with a label by the square of the font size; each covered named place; a label
-beyond the picture's edge."""
+"""Costs of a label's place, in points of distance: overlap with another label (per square of the font size), each named place that
+the label covers, and a label that leaves the picture."""
 
 
 @dataclass
@@ -77,8 +78,8 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
 
 
 def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
-    """The names, each with its box at the cheapest place, in view of the boxes of earlier names. frame: left, bottom, right and top
-    of the picture, points."""
+    """The names, each with its box at the place of lowest cost; the boxes of earlier names count in the cost. frame: left, bottom,
+    right and top of the picture, points."""
     spots = np.array([n.at for n in names])
     for k, name in enumerate(names):
         options = _places(name)
@@ -86,7 +87,7 @@ def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
         cost = _gap(options, name.at) + ASIDE * np.linalg.norm((options[:, :2] + options[:, 2:]) / 2 - name.at, axis=1)
         cost += HIDDEN / (SIZES[name.kind] ** 2) * _shared(options, others).sum(axis=1)
         inside = (spots[None] > options[:, None, :2]) & (spots[None] < options[:, None, 2:])
-        inside[:, k] &= name.kind == "joint"  # a body's own name may cover its place
+        inside[:, k] &= name.kind == "joint"  # a body's name may cover the body's own place
         cost += COVERED * inside.all(axis=2).sum(axis=1)
         cost += OUTSIDE * ((options[:, :2] < frame[:2]) | (options[:, 2:] > frame[2:])).any(axis=1)
         name.box = options[int(np.argmin(cost))]

@@ -25,7 +25,7 @@ FAINT = 0.25
 
 
 def draw_mode_shapes(rest: Scene, away: Sequence[tuple[str, Scene, Scene]]) -> Figure:
-    """A panel for each (title, one extreme, the other extreme): the pose of rest, and faintly both extremes."""
+    """A panel for each (title, one extreme, the other extreme). It shows the pose of rest and, in faint colours, both extremes."""
     fig, panels = make_panels(len(away), COLUMNS, (3.2, 3.2))
     for axes, (title, *extremes) in zip(panels, away, strict=True):
         axes.axis("off")

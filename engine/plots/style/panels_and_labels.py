@@ -27,7 +27,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def shorten_paths(paths: Sequence[str]) -> dict[str, str]:
-    """Path → the fewest last words that distinguish the paths."""
+    """{path: the shortest end of the path that distinguishes it from all other paths}."""
     parts = {p: p.split(".") for p in paths}
     for n in range(1, max(map(len, parts.values())) + 1):
         short = {p: ".".join(x[-n:]) for p, x in parts.items()}

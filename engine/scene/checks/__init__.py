@@ -39,7 +39,8 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The problems of a scene made in Python, without file and line: the first ``MOST``, then one that counts the others."""
+    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then one that gives the
+    number of the others."""
     return list(error_of(findings(scene), {}).problems)
 
 

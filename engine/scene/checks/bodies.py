@@ -32,7 +32,7 @@ def _surface(path: Path, b: Body) -> Iterator[Finding]:
     try:
         unpacked(b.surface)
     except ValueError as e:
-        yield Finding((*path, "surface"), f"no packed surface: {e}", "use the text that trunnion import wrote, or remove it")
+        yield Finding((*path, "surface"), f"invalid packed surface: {e}", "use the text that trunnion import wrote, or remove it")
 
 
 def _shape(path: Path, b: Body) -> Iterator[Finding]:
@@ -42,7 +42,8 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
 
 
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:
-    """With a shape, density or mass is required; without a shape, mass and inertia. An explicit inertia requires a mass."""
+    """A body with a shape needs density or mass. A body without a shape needs mass and inertia. An explicit inertia requires a
+    mass."""
     shaped = any(getattr(b, s) is not None for s in SHAPES)
     keys = tuple((*path, k) for k in (*SHAPES, "density", "mass", "inertia"))
     if b.density is not None and (b.mass is not None or b.inertia is not None):
@@ -73,10 +74,10 @@ def _inertia(path: Path, b: Body) -> Iterator[Finding]:
     low, mid, high = principal_moments(matrix(b.inertia))
     text = f"principal moments {low:g}, {mid:g}, {high:g}"
     if low < -SLACK * max(abs(high), abs(low)):
-        yield Finding(at, f"no body has this inertia: {text}, one is negative", "check the signs of the products")
+        yield Finding(at, f"no body has this inertia: {text}, of which one is negative", "check the signs of the products")
     elif low + mid < high * (1 - SLACK):
         yield Finding(
             at,
-            f"no body has this inertia: {text}, the largest exceeds the sum of the others",
+            f"no body has this inertia: {text}, of which the largest exceeds the sum of the others",
             "the largest moment of any body is at most the sum of the two others; give moments about the mass centre",
         )

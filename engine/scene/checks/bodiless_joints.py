@@ -1,4 +1,5 @@
-"""Checks of bodiless joints, which couple two bodies that other joints carry: some keys belong to these other joints."""
+"""Checks of bodiless joints. Such a joint couples two bodies that other joints carry; some keys are allowed only at these other
+joints."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 NONE = ("drive", "rotor_inertia", "latch")
-"""Fields that are forbidden even for bodiless joints with a coordinate."""
+"""Fields that no bodiless joint may have, even if the joint has a coordinate."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -24,7 +25,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         parts, move = ("wheels", "turn") if kind.rolls else ("curve and point" if kind.nq else "cam and follower", "move")
         for key in (*(f for f in FIELDS if not kind.nq or f in NONE), "start"):
             if getattr(j, key) is not None:
-                hint = f"the joints on which its {parts} {move} can have it"
+                hint = f"move the key to a joint on which the {parts} {move}"
                 yield Finding((*path, key), f"a {j.type} has no {key} of its own: {parts} {move} on other joints", hint)
         if j.pin == "outboard":
             what = "neither of two wheels" if parts == "wheels" else f"neither {parts.replace(' and ', ' nor ')}"
@@ -33,4 +34,4 @@ def check(scene: Scene) -> Iterator[Finding]:
         if law and LAWS[law].bristles:
             yield Finding((*path, "friction"), f"the law {law} has bristles, which are not supported here", "choose another law")
         if j.cut is False:
-            yield Finding((*path, "cut"), f"{parts} carry no body: a loop is always opened between them", "leave it out")
+            yield Finding((*path, "cut"), f"{parts} are only coupled here: this joint is always cut", "leave it out")

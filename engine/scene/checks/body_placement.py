@@ -61,8 +61,8 @@ def _joints(scene: Scene) -> Iterator[Finding]:
         for key, side, pose in zip(("inboard", "outboard"), parts, poses, strict=True):
             apart = math.dist(pose.world(point_of(scene, side)[1]), spot) if has_own_point(side) else 0.0
             if apart > APART * max(size, math.dist(spot, (0.0, 0.0, 0.0))):
-                hint = "name one of the two points only (the other follows), or place the bodies so that the points meet"
-                yield Finding((*path, key), f"as the bodies are placed, its point is {apart:.3g} m from the joint", hint)
+                hint = "name only one of the two points (the other follows), or place the bodies so that the points coincide"
+                yield Finding((*path, key), f"with the bodies placed as they are, the point is {apart:.3g} m from the joint", hint)
 
 
 def _known(scene: Scene, side: object) -> bool:

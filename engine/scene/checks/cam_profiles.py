@@ -57,11 +57,11 @@ def _profile(path: Path, p: Profile, j: Joint) -> Iterator[Finding]:
             return
     around = float(p.angle[-1]) - float(p.angle[0])
     if around > TURN:
-        yield Finding((*path, "angle"), f"the angles go around {around / (2 * math.pi):.3g} times", "give one turn at most")
+        yield Finding((*path, "angle"), f"the angles cover {around / (2 * math.pi):.3g} turns", "cover one turn at most")
     elif around > TURN - 2e-8 and abs(float(p.radius[-1]) - float(p.radius[0])) > 1e-9 * float(p.radius[0]):
-        what = "the angles go around once, but the last radius is not the first"
-        hint = "a cam of one whole turn is closed: repeat the first radius at the end"
+        what = "the angles cover a full turn, but the last radius differs from the first"
+        hint = "the profile of a full turn is closed: repeat the first radius at the end"
         yield Finding((*path, "radius", count - 1), what, hint)
     if j.roller is not None and float(j.roller) >= min(map(float, p.radius)):
         what = "the roller is larger than its path around the cam's axis"
-        yield Finding((*path[:-1], "roller"), what, "reduce the roller: the radius is that of its centre's path")
+        yield Finding((*path[:-1], "roller"), what, "choose a smaller roller: the profile gives the path of the roller's centre")

@@ -31,7 +31,7 @@ def _curve(path: Path, key: str, at: Sequence[float], value: Sequence[float]) ->
     if len(at) != len(value):
         yield Finding((*path, "value"), f"{len(at)} entries of {key} but {len(value)} values", f"give one value for each {key}")
     if not 2 <= len(at) <= KNOTS:
-        yield Finding((*path, key), f"a curve has 2 to {KNOTS} points, not {len(at)}", "thin it out" if len(at) > 2 else "")
+        yield Finding((*path, key), f"a curve has 2 to {KNOTS} points, not {len(at)}", "remove some points" if len(at) > 2 else "")
     for i in range(1, len(at)):
         if not at[i - 1] < at[i]:
             yield Finding((*path, key, i), f"the entries must increase: {at[i]:g} follows {at[i - 1]:g}")
@@ -47,11 +47,11 @@ def _by_speed(path: Path, f: Friction, c: BySpeed, scene: Scene) -> Iterator[Fin
         what = f"a coefficient that depends on the speed needs the law {Coulomb.name} with exact normal forces"
         yield Finding((*path, "mu"), what, f"law: {Coulomb.name}, or one number for the law {law}")
     if f.mu_static is not None:
-        yield Finding((*path, "mu_static"), "the curve of mu begins with the static coefficient", "leave mu_static out")
+        yield Finding((*path, "mu_static"), "the curve of mu already begins with the static coefficient", "remove mu_static")
 
 
 def _opposes(path: Path, value: object) -> Iterator[Finding]:
-    """A finding for each value in a friction signal that is negative."""
+    """A finding for each friction signal that has a negative value."""
     if isinstance(value, FromInput) and value.curve is not None:
         said: dict[str, Sequence[float]] = {"curve.value": value.curve.value}
     elif isinstance(value, Signal):
@@ -65,4 +65,4 @@ def _opposes(path: Path, value: object) -> Iterator[Finding]:
         return
     for key, values in said.items():
         if any(v < 0.0 for v in values):
-            yield Finding((*path, *key.split(".")), f"friction opposes sliding by itself: {min(values):g} is negative", "0 or more")
+            yield Finding((*path, *key.split(".")), f"friction must not be negative (it is {min(values):g})", "0 or more")

@@ -37,12 +37,12 @@ def _lengths(path: Path, value: object, kind: JointKind) -> Iterator[Finding]:
     given = len(value) if isinstance(value, tuple) else 1
     freedoms = f"{kind.nv} freedoms" if kind.nv != 1 else "one freedom"
     if given != kind.nv:
-        hint = f"give a list of {kind.nv}, with null where there is nothing" if kind.nv > 1 else ""
+        hint = f"give a list of {kind.nv} entries; null stands for a freedom without the device" if kind.nv > 1 else ""
         yield Finding(path, f"a {kind.name} joint has {freedoms if kind.nv else 'no freedom'}, not {given}", hint)
 
 
 def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
-    """A finding for every spring, stop, drive or latch along a rotation of a quaternion joint, because such a freedom has no
+    """A finding for every spring, end stop, drive or latch along a rotation of a quaternion joint. Such a rotation has no
     coordinate of its own."""
     for field, what in NEED_COORDINATE.items():
         for path, _ in entries(getattr(j, field), ("joints", name, field)):
@@ -53,8 +53,8 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
 
 
 def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
-    """A finding if the rotor inertias about the three axes of a quaternion joint differ. These axes are fixed in neither part,
-    so that the energy of an inertia about one axis is undefined."""
+    """A finding if the rotor inertias about the three axes of a quaternion joint differ. Neither part carries these axes, so the
+    energy of an inertia about one of them is undefined."""
     about = each(j.rotor_inertia, kind.nv)[kind.nv - 3 :] if kind.quaternion >= 0 and j.rotor_inertia is not None else []
     if len({v or 0.0 for v in about}) > 1:
         what = f"the three rotations of a {kind.name} joint must have the same rotor inertia"

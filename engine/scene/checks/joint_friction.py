@@ -36,9 +36,9 @@ def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
     """(cause, hint) for a joint whose type does not support the given kind of friction."""
     if GIVEN & named(f):
         able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
-        return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that can: {able}"
+        return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that support it: {able}"
     able = ", ".join(k.name for k in REGISTRY.values() if k.friction)
-    return f"a {j.type} joint has no friction element", f"joints that can rub: {able}"
+    return f"a {j.type} joint cannot have friction", f"joints that support friction: {able}"
 
 
 def _ends(name: str, j: Joint) -> Iterator[Finding]:
@@ -49,7 +49,7 @@ def _ends(name: str, j: Joint) -> Iterator[Finding]:
         what = f"the contacts of a {j.type} joint have no ends that {'overlap' if wanted == OVERLAP else 'either part could have'}"
         yield Finding(path, what, f"leave it out; joints with such ends: {', '.join(able)}")
     elif j.friction is None:
-        yield Finding(path, "a joint without friction has no contacts, and so no ends of them", "leave it out, or give friction")
+        yield Finding(path, "without friction the joint has no contacts, so ends has no effect", "remove ends, or add friction")
 
 
 def _ended(s: Size, ends: str) -> bool:
@@ -94,7 +94,8 @@ def _counts(element: str, name: str) -> int:
 
 
 def _coefficients(path: Path, f: Friction, element: ContactElement, law: str) -> Iterator[Finding]:
-    """Findings for missing numbers that the law needs. Numbers of other laws are allowed; they apply when the law is changed."""
+    """Findings for missing numbers that the law needs. Numbers of other laws are allowed: they take effect if a run changes the
+    law."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
         if getattr(f, n.name) is not None or n.default is not None or given(element, n, law):

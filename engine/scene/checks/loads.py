@@ -1,4 +1,4 @@
-"""Checks of applied loads: the two ends of a spring must be different places."""
+"""Checks of applied loads: the two ends of a spring must be at different places."""
 
 from __future__ import annotations
 

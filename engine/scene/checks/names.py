@@ -60,7 +60,7 @@ def _reference(scene: Scene, r: Reference, parts: list[str]) -> Iterator[Finding
     """Findings if a joint side, a load or an end of a spring names a body or point that does not exist; ``parts`` are the
     existing names."""
     if r.body == GROUND and r.use == "load":
-        yield Finding(r.path, "the ground cannot be pushed", "name a body")
+        yield Finding(r.path, "a load cannot act on the ground", "name a body")
         return
     if r.body != GROUND and r.body not in scene.bodies:
         hint = Nearest(r.body, scene.bodies if r.use == "load" else parts, "bodies")

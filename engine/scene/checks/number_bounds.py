@@ -1,5 +1,5 @@
-"""Checks of every number: its bounds, its order relative to other numbers, and its dimension if the joint decides the unit. For
-example, a hinge angle in millimetres is a mistake."""
+"""Checks of every number: its bounds, its order relative to other numbers, and its dimension if the joint type determines the unit.
+For example, a hinge angle in millimetres is a mistake."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def check(scene: Scene) -> Iterator[Finding]:
     """All findings about date, outputs and tunable numbers."""
     owners = (*scene.bodies, *scene.joints, *scene.forces, *scene.inputs, GROUND, "time", "energy", "audit", "events")
     if scene.date and not _is_date(scene.date):
-        yield Finding(("date",), f"{shown(scene.date)} is no date", "year, month and day, such as 2026-11-23")
+        yield Finding(("date",), f"{shown(scene.date)} is not a date", "year, month and day, such as 2026-11-23")
     yield from _patterns(("outputs",), scene.outputs, owners, "nothing has the name")
     yield from _patterns(("tunable",), scene.tunable, SECTIONS, "no part of a scene is called")
 

@@ -46,7 +46,7 @@ def _points(path: Path, c: Curve) -> Iterator[Finding]:
     ends = [*pairwise(points), *([(points[-1], points[0])] if c.closed else [])]
     for k, (a, b) in enumerate(ends):
         if math.dist(a, b) <= NEAR * size:
-            hint = "a closed curve goes back to its first point by itself" if k == count - 1 else "leave one point out"
+            hint = "a closed curve returns to its first point by itself" if k == count - 1 else "leave one point out"
             yield Finding((*path, "points", k), "two consecutive points are the same place", hint)
             return
     for i, (a, b) in enumerate(ends):

@@ -47,7 +47,7 @@ def check(scene: Scene) -> Iterator[Finding]:
                 ends[name] = (a, b)
         else:
             dangling = True
-    if not dangling:  # if a joint names an unknown part, a body may only seem unconnected
+    if not dangling:  # a joint that names an unknown part may be the missing connection of a body
         yield from _loose(scene, ends)
     yield from _rigid(scene, ends)
     yield from _cuts(scene, ends)
@@ -82,8 +82,8 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
 
 
 def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
-    """Findings about the key ``cut``. Joints that must not be cut may not close a loop. Joints not marked for cutting must
-    connect every body."""
+    """Findings about the key ``cut``. No loop may consist only of joints that must not be cut. The joints that are not marked for
+    cutting must connect every body to the ground."""
     keep, rest = _Groups([GROUND, *scene.bodies]), _Groups([GROUND, *scene.bodies])
     marked, together = [], tied(scene)
     for name, (a, b) in ends.items():
@@ -102,7 +102,7 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
             rest.join(a, b)
     for path, a, b, held in marked:
         if rest.join(a, b):
-            what = "cutting this joint (and the others marked) would leave a body loose"
+            what = "cutting this joint (and the other marked joints) would leave a body without connection to the ground"
             yield Finding(path, what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))
         elif held:
             yield Finding(path, f"a {held} cannot be cut", "leave it out")

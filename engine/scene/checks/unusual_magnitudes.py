@@ -18,8 +18,8 @@ from trunnion.scene.units.quantities import Computed, Quantity
 class Usual:
     """The usual magnitudes of numbers in the SI unit ``unit`` at some paths: 0, or between ``least`` and ``most``.
 
-    places: patterns of the paths; because: the reason for the bounds; meant: the unit that the user of a number outside the
-    bounds may have meant.
+    places: patterns of the paths; because: the reason for the bounds. meant: the unit that the user may have meant if the number is
+    outside the bounds.
     """
 
     places: tuple[str, ...]

@@ -51,7 +51,7 @@ def _sized(path: Path, j: Joint) -> Iterator[Finding]:
         if getattr(j, step) is None:
             yield Finding((*path, step), f"the size of its teeth is missing: a {j.type} with teeth needs a {step}", hint)
         elif step == "pitch" and float(j.pitch or 0.0) < 0.0:
-            yield Finding((*path, step), "the distance of teeth must be greater than zero", hint)
+            yield Finding((*path, step), "the distance between teeth must be positive", hint)
         for k, z in enumerate(given):
             if abs(float(z) - round(float(z))) > WHOLE or not float(z) > 0.5:
                 yield Finding((*path, key, k), f"{float(z):g} is not a valid number of teeth", "give a whole number, at least 1")

@@ -28,8 +28,8 @@ EXACT = {
 
 @dataclass(frozen=True)
 class Copy:
-    """One copy. ``suffix`` is appended to the assembly's name. ``number`` counts from 1; it is 0 for an assembly without copies.
-    ``moves`` are applied in order to the assembly as written."""
+    """One copy. ``suffix`` is appended to the assembly's name. ``number`` counts the copies from 1, and is 0 for an assembly
+    without copies. ``moves`` are applied in order to the assembly as written."""
 
     suffix: str = ""
     number: int = 0

@@ -1,4 +1,5 @@
-"""Expansion of assemblies: the parts from files or groups are renamed and become bodies and joints of the enclosing scene."""
+"""Expansion of assemblies: the parts that a file or group contains are renamed and become bodies and joints of the enclosing
+scene."""
 
 from __future__ import annotations
 
@@ -18,11 +19,11 @@ SECTIONS = ("bodies", "joints", "forces", "inputs")
 IGNORED = ("title", "name", "schema")
 PART = ("assemblies", "*", "use")
 Points = dict[str, dict[str, str]]
-"""For each assembly, its names of points with the "body.point" of the scene that each name stands for."""
+"""For each assembly: {name of a point of the assembly: the "body.point" of the scene that the name stands for}."""
 
 
 def expand_assemblies(level: Level) -> Points:
-    """Replace the includes and assemblies of a level by bodies and joints. The result is the points that the assemblies name."""
+    """Replace the includes and assemblies of a level by bodies and joints. Returns the points that the assemblies name."""
     merge_includes(level)
     reference_renaming.restore_on(level.data)
     given = level.data.pop("assemblies", None)
@@ -59,7 +60,8 @@ def _add_assembly(level: Level, name: str, spec: Any, offered: Points) -> None:
 
 
 def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list[str], teller: Level | None = None) -> bool:
-    """Whether all keys of a group are known. Each unknown key is added to the findings of ``level``, and of ``teller`` if given."""
+    """Whether all keys of a group are known. For each unknown key a finding is added to ``level``, and also to ``teller`` if
+    given."""
     wrong = [k for k in given if k not in known]
     for key in wrong:
         hint = did_you_mean(key, known, "known keys") if closest(key, known) else f"known keys: {', '.join(known)}"

@@ -19,7 +19,8 @@ WHOLE = "send the whole scene: `trunnion check FILE -o whole.yaml` writes it"
 
 
 def merge_includes(level: Level) -> None:
-    """Merge the files under ``include`` into a level. Its own keys have priority over files, later files over earlier files."""
+    """Merge the files under ``include`` into a level. The level's own keys have priority over keys of files, and later files have
+    priority over earlier files."""
     given = level.data.pop("include", None)
     names = [given] if isinstance(given, str) else given
     if names is None:

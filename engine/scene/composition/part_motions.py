@@ -196,8 +196,8 @@ def _move_in_body(p: Any, move: Move) -> Any:
 
 
 def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
-    """Write the default axis and reference of a joint or bushing into its data, so that they can be rotated. ``across`` means
-    that the directions normal to the axis matter."""
+    """Write the default axis and reference of a joint or bushing into its data, so that they can be rotated. across: whether the
+    directions normal to the axis matter."""
     if "reference" in j:
         return
     if "axis" not in j:
@@ -208,7 +208,7 @@ def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note])
         sizes = [abs(known(c)) for c in three(vector)]
     except UnitError:
         if across:
-            what = "its directions normal to the axis must turn with the assembly"
+            what = "the directions normal to its axis must turn with the assembly"
             notes.append((path, what, "give it a reference"))
         return
     j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]
@@ -232,7 +232,7 @@ def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note
     if len(set(turns)) > 1:
         said = [k for k in ("start", "spring", "end_stops", "drive", "effort", "motor", "latch") if j.get(k) is not None]
         for k in said:
-            what = f"{k} of a {kind.name} joint has no mirror image: travels keep their sign in a mirror, angles change it"
+            what = f"{k} of a {kind.name} joint has no mirror image: mirrored, travels keep their sign but angles change it"
             notes.append((("joints", name, k), what, "write the joint for each side"))
     return -1.0 if turns and all(turns) else 1.0
 

@@ -1,4 +1,4 @@
-"""Plain data with the source line of every path. Values from other files, and copies, keep their source lines."""
+"""Plain data with the source line of every path. Values from other files and values of copies keep the lines of their sources."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Level:
         self.findings.append(Finding(path, what, hint, self.line(path)))
 
     def line(self, path: Path) -> int:
-        """Line (with its file) of a path, or of its nearest enclosing part that has a line."""
+        """Line (with its file) of a path. If the path has no line: that of the nearest enclosing part with a line."""
         while path and path not in self.lines:
             path = path[:-1]
         found = self.lines.get(path, 0)

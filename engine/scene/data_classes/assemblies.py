@@ -77,7 +77,7 @@ class Part:
     bodies: dict[str, Body] = field(default_factory=dict)
     """Its bodies. Body rod of assembly leg gets the name leg_rod."""
     joints: dict[str, Joint] = field(default_factory=dict)
-    """Its joints, renamed in the same way."""
+    """Its joints, renamed as its bodies are."""
     forces: dict[str, Applied] = field(default_factory=dict)
     """Its forces, torques and springs."""
     inputs: dict[str, Input] = field(default_factory=dict)

@@ -61,18 +61,19 @@ class Body:
     density: Density | None = None
     """Density of the shape."""
     mass: Mass | None = None
-    """Mass, instead of a density; 0, with an ``inertia``, for a body whose motion the others determine."""
+    """Mass, instead of a density. Mass 0 needs an ``inertia``, and is allowed if other bodies determine the motion of this body."""
     center: Position = (0.0, 0.0, 0.0)
     """Mass centre (and middle of the shape) in the body's frame."""
     inertia: tuple[Inertia, ...] | None = None
-    """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with the
-    sign they have in the matrix; (0, 0, 0) is a point mass."""
+    """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with their sign in the
+    inertia matrix; (0, 0, 0) is a point mass."""
     points: dict[str, Position] = field(default_factory=dict)
     """Named points in the body's frame: places for joints and springs, and outputs."""
     color: str | None = None
     """Colour in pictures: a name or #rrggbb."""
     surface: str | None = None
-    """Surface for drawing instead of the shape, in the body's frame, packed as ``trunnion import`` writes it; it has no mass."""
+    """Surface for drawing instead of the shape, in the body's frame, packed as ``trunnion import`` writes surfaces. The surface has
+    no mass."""
     position: Position | None = None
     """Places the body: position of its frame's origin in the world when all joint coordinates are 0."""
     orientation: Orientation | None = None

@@ -1,7 +1,7 @@
 """Building blocks of the scene classes: vectors, directions, and fields that take one of several forms.
 
-If a field may be a number, a list or a group of keys, the form of the value selects the type before validation. So a
-mistake is reported for that type only.
+A field may allow a number, a list or a group of keys. The form of the value then selects the type before validation, so that
+mistakes are reported for this type only.
 """
 
 from __future__ import annotations

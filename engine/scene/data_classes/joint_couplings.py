@@ -15,7 +15,7 @@ from trunnion.scene.units.unit_parser import UnitError
 
 @dataclass(frozen=True, config=STRICT)
 class Profile:
-    """The profile of a cam: a cubic spline of the follower's distance from the cam axis over the angle, seen from the cam. It
+    """The profile of a cam: the follower's distance from the cam axis as a cubic spline over the angle, seen from the cam. It
     is periodic if the angles cover a full turn. For a cam, the distance is that of the follower's point (the centre of its
     roller). For a flat_cam, it is the distance of the face at the angle of the face's normal."""
 
@@ -29,7 +29,7 @@ def _planar(point: Any) -> Any:
     """The point unchanged. UnitError with an explanation when the point has three coordinates."""
     if isinstance(point, list | tuple) and len(point) == 3:
         hint = "give two numbers, along e2 and e3 (axis: e1); for a straight line in space there is point_on_line"
-        raise UnitError("a curve lies in the plane across e1 of its joint: curves in space are not built", hint)
+        raise UnitError("a curve lies in the plane normal to e1 of its joint; curves in space are not supported", hint)
     return point
 
 

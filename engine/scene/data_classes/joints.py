@@ -21,7 +21,7 @@ from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, NotNegative,
 @dataclass(frozen=True, config=STRICT)
 class Side:
     """One side of a joint: a body, the joint definition point and the joint frame, in that body's frame. e1 is along ``axis``, e2
-    towards ``reference``, and e3 = e1 x e2. At q = 0 the frames of the two sides coincide."""
+    points towards ``reference``, and e3 = e1 x e2. At q = 0 the frames of the two sides coincide."""
 
     body: str
     """Name of the body, or ground."""
@@ -86,8 +86,8 @@ Rates = Annotated[Annotated[Number, SCALAR] | Annotated[tuple[Number, ...], LIST
 
 @dataclass(frozen=True, config=STRICT)
 class Start:
-    """Start values of a joint. Loop closure determines the values that are not given. It changes given values as little as
-    possible and reports each change."""
+    """Start values of a joint. The condition that loops are closed determines values that are not given. Given values are changed
+    as little as possible, and a note reports each change."""
 
     q: Coordinates | None = None
     """Coordinates: a number, a list, or axis and angle for a ball."""
@@ -109,7 +109,7 @@ ORDERS = {
     "friction": tuple(n.order for n, _ in law_numbers().values() if n.order is not None),
     "end_stops": (Order("lower", "upper", strict=True),),
 }
-"""For each field of a joint, the pairs of its numbers of which the first must be below the second."""
+"""{field of a joint: pairs of the field's numbers}. The first number of a pair must be below the second."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -162,10 +162,10 @@ Efforts = Annotated[
 class Joint:
     """A joint between two parts.
 
-    ``axis`` and ``reference`` apply to each side without values of its own. Travels and angles describe the motion of the
-    outboard part relative to the inboard part; at q = 0 the frames of both sides coincide. ``spring``, ``damping``,
-    ``rotor_inertia``, ``end_stops``, ``drive``, ``effort`` and ``motor`` are lists with one entry per freedom; a joint with
-    one freedom may give the entry without a list.
+    ``axis`` and ``reference`` apply to both sides, except to a side with its own values. Travels and angles describe the motion of
+    the outboard part relative to the inboard part; at q = 0 the frames of both sides coincide. ``spring``, ``damping``,
+    ``rotor_inertia``, ``end_stops``, ``drive``, ``effort`` and ``motor`` are lists with one entry per freedom; a joint with one
+    freedom may give the entry without a list.
     """
 
     type: JointType
@@ -182,7 +182,8 @@ class Joint:
     """Part that carries the pin (ball, journal, shaft), or the inner part of a sleeve."""
     ends: Literal["inboard", "outboard", "overlap"] | None = None
     """Part whose ends carry the contacts, for example the short sleeve on a long shaft; default: the part with the pin. overlap:
-    the contacts are at the ends of the region where two parts of finite length touch, which changes as they slide."""
+    the contacts are at the ends of the region in which two parts of finite length overlap; this region changes as the parts
+    slide."""
     pitch: Annotated[float, Per("m", Bound(nonzero=True))] | None = None
     """For a screw, the travel per turn; for a belt or chain, the distance between teeth."""
     teeth: tuple[Count, ...] | None = None
@@ -204,7 +205,8 @@ class Joint:
     crossed: Annotated[bool, Strict()] = False
     """Whether a belt is crossed, so that its pulleys turn in opposite directions."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None
-    """Radial stiffness of each contact, default 1e8 N/m; it decides how frictional joints of redundant loops share the load."""
+    """Radial stiffness of each contact, default 1e8 N/m. The stiffness decides how frictional joints of redundant loops share the
+    load."""
     friction: Friction | None = None
     """The frictional contact; without it the joint is ideal."""
     wear: Wear | None = None

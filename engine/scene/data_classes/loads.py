@@ -75,8 +75,8 @@ else:
 
 @dataclass(frozen=True, config=STRICT)
 class Bushing:
-    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. It is
-    relaxed when the points and axes of both parts coincide."""
+    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. Its forces
+    and torques are 0 when the points and axes of both parts coincide."""
 
     type: Literal["bushing"]
     """Kind of load: a bushing."""

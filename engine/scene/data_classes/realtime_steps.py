@@ -16,7 +16,8 @@ EVENTS, EVALUATIONS, ITERATIONS = Bound(0.0, 1e3), Bound(1.0, 1e6), Bound(1.0, 1
 
 @dataclass(frozen=True, config=STRICT)
 class RealTime:
-    """Fixed steps for real time, with bounds on their work. A fallback finishes a step that exceeds a bound; the run reports it."""
+    """Fixed steps for real time, with bounds on their work. If a step would exceed a bound, a fallback finishes the step,
+    and the run reports this."""
 
     step: Duration
     """Length of the steps."""

@@ -102,7 +102,7 @@ class Scene:
     simulation: Simulation = field(default_factory=Simulation)
     """Settings of a run."""
     tunable: tuple[str, ...] = ()
-    """Numbers (dotted paths or patterns) that stay run-time parameters even if their value in the scene is zero."""
+    """Numbers (dotted paths or patterns) that can be changed at run time even if their value in the scene is zero."""
     parameters: dict[str, Number] = field(default_factory=dict)
     """Named numbers for expressions such as "{a/2 + 5 mm}", which are allowed in place of any number."""
     include: Annotated[

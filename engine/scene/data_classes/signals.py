@@ -48,7 +48,7 @@ class Move:
     """Coordinate before the motion."""
     end: Number
     """Coordinate after the motion."""
-    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a motion takes some time"))]
+    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a motion needs a positive duration"))]
     """Duration of the motion."""
     begin: Time = 0.0
     """Time at which the motion begins."""
@@ -63,7 +63,7 @@ class Harmonic:
 
     amplitude: Number
     """Amplitude, half of the peak-to-peak value."""
-    frequency: Annotated[float, Per("Hz", Bound(0.0, advice="turn the phase instead"))]
+    frequency: Annotated[float, Per("Hz", Bound(0.0, advice="for the opposite sign, add 180 deg to the phase"))]
     """Cycles per second."""
     phase: Angle = 0.0
     """Phase at t = 0."""
@@ -184,12 +184,14 @@ class Motor:
     no_load: Annotated[float, AnyUnit(bound=POSITIVE)]
     """Rate at which torque or force is zero, at a signal of 1."""
     signal: Load = 1.0
-    """Fraction of its full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted: it brakes."""
+    """Fraction of its full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted, and the motor
+    brakes."""
 
 
 @dataclass(frozen=True, config=STRICT)
 class Latch:
-    """A hook that falls behind a passing part and then holds the part like an end stop. Falling takes no force."""
+    """A hook that falls behind a passing part and then holds the part like an end stop. No force is needed to make the hook
+    fall."""
 
     at: Number
     """Coordinate at which the hook falls; the fallen hook prevents a return beyond this coordinate."""
@@ -206,5 +208,5 @@ class Latch:
     pitch: Positive | None = None
     """Distance between the teeth of a ratchet, m or rad. The pawl falls behind each passing tooth; the first tooth is ``at``."""
     down: Annotated[bool, Strict()] = False
-    """true: the hook is down at the start, even if the part presses into it (a ratchet: on its first tooth). false: it is down
-    only if the part is already on the kept side."""
+    """true: the hook is down at the start, even if the part presses into the hook (a ratchet: on its first tooth). false: the hook
+    is down only if the part is already on the kept side."""

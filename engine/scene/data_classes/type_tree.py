@@ -53,7 +53,7 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@lru_cache(maxsize=4096)  # bounded, because users choose names in paths, and a service would otherwise cache them all
+@lru_cache(maxsize=4096)  # bounded: users choose the names in paths, and a service would cache ever more paths
 def at(path: Path) -> tuple[Any, ...]:
     """Annotations at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]
@@ -83,7 +83,7 @@ def required_at(path: Path) -> list[str]:
     return [f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING]
 
 
-@lru_cache(maxsize=4096)  # as ``at``: the checks ask for the unit and the bound of every number of a scene
+@lru_cache(maxsize=4096)  # cached like ``at``: the checks need the unit and the bound of every number
 def unit_at(path: Path) -> AnyUnit | None:
     """The unit marker of the number at a path; None when the path is not that of a number."""
     return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)

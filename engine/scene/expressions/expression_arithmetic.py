@@ -14,7 +14,7 @@ LARGEST = 1e300
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a plain number of magnitude below ``LARGEST``, so that a product cannot overflow easily."""
+    """Whether a value is a plain number of magnitude below ``LARGEST``. The limit keeps products from overflowing."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
 
 

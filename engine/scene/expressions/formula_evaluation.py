@@ -14,7 +14,7 @@ ANGLE: Dimension = (0, 0, 0, 1, 0)
 LARGEST_POWER = 20
 """Largest magnitude of an exponent whose base has a unit."""
 Gradient = dict[str, float]
-"""Derivatives by parameter name; the derivative by a parameter that is not listed is zero."""
+"""{parameter: derivative with respect to this parameter}; a missing parameter has the derivative zero."""
 
 
 def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
@@ -32,7 +32,8 @@ def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
 
 
 def _same(node: Call, given: list[Dimension]) -> Dimension:
-    """Dimension of +, -, min and max: all operands have the same one. A radian may be missing if there are other units."""
+    """Dimension of +, -, min and max: that of all operands, which must be equal. A radian may be missing in an operand that has
+    other units."""
     out = given[0]
     for d in given[1:]:
         if d == out:
@@ -103,7 +104,8 @@ _RULES: dict[str, Callable[[Call, list[Dimension]], Dimension]] = {
 }  # fmt: skip
 
 _OF_WHATEVER = dict.fromkeys(("sin", "cos", "tan"), NONE) | dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE)
-"""Dimension of a function whose argument is marked "SI"; a function that is not listed here gives ``WHATEVER`` again."""
+"""Dimension of a function whose argument is marked "SI". For a function that is not listed here, the result is marked "SI" too
+(``WHATEVER``)."""
 
 
 def value(node: Node, known: Mapping[str, float]) -> float:
@@ -153,8 +155,8 @@ def slope(node: Node, known: Mapping[str, float], along: Mapping[str, Gradient])
 
 
 def _partials(function: str, x: list[float], out: float, wanted: list[bool]) -> list[float]:
-    """Derivatives of a function by each argument x, of which only those ``wanted`` need be right; ``out`` is its value.
-    UnitError when the function is not differentiable there."""
+    """Derivatives of a function with respect to each argument x; ``out`` is the function's value. Only the derivatives marked in
+    ``wanted`` need be right. UnitError when the function is not differentiable there."""
     try:
         if function in ("min", "max"):
             return [1.0 if k == x.index(out) else 0.0 for k in range(len(x))]

@@ -6,8 +6,8 @@
     power   = atom (("^" | "**") sign)?
     atom    = number (unit | "SI")? | name | function "(" sum ("," sum)* ")" | "(" sum ")"
 
-A unit follows its number ("2.5 kN/m") and is parsed as it is outside expressions. "0.3 SI" is 0.3 in the SI unit that
-its place requires; the program writes plain numbers in this form when it makes expressions of them.
+A unit follows its number ("2.5 kN/m") and is parsed as it is outside expressions. "0.3 SI" is 0.3 in the SI unit that the number's
+place requires. Trunnion itself writes "SI" when it turns plain numbers into expressions.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ Node = Number | Name | Call
 
 @dataclass(frozen=True)
 class Formula:
-    """A parsed expression. ``names`` are its parameters. ``plain`` means that it has neither parameters nor units; such an
-    expression counts as a number without a unit."""
+    """A parsed expression. ``names`` are its parameters. ``plain``: whether the expression has neither parameters nor units; such
+    an expression counts as a number without a unit."""
 
     text: str
     root: Node
@@ -194,7 +194,7 @@ class _Reader:
             return Number(CONSTANTS[word])
         if word in RESERVED:
             hint = f"1 {word}" if word not in FUNCTIONS else f"{word}(…)"
-            raise UnitError(f'"{word}" alone is no number', f"write {hint}")
+            raise UnitError(f'"{word}" alone is not a number', f"write {hint}")
         self.names.add(word)
         return Name(word)
 

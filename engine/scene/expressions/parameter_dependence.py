@@ -78,7 +78,7 @@ class DependentNumbers:
 
 
 def unused_notes(scene: Scene) -> list[str]:
-    """A note for every parameter that no number depends on; perhaps an expression was forgotten."""
+    """A note for every parameter on which no number depends: the user may have forgotten an expression."""
     following = DependentNumbers(scene)
     return [f"{NAMED}.{n}: no number of the scene depends on it" for n in scene.parameters if not following.of([n])]
 

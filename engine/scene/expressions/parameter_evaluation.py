@@ -124,7 +124,8 @@ def _names_in(text: str) -> frozenset[str]:
 
 
 def in_order(names: Iterable[str], needs: Callable[[str], Iterable[str]]) -> list[str]:
-    """The names in topological order: each comes after the names it needs. Names in a cycle, or that need one, are omitted."""
+    """The names in topological order: each name comes after the names that it needs. Names in a cycle are omitted, and so are names
+    that need a name in a cycle."""
     open_ = {n: set(needs(n)) for n in names}
     for n in open_:
         open_[n] &= open_.keys()

@@ -39,7 +39,7 @@ def _line_of_character(error: Exception, text: str) -> int:
 
 
 _SYNTAX = {
-    "mapping values are not allowed": ("a colon where no key can stand", "check the indentation; put text with a colon in quotes"),
+    "mapping values are not allowed": ("a colon where YAML allows no key", "check the indentation; quote text with a colon"),
     "could not find expected ':'": ("a key without a colon", 'write "key: value", with a blank after the colon'),
     "cannot start any token": ("a character that cannot stand here", "indent with blanks, not tabs; put text in quotes"),
     "expected <block end>": ("the indentation does not fit", "entries of one group start in the same column"),

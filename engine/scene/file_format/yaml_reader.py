@@ -36,7 +36,7 @@ class Document:
 
 
 def read(content: bytes | str, is_json: bool = False) -> Document:
-    """Read YAML (or JSON) text. Mistakes in the content raise nothing; they are in ``findings``."""
+    """Read YAML (or JSON) text. Mistakes in the content raise no error; the result lists them in ``findings``."""
     doc = Document()
     try:
         text = _decoded(content)
@@ -52,7 +52,7 @@ def read(content: bytes | str, is_json: bool = False) -> Document:
 
 def _decoded(content: bytes | str) -> str:
     if len(content) > LARGEST:
-        raise Unreadable(0, f"the file is larger than {LARGEST // 1_000_000} MB", "a scene holds thousands of bodies in less")
+        raise Unreadable(0, f"the file is larger than {LARGEST // 1_000_000} MB", "scenes with thousands of bodies are smaller")
     if isinstance(content, str):
         return content.removeprefix("\ufeff")
     try:
@@ -64,7 +64,7 @@ def _decoded(content: bytes | str) -> str:
 
 def _check_json(text: str) -> None:
     depth = 0
-    for c in text:  # a cheap bound (brackets in strings count too), because the JSON decoder is recursive
+    for c in text:  # the JSON decoder is recursive; this cheap bound also counts brackets in strings
         depth += (c in "[{") - (c in "]}")
         if depth > 10 * DEEPEST:
             raise Unreadable(0, f"more than {DEEPEST} levels of nesting")
@@ -155,9 +155,9 @@ class _Builder:
         """Add the value that an alias refers to."""
         top = self.stack[-1] if self.stack else None
         if name not in self.anchors:
-            raise Unreadable(line, f"*{name} stands for nothing", f"define &{name} before it")
+            raise Unreadable(line, f"the alias *{name} has no anchor", f"define &{name} before it")
         if top is not None and isinstance(top.value, dict) and top.key is None:
-            raise Unreadable(line, "an alias cannot be a key", "write the name", top.path)
+            raise Unreadable(line, "an alias cannot be a key", "write the key itself", top.path)
         value, size = self.anchors[name]
         self.put(value, size, line, None)
 
@@ -198,4 +198,4 @@ class _Builder:
     def refuse_tag(self, event: Any, line: int) -> None:
         """Refuse explicit tags (!!str, !python/…), which scenes do not use."""
         if event.tag is not None:
-            raise Unreadable(line, f"the tag {shown(str(event.tag))} is not used in scenes", "remove it; quotes make text")
+            raise Unreadable(line, f"the tag {shown(str(event.tag))} is not used in scenes", "remove the tag; put text in quotes")

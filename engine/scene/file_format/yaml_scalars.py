@@ -14,7 +14,7 @@ _NAMED = {
 }
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
 LONGEST_INTEGER = 300
-"""An integer with this many digits or more is read as a float; one beyond the range of floats becomes infinite."""
+"""An integer with this many digits or more is read as a float. An integer beyond the range of floats becomes infinite."""
 
 
 def plain(text: str) -> object:
@@ -33,8 +33,8 @@ def plain(text: str) -> object:
 
 
 def whole_text(text: str) -> str:
-    """The text with each unpaired surrogate replaced by a replacement character, because files cannot hold it. Surrogate pairs
-    become one character."""
+    """The text as files can hold it: each unpaired surrogate becomes the replacement character, and each surrogate pair becomes one
+    character."""
     if not any("\ud800" <= c <= "\udfff" for c in text):
         return text
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")

@@ -14,7 +14,7 @@ Path = tuple[str | int, ...]
 
 
 CONNECTIONS: Path = ("connections",)
-"""A path that stands for all checks that need every joint to be valid."""
+"""A path that stands for the connections of all joints. Checks that need every joint to be valid depend on this path."""
 
 
 class Line(int):
@@ -74,7 +74,7 @@ def parse_path(text: str) -> Path | None:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int:
-    """Line of a path, or of its nearest enclosing part that has a line; 0 when ``lines`` has neither."""
+    """Line of a path, else that of the nearest enclosing part with a line; 0 if neither has a line."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 0)

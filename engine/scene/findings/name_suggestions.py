@@ -42,7 +42,8 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
-    """A hint with the closest known name. If no name is close, the hint lists the first known names; without names it is ''."""
+    """A hint with the closest known name. If no name is close, the hint lists the first known names. Without known names the hint
+    is ''."""
     names = [str(k) for k in known]
     best = closest(word, names)
     if best:

@@ -36,7 +36,7 @@ def bundled_names() -> list[str]:
 
 
 def model_folder(name: str) -> Path:
-    """The folder that a bundled model or design of this name has or would have; the folder need not exist."""
+    """The folder of a bundled model or design with this name; the folder need not exist."""
     folder = models_dir() / DESIGNS / name
     return folder if (folder / SCENE_FILE).is_file() else models_dir() / name
 

@@ -8,8 +8,8 @@ from trunnion.scene.data_classes import scene as sm
 
 
 def without_forces(scene: sm.Scene) -> sm.Scene:
-    """The scene without gravity, loads, friction and devices. Springs and bushings remain with zero stiffness and damping, so
-    that their outputs remain available."""
+    """The scene without gravity, loads, friction and devices. Springs and bushings stay in the scene with zero stiffness and
+    damping, so that their outputs are available."""
     joints = {
         n: replace(j, friction=None, ends=None, spring=None, damping=None, rotor_inertia=None, end_stops=None, effort=None,
                    motor=None, latch=None, wear=None)

@@ -17,7 +17,7 @@ Rotation = tuple[Triple, Triple, Triple]
 UPRIGHT: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NAMES = {"x": UPRIGHT[0], "y": UPRIGHT[1], "z": UPRIGHT[2]}
 ROUNDING = 1e-15
-"""A sum whose magnitude is below this fraction of its largest term is rounding error; it is set to zero."""
+"""If the magnitude of a sum is below this fraction of its largest term, the sum is rounding error and is set to zero."""
 
 
 @dataclass(frozen=True)
@@ -169,8 +169,9 @@ def has_own_point(side: str | Side) -> bool:
 
 
 def place_of(scene: Scene, j: Joint, poses: tuple[Pose, Pose]) -> Triple:
-    """Position in the world, m, of a joint between placed parts. This is ``at`` if given, else the point of the first side that
-    gives one. The default is the frame origin of the outboard part, or of the inboard part if the outboard part is the ground."""
+    """Position in the world, m, of a joint between placed parts. The position is ``at`` if given, else the point of the first side
+    that names a point. If neither side does: the frame origin of the outboard part, or of the inboard part if the outboard part is
+    the ground."""
     if isinstance(j.at, str):
         body, point = split(j.at)
         pose = pose_of(scene, body) or STILL

@@ -23,6 +23,6 @@ def tied(scene: Scene) -> set[str]:
 
 
 def may_be_cut(j: Joint) -> bool:
-    """Whether the constraint rows of a cut joint, (46) and (49), can represent this joint. They represent neither a drive nor
-    rotor inertia. For joints with a mimic and their leading joints see ``tied``."""
+    """Whether the constraint rows of a cut joint, (46) and (49), can represent this joint. These rows represent neither a drive nor
+    rotor inertia. ``tied`` gives the joints with a mimic and their leading joints, which may not be cut either."""
     return REGISTRY[j.type].cuttable and not is_driven(j) and not has_rotor(j)

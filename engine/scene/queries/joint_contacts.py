@@ -18,8 +18,8 @@ def named(f: Friction) -> set[str]:
 
 
 def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:
-    """Sizes of a contact element that a joint's friction gives, m, by label; a single number applies to all labels of its size.
-    Sizes that depend on time or an input are omitted."""
+    """{label: size, m} for the sizes that a joint's friction gives to a contact element. A size may have several labels; a single
+    number then applies to all of them. Sizes that depend on time or an input are omitted."""
     out: dict[str, float] = {}
     for s in element.sizes:
         value = getattr(f, s.name)
@@ -37,6 +37,6 @@ def touching(j: Joint) -> ContactElement | None:
 
 
 def given(element: ContactElement | None, n: Number, law: str) -> bool:
-    """Whether number n of a law defaults to 1. This holds for the coefficient of constant friction, which scales a given force
-    or torque."""
+    """Whether number n of a law defaults to 1. The default is 1 for the coefficient of constant friction, which scales a given
+    force or torque."""
     return element is not None and not element.count and n.name == LAWS[law].scale and n.unit == "1"

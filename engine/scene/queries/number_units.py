@@ -66,7 +66,7 @@ def bound_of(path: Path) -> Bound:
 
 
 def order_of(path: Path) -> Order | None:
-    """The order relation whose upper number is at a path; None if there is no such relation."""
+    """The required order of two numbers of which the upper is at this path; None if there is none."""
     owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
     return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
 
@@ -98,7 +98,8 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
 
 
 def _mimic_unit(scene: Scene, name: str, key: str) -> str:
-    """Unit of a number of a mimic: the offset has the follower's unit, the ratio is follower per leader."""
+    """Unit of a number of a mimic: the offset has the unit of the follower's coordinate; the ratio has the follower's unit per the
+    leader's unit."""
     j = scene.joints[name]
     leader = scene.joints.get(j.mimic.joint) if j.mimic else None
     own, led = ("m" if slides(REGISTRY[x.type], 0) else "rad" for x in (j, leader or j))

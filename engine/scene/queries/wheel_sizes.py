@@ -11,10 +11,10 @@ from trunnion.elements.joints.wheel_pairs import Sizes
 from trunnion.scene.data_classes.scene import Joint
 
 FINEST = 1000
-"""Largest number of virtual teeth for wheels given by radii. The rolling constraint needs whole numbers, because it is
-periodic in teeth."""
+"""Largest number of virtual teeth for wheels that are given by radii. The rolling constraint repeats from tooth to tooth and
+therefore needs whole numbers."""
 CLOSE = 1e-12
-"""Relative tolerance of a ratio of whole numbers for the ratio of the radii."""
+"""Largest relative difference between the ratio of the radii and the ratio of whole numbers that replaces it."""
 
 
 def counted(radii: tuple[float, ...]) -> tuple[int, ...] | None:
@@ -36,7 +36,7 @@ def rolls_of(j: Joint) -> Rolls:
 
 
 def outer(j: Joint) -> tuple[int, int]:
-    """Sign of each wheel. It is −1 for the larger wheel of a pair that turns in the same sense (internal teeth, or an open
+    """Sign of each wheel. The sign is −1 for the larger wheel if both wheels turn in the same sense (internal teeth, or an open
     belt)."""
     rolls, given = rolls_of(j), j.teeth or j.radii or ()
     chosen = bool(rolls.choice) and bool(getattr(j, rolls.choice))
@@ -46,7 +46,7 @@ def outer(j: Joint) -> tuple[int, int]:
 
 
 def sizes(j: Joint) -> Sizes:
-    """Module, m, and signed numbers of teeth of a checked pair; a rack has 0 for its second wheel."""
+    """Module, m, and signed numbers of teeth of a checked pair. The rack in a pair of wheel and rack has the number 0."""
     count = rolls_of(j).wheels
     if j.teeth is not None:
         teeth = tuple(round(float(z)) for z in j.teeth)

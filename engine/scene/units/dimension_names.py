@@ -1,4 +1,4 @@
-"""Names of dimensions: the quantity that each SI unit measures, with an example. Also the check whether a unit fits."""
+"""Names of dimensions: the quantity that each SI unit measures, with an example. This module also checks whether a unit fits."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "W": ("a power", "10 W"),
     "m^2/N": ("a wear coefficient", "1e-6 mm^3/(N*m)"),
 }
-"""SI unit → (name of the quantity, an example)."""
+"""{SI unit: (name of the quantity, an example)}."""
 
 _NAMED = {parse_unit(unit if unit != "1" else "").dimension: unit for unit in QUANTITIES}
 

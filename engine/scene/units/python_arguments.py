@@ -36,8 +36,8 @@ class Amounts:
         return self.number(value, where, "s")
 
     def number(self, value: Amount, where: str, unit: str = "1") -> float:
-        """SI value of a number or text. A number is returned unchanged (its bounds are checked elsewhere); text is converted
-        from its unit. Invalid text is collected as a mistake, and the result is 1."""
+        """SI value of a number or text. A number is returned unchanged (its bounds are checked elsewhere); text is converted from
+        its unit. If the text is invalid, the mistake is collected and the result is 1."""
         if isinstance(value, Real) and not isinstance(value, bool):
             return float(value)
         try:

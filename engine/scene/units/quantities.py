@@ -37,8 +37,8 @@ class Quantity(float):
 
 
 class Computed(Quantity):
-    """The value of an expression. ``text`` is the expression with its braces; ``names`` are its parameters. ``plain`` means that
-    it has neither parameters nor units; it then counts as a number without a unit."""
+    """The value of an expression. ``text`` is the expression with its braces; ``names`` are its parameters. ``plain``: whether the
+    expression has neither parameters nor units; such an expression counts as a number without a unit."""
 
     __slots__ = ("names", "plain")
 
@@ -54,7 +54,7 @@ class Computed(Quantity):
         return float(self), self.dimension, self.text, self.names, self.plain
 
     def fits(self, wanted: Dimension) -> bool:
-        """As for a quantity, with two more rules. A ratio may be an angle (arc over radius). Radians next to other units are
+        """The rules for a quantity apply, and two more: a ratio may be an angle (arc over radius); radians next to other units are
         ignored (radius times angle is a length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:
@@ -63,7 +63,8 @@ class Computed(Quantity):
 
 
 class NoValue(str):
-    """The text of an invalid expression with the cause ``what`` and the remedy ``hint``; ``number`` raises these as UnitError."""
+    """The text of an invalid expression, with the cause ``what`` and the remedy ``hint``. For such a text, ``number`` raises
+    UnitError with this cause and remedy."""
 
     __slots__ = ("hint", "what")
 
@@ -115,7 +116,7 @@ def agree(value: float, unit: str) -> None:
 @dataclass(frozen=True)
 class AnyUnit:
     """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. The dimension is checked
-    after the classes are built (``queries.number_units``), the ``bound`` with the scene (``checks.number_bounds``)."""
+    after the classes are built (``queries.number_units``). The ``bound`` is checked with the scene (``checks.number_bounds``)."""
 
     unit: str = ""
     bound: Bound = ANY

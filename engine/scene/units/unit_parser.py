@@ -1,8 +1,8 @@
 """Units of measurement: a table of symbols, a grammar (products, quotients, powers, parentheses), and dimensions as
 exponents of the base units.
 
-Angles (rad) and cycles (Hz = cycle/s) are dimensions of their own. So an angle in place of a length is an error, and
-hertz cannot be mistaken for radians per second.
+Angles (rad) and cycles (Hz = cycle/s) are separate dimensions. An angle in place of a length is therefore an error, and hertz are
+not taken for radians per second.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Unit:
         return Unit(self.up * up**n, self.down * down**n, self.pi + power * other.pi, (a, b, c, d, e))
 
     def value(self, number: str) -> float:
-        """SI value of a decimal number in this unit, correctly rounded but for the factor pi: 35 mm is 0.035, 45 deg is pi/4."""
+        """SI value of a decimal number in this unit, correctly rounded except for the factor pi: 35 mm is 0.035, 45 deg is pi/4."""
         digits, _, exponent = number.lower().partition("e")
         whole, _, rest = digits.partition(".")
         power = int(exponent[:9] or 0) - len(rest)

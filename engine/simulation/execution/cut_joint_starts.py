@@ -21,10 +21,10 @@ TURN = 2.0 * math.pi
 
 
 def build_with_cut_starts(scene: Scene) -> Built:
-    """``build``, with the start values of the cut joints converted to start values of the tree joints.
+    """The result of ``build``, with the start values of the cut joints converted to start values of the tree joints.
 
-    The start values of the cut joints are not used if another cut needs as many given values, or if no position satisfies all
-    values. In this case the run has a note about them.
+    The start values of the cut joints are dropped if cutting the loops elsewhere would drop as many given values, or if no position
+    satisfies all given values. A note of the run then names the joints.
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
@@ -50,7 +50,7 @@ def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
 
 
 def _cut_elsewhere(scene: Scene) -> Scene:
-    """The scene without forces. If possible, its loops are cut at the joints with the fewest given start values."""
+    """The scene without forces, its loops cut at the joints with the fewest given start values where the joints may be cut."""
     bare, wish, never = without_forces(scene), {0: True, 1: None, 2: False}, tied(scene)
     cuts = {n: wish[len(_given(scene, n))] if may_be_cut(j) and n not in never else None for n, j in bare.joints.items()}
     return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})
@@ -58,7 +58,7 @@ def _cut_elsewhere(scene: Scene) -> Scene:
 
 def _tree_starts(built: Built, elsewhere: Scene) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere. None if that scene uses no
-    more given values, or cannot start."""
+    more of the given values than ``built``, or cannot start."""
     there = build(elsewhere)
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut):
         return None

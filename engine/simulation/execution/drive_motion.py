@@ -15,7 +15,7 @@ from trunnion.system.structure.bodies_and_joints import Signal
 from trunnion.system.structure.external_value_layout import INSIDE
 
 AFTER = number("JUST_AFTER")
-"""Short time, s. A time later by this amount than an instant selects the branch of a signal that begins at the instant."""
+"""Short time, s. A signal evaluated this long after an instant follows the branch that begins at the instant."""
 STILL = 1e-9
 """Rate of a curve, relative to its largest slope between two points, that counts as zero (round-off is 1e-16)."""
 
@@ -32,7 +32,7 @@ def positions(built: Built, t: float = 0.0) -> dict[tuple[str, int], float]:
 
 
 def external(built: Built, t: float) -> np.ndarray:
-    """External values x (nx) at time t, s: time and signals; flags and modes are zero."""
+    """External values x (nx) at time t, s. Only time and signals are set; flags and modes are zero."""
     x = np.zeros(built.system.external.size)
     x[INSIDE] = t + AFTER
     signals(table_block(built.numbers.tables), built.system.tables, t, x)
@@ -40,8 +40,8 @@ def external(built: Built, t: float) -> np.ndarray:
 
 
 def beginning_notes(built: Built, against_data: bool) -> list[str]:
-    """A note for every drive whose table begins with a nonzero rate. against_data: only if the table's first two values are
-    equal."""
+    """A note for every drive whose table begins with a nonzero rate. against_data: whether to omit the note unless the table's
+    first two values are equal."""
     tables = [(name, k, d.index) for name, k, d in driven(built) if d.kind == "table"]
     x, notes = external(built, 0.0) if tables else np.zeros(0), []
     for name, k, index in tables:

@@ -67,7 +67,7 @@ def _dead_centre(model: Model) -> Outcome:
 
 
 def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
-    """The outcome ``plain``, completed by the responsible joint, all joints of this joint's loop, and the driven joints."""
+    """The outcome ``plain`` with further names: the responsible joint, all joints of its loop, and the driven joints."""
     row, independence = model.block.open_row()
     cut = next((j for j in model.system.cuts if j.rows <= row < j.rows + j.kind.rows), None)
     if cut is None:
@@ -77,7 +77,7 @@ def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
 
 
 def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:
-    """The joint that the outcome of a failed loop names: the cut joint, or in gimbal lock a joint of the loop with two crossed
+    """The joint that the outcome of a failed loop names: the cut joint or, in gimbal lock, a joint of the loop with two crossed
     rotation axes."""
     return next((j for j in loop_joints(system, cut) if j.kind.second_axis >= 0), cut) if gimbal else cut
 
@@ -108,8 +108,8 @@ def loop_joints(system: System, cut: Joint) -> list[Joint]:
 def suspect(model: Model, status: int) -> str:
     """Name of the joint that probably causes a failure; "" if unknown.
 
-    If the equations of friction have no solution: the joint with the largest friction in the last row. If numbers are not finite:
-    the fastest joint, or at rest the first joint with a freedom."""
+    If the equations of friction have no solution, this is the joint with the largest friction in the last row. If numbers are not
+    finite, it is the fastest joint; at rest, the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
         names = [j.name for j in system.frictional]

@@ -30,15 +30,15 @@ class Gap:
 
 
 def open_loop(model: Model, code: int) -> Outcome:
-    """The outcome of start values with which the loops cannot be closed. code: result of ``Block.assemble``, which is 0 if
-    positions stay open, −1 if velocities stay open."""
+    """The outcome if the loops cannot be closed from the start values. code: result of ``Block.assemble``: 0 if positions stay
+    open, −1 if velocities stay open."""
     gaps = _gaps(model, positions=code == 0)
     what, check = ("positions", "lengths, axes and start values") if code == 0 else ("velocities", "the drives and start rates")
     if code != 0 and gaps and not any(j.driven for j in model.system.joints):
         part = max(gaps[0].distance / model.built.numbers.length, gaps[0].angle) / model.built.numbers.rate
         check = (
-            f"the dimensions of the loop: the loop can move only if they agree exactly, but they agree to {part:.0e} of its size; "
-            "give lengths and axes with more digits, or give a joint of the loop another freedom"
+            f"the dimensions of the loop: the loop can move only if they agree exactly, but they agree only to {part:.0e} of its "
+            "size. Give lengths and axes with more digits, or give a joint of the loop another freedom"
         )
     described = "; ".join(_describe(model, g, code == 0) for g in gaps[:DESCRIBED])
     more = f"; and {len(gaps) - DESCRIBED} more loops" if len(gaps) > DESCRIBED else ""

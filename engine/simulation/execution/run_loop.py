@@ -35,7 +35,7 @@ FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
 """Smallest number of steps of the first call into C; smallest and largest number of steps of later calls. The number of steps of a
 later call follows from the duration of the previous call."""
 FIRST_NUMBERS = 4000
-"""Size of the state × number of steps of the first call, so that the first call of a small mechanism makes more steps."""
+"""Size of the state × number of steps of the first call: the smaller the mechanism, the more steps the first call makes."""
 CHUNK_ROWS = 4096
 Progress = Callable[[float, float], None]
 """progress(time, until), called a few times a second."""
@@ -117,7 +117,7 @@ class OneRun:
             return Outcome.named(CANCELLED, max(self.model.block.time, float(self.rows[-1][-1, 0])), "")
 
     def _step(self, interrupt: Held) -> Outcome:
-        """Step to the end in calls of about ``CHUNK_SECONDS``. KeyboardInterrupt is raised only between calls."""
+        """Step to the end in calls of about ``CHUNK_SECONDS``. Ctrl-C raises KeyboardInterrupt only between calls."""
         block = self.model.block
         rows_at_once = CHUNK_ROWS if self.every <= 0.0 else int(min(CHUNK_ROWS, self.until / self.every + 2))
         buffer = np.empty((rows_at_once, block.width))

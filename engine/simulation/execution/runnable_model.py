@@ -25,7 +25,8 @@ class Model:
     """A scene with its structure, kernel and block, ready to run. Parameters may change between runs of the same structure.
 
     scene: a checked scene. outputs: patterns of columns; default: those of the scene. kernel: kind of kernel; None: chosen by the
-    structure and ``runs``. runs: expected number of runs, infinite for long stepping. SceneError for unknown columns."""
+    structure and ``runs``. runs: expected number of runs; infinite if the model will be stepped for a long time. SceneError for
+    unknown columns."""
 
     def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1):
         started = time.perf_counter()
@@ -46,7 +47,7 @@ class Model:
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(self.built.parameters.values))
 
     def variant(self, redundant: bool) -> Kernel:
-        """The kernel. redundant: its variant for friction that depends on reactions of redundant loops."""
+        """The kernel. redundant: whether to return the variant for friction that depends on reactions of redundant loops."""
         make: Callable[..., Kernel] = kernel
         if self.kernel_kind == "parts":
             from trunnion.parts.kernels.scene_kernel import parts_kernel

@@ -18,7 +18,7 @@ FINE = 32
 LEAST = 2
 """Smallest number of steps of a call into C."""
 SINGLE = 500
-"""Number of steps at the start of a run after each of which the evaluations are recorded."""
+"""During this number of steps at the start of a run, the evaluations are recorded after each step."""
 STRETCHES = 24
 """Number of stretches of equal work in a run. The tolerance may change after each stretch."""
 DEAD = 0.04
@@ -26,7 +26,7 @@ DEAD = 0.04
 RESTART = 1.3
 """Largest number of evaluations of a second run, relative to the first run. A run that will take more is abandoned at any time."""
 MEMORY = 0.9
-"""Factor on the weight of each stretch relative to the following stretch, in the cost estimate."""
+"""In the cost estimate, the weight of a stretch relative to the weight of the following stretch."""
 TIGHTER, LOOSER = 0.5, 8.0
 """Smallest and largest factor by which one change multiplies the tolerance."""
 
@@ -53,12 +53,13 @@ class CountedRun(OneRun):
         return 1 if self.taken < SINGLE else min(max(LEAST, self.taken // FINE), super()._next_steps(steps, seconds))
 
     def times(self) -> np.ndarray:
-        """Ends of the run's first steps and of some later steps, s."""
+        """Times at which the run's first steps and some later steps end, s."""
         return np.unique([t for t, _ in self.work])
 
     def pace(self, run: Result, most: tuple[float, float], order: int, tolerances: tuple[float, float]) -> Pace:
-        """The limits of a second run. run: result of the first run. most: number of evaluations that the second run should take,
-        and number that stops it. order: order of the second run's method. tolerances: its tightest and its loosest tolerance."""
+        """The limits of a second run. run: result of the first run. most: target number of evaluations of the second run, and the
+        number at which the second run is stopped. order: order of the second run's method. tolerances: the tightest and the loosest
+        tolerance of the second run."""
         times, evaluated = zip((0.0, 0), *self.work, (run.time[-1], run.stats.rhs_evaluations), strict=True)
         return Pace(np.array(times), np.array(evaluated, float), run.stats.steps, *most, order, *tolerances)
 
@@ -99,9 +100,9 @@ class _Abandoned(Exception):
 class PacedRun(OneRun):
     """A run with the tightest tolerance that its limits of evaluations allow.
 
-    given: arguments of ``OneRun``. trial: share of the first run's evaluations; up to this share, the run is abandoned if it would
-    exceed its limit even at the loosest tolerance; 0: never abandoned. Attributes: used: tolerances of the run, in order; spent:
-    evaluations at the last choice of the tolerance; cut: whether the run was stopped at its limit."""
+    given: arguments of ``OneRun``. trial: share of the first run's evaluations; 0: the run is never abandoned. Up to this share,
+    the run is abandoned if it would exceed its limit even at the loosest tolerance. Attributes: used: tolerances of the run, in
+    order; spent: evaluations at the last choice of the tolerance; cut: whether the run was stopped at its limit."""
 
     def __init__(self, *given: Any, pace: Pace, trial: float = 0.0):
         super().__init__(*given)

@@ -20,10 +20,11 @@ SHARED = 0.15
 """Smallest stated error of a vector's component, relative to the largest error of the vector's components. The error of a single
 component may pass through zero."""
 AHEAD = 0.01
-"""The error of a row is the error at a later row, by this share of the run's rows, because an error may pass through zero."""
+"""The stated error of a row is taken from a row that is later by this share of the run's rows. At the row itself, the difference of
+the two runs may pass through zero."""
 RESOLVED = 3e-3
-"""Smallest stated error, relative to tolerance × size of the column. It is needed because the first steps of two runs may be
-equal."""
+"""Smallest stated error, relative to tolerance × size of the column. Without this limit the error could be stated as zero, because
+the first steps of two runs may be equal."""
 ROUND_OFF = 1e-13
 """Round-off of a column after a few hundred operations, relative to the larger of the column's scale and size."""
 LINEAR = 0.3
@@ -31,15 +32,15 @@ LINEAR = 0.3
 DECIDED = 1.0
 """An event may be decided differently if its margin is below this multiple of the state's relative error."""
 TIMED = 2.0
-"""Additional safety factor for the time of an event, because it is compared only once, whereas columns are compared in many
+"""Additional safety factor for the time of an event: the two runs are compared there only once, but columns are compared in many
 rows."""
 STATE = 0.3
 """Smallest error of an event's time, relative to (relative error of the state) / (rate scale of the scene)."""
 WIDER = 2.0
-"""Distance from an event up to which a row may be before or after the event, relative to the difference of the event's two
-times."""
+"""A row this close to an event may lie before the event in one run and after it in the other. The distance is relative to the
+difference of the event's times in the two runs."""
 NEAR_END = 1e-9
-"""Share of the run at its end in which events may be missing in one of the two runs."""
+"""An event in this last share of the run may lack a counterpart, because the other run may end before its event."""
 
 
 def certainty(run: Result, tighter: Result, numbers: Numbers, correction: float) -> Certainty:
@@ -118,14 +119,14 @@ def _floor(run: Result, k: Kinds) -> np.ndarray:
 
 
 def _ahead(found: np.ndarray, rows: int) -> np.ndarray:
-    """Errors (rows × n) in which each row is taken from a later row, by the share AHEAD of all ``rows``."""
+    """Errors (rows × n): each row is taken from the row that is later by the share AHEAD of all ``rows``."""
     later = np.arange(len(found)) + int(np.ceil(AHEAD * rows))
     return found[np.minimum(later, len(found) - 1)]
 
 
 def _shared(found: np.ndarray, k: Kinds, floor: np.ndarray) -> np.ndarray:
     """Errors in which each vector component has at least SHARED times the largest error of the vector's components. Columns whose
-    error never exceeds ``floor`` are left out."""
+    error never exceeds ``floor`` stay unchanged."""
     out = found.copy()
     beyond = found[-1:].max(axis=0, initial=0.0) > floor
     for g in np.flatnonzero(np.bincount(k.group) > 1):
@@ -158,8 +159,8 @@ def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.
 
 
 def _doubling(times: np.ndarray, states: np.ndarray, last: int) -> float:
-    """Doubling time, s, of the errors while they grow from a thousandth of LINEAR to LINEAR; infinite for a sudden rise. last: row
-    at which the errors exceed LINEAR."""
+    """Time, s, in which the errors double while they grow from LINEAR/1000 to LINEAR; infinite for a sudden rise. last: row at
+    which the errors exceed LINEAR."""
     before = np.flatnonzero(states[:last] < 1e-3 * LINEAR)
     first = int(before[-1]) if len(before) else 0
     if last - first < 5 or states[first] <= 0.0:

@@ -20,10 +20,10 @@ WHOLE, FINER, SMOOTH = 1600.0, 6.5, 1e-12
 The run of order 8 is used if its tolerance is tighter by the factor FINER or more. SMOOTH is its tightest tolerance,
 because steps of high order suffer from round-off."""
 HIGHER, BEGUN = 1e-6, 50.0
-"""Loosest tolerance at which a run of order 5 is compared with a run of order 8, and the initial ratio of their tolerances."""
+"""Loosest tolerance at which a run of order 5 is compared with a run of order 8. Then: the initial ratio of the two tolerances."""
 NEEDED, APART_AT_LEAST = 1e-4, 3.0
-"""Tightest useful tolerance of the tighter run, relative to the first run's; smallest ratio of the first run's tolerance to that of
-the tighter run."""
+"""Tightest useful tolerance of the tighter run, relative to that of the first run. Then: smallest ratio of the first run's
+tolerance to the tighter run's tolerance."""
 ROUND = 1e-13
 """Tolerance of a tighter run. At a tighter tolerance, round-off dominates the difference of the runs."""
 ORDERS = {m.name: m.order for m in REGISTRY}
@@ -40,13 +40,14 @@ def companion(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, f
         return replace(settings, step=settings.step / dearer), 1.0 / (1.0 - dearer**-order)
     factor = dearer ** ORDERS[method]
     rtol = settings.rtol / factor
-    if rtol < TIGHTEST:  # a looser run instead: the difference is the looser run's error
+    if rtol < TIGHTEST:  # the second run is looser: the difference is its error
         return replace(settings, rtol=settings.rtol * factor), 1.0
     return replace(settings, rtol=rtol), 1.0 / (1.0 - 1.0 / factor)
 
 
 def order_of(settings: Settings, steps: Mapping[str, int]) -> int:
-    """The order of the method that most steps of a run use. steps: number of steps by method, of another run."""
+    """The order of the method that most steps of a run with these settings will use. steps: number of steps by method, counted in
+    another run."""
     if settings.method in ORDERS:
         return ORDERS[settings.method]
     return ORDERS[max(ORDERS, key=lambda name: steps.get(name, 0))]

@@ -30,8 +30,8 @@ LEAP = 0.01
 """Smallest ratio of a run's tolerance to that of the previous run."""
 TRIES = 6
 SPARE = 0.01
-"""Error, relative to the accuracy, below which a looser run is tried. Such small errors occur if drives and loops prescribe the
-motion."""
+"""If the error, relative to the accuracy, is below this value, a run at a looser tolerance is tried. Such small errors occur if
+drives and loops prescribe the motion."""
 TIGHTEST, LOOSE, LOOSEST = 1e-13, 1e-3, 1e-2
 """Tightest tolerance, loosest first tolerance, loosest tolerance."""
 
@@ -120,8 +120,9 @@ def _cancelled(r: Result) -> bool:
 
 
 def search_tolerance(model: Model, w: ErrorRequest, bound: Bound, progress: Progress | None) -> Result:
-    """The first run that meets the bound; after TRIES runs, the last run. Each tolerance follows from the errors of the previous
-    run. If the errors are far below the bound, a looser run is tried and returned if it meets the bound, too."""
+    """The first run that meets the bound, or the last run if TRIES runs do not meet the bound. Each tolerance follows from the
+    errors of the previous run. If the errors are far below the bound, a looser run is tried and returned if it meets the bound,
+    too."""
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
     rtol = float(np.clip(FIRST * bound.value / scale, TIGHTEST, LOOSE))
     for _ in range(TRIES):

@@ -23,17 +23,18 @@ from trunnion.system.construction.system_builder import build
 FIRST = 0.4
 """Share of the first run in the work of both runs."""
 TRIAL = 0.3
-"""Share of the first run's evaluations up to which a run by another method may be abandoned."""
+"""A second run by another method may be abandoned until it has taken this share of the first run's evaluations."""
 MOST = 1.4
 """Target number of evaluations of the tighter run, relative to the first run. The actual number may reach 1.5."""
 LEAST = 1.15
 """Smallest target number of evaluations after an abandoned run, relative to the first run."""
 LIMIT, SMALL = 1.46, 2000
-"""Number of evaluations that stops the tighter run, relative to the first run. The reference is at least SMALL evaluations."""
+"""The tighter run is stopped at this number of evaluations, relative to the first run's evaluations. The first run is counted with
+at least SMALL evaluations."""
 OVERSHOOT = 1.05
 """End time of the tighter run, relative to the end time of a first run that ended early."""
 STATE = ("*.q[*]", "*.qd[*]")
-"""Columns of the state. Both runs store them, because the growth of errors follows from them."""
+"""Columns of the state. Both runs store these columns, because the estimate of how errors grow needs them."""
 
 
 def model_with_state(scene: Scene, patterns: tuple[str, ...], kernel: str | None) -> Model:

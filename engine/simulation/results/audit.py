@@ -44,10 +44,10 @@ class Audit:
     """The verdict on a run, with its figures.
 
     Attributes:
-        verdict: "within" (every figure within the tolerance), "note" (some are not, see ``notes``), "inaccurate" (the energy error
-            exceeds 1000 times the tolerance or a tenth, relative to ``turned_over``; the outcome is then not ``done``) or "none"
-            (the run did not start).
-        tolerance: reference of the figures.
+        verdict: "within" (every figure is within the tolerance), "note" (some figures are not, see ``notes``), "inaccurate" or
+            "none" (the run did not start). "inaccurate" means that the energy error, relative to ``turned_over``, exceeds 1000
+            times the tolerance or a tenth. The outcome is then not ``done``.
+        tolerance: the tolerance to which the figures are compared.
         energy: largest energy error, J, positive for gained energy; None without an energy balance.
         energy_time: time of the largest energy error, s.
         jump_time: time of the largest increase of the energy error, s.

@@ -63,7 +63,7 @@ def certificate_notes(c: Certificate) -> list[str]:
     if c.dead_centre is not None:
         out.append(
             f"dead centre at t = {c.dead_centre:.4g} s: there the drives do not determine in which direction the loop moves on; "
-            "it moved on as before"
+            "the loop kept its direction"
         )
     if max(c.roots) > 1:
         out.append(

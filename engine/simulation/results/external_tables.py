@@ -1,4 +1,4 @@
-"""Columns of tables: CSV files with a line of names, or result files of ``simulate -o``."""
+"""Tables of numbers from outside: CSV files with a line of names, or result files that ``simulate -o`` wrote."""
 
 from __future__ import annotations
 

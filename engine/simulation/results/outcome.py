@@ -14,7 +14,7 @@ DEAD_CENTRE = "dead_centre"
 OVERLAP_LOST = "overlap_lost"
 """The outcome if two parts of a joint have slid off each other."""
 TOO_MANY_ROWS, TOO_MANY_EVENTS = "too_many_rows", "too_many_events"
-"""Outcomes of runs whose rows or events fill the memory allowed for a result."""
+"""Outcomes of runs whose rows or events filled the memory allowed for a result."""
 NAMES: dict[int, str] = {
     Status.FAIL_NOT_FINITE: "not_finite",
     Status.FAIL_STEP: "step_underflow",
@@ -29,40 +29,41 @@ NAMES: dict[int, str] = {
     Status.INACCURATE: "inaccurate",
 }
 ADVICE = {
-    "not_finite": "a freedom has no inertia, or numbers are far out of range: check masses, inertias and start values of the "
-    f"joint; with a fixed step, use a smaller step or method {AUTO.stiff.name}",
-    "step_underflow": "the steps became too small: the motion is singular here, or too stiff for the tolerance; "
-    f"try method {AUTO.stiff.name}, a looser rtol, or look at the mechanism at this time",
-    "no_progress": "thousands of trial steps did not advance the time: try another rtol or method "
+    "not_finite": "a freedom has no inertia, or numbers are far out of range. Check masses, inertias and start values of the "
+    f"joint. With a fixed step, use a smaller step or method {AUTO.stiff.name}",
+    "step_underflow": "the steps became too small: the motion is singular here, or too stiff for the tolerance. "
+    f"Try method {AUTO.stiff.name} or a looser rtol, or look at the mechanism at this time",
+    "no_progress": "thousands of trial steps did not advance the time. Try another rtol or method "
     f"({', '.join(METHODS[1:])}), and look at the mechanism at this time",
     "no_solution": "the equations of friction have no solution: the joint jams, or its friction law has no solution here "
-    "(Painlevé's paradox); lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint",
-    "jammed": "friction grows without bound and stops the sliding suddenly (an impact without a collision): "
-    "lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint. "
-    "To continue beyond the jam, set simulation.jams: impact",
-    "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé's paradox, or a jam): "
-    f"lower mu or radius, lengthen the guide, or use the friction law {twin_of(DEFAULT)}",
-    "undecided": "too many pairs are at rest here to try all combinations of sticking and slipping, and none of those tried "
-    "satisfies Coulomb's law: lower mu or radius, remove friction that hardly affects the motion, or "
+    "(Painlevé's paradox). Lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint",
+    "jammed": "friction grows without bound and stops the sliding suddenly (an impact without a collision). "
+    "Lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint. "
+    "To continue the run beyond the jam, set simulation.jams: impact",
+    "inconsistent": "no combination of sticking and slipping satisfies Coulomb's law here (Painlevé's paradox, or a jam). "
+    f"Lower mu or radius, lengthen the guide, or use the friction law {twin_of(DEFAULT)}",
+    "undecided": "too many pairs are at rest here to try all combinations of sticking and slipping. No combination that was tried "
+    "satisfies Coulomb's law. Lower mu or radius, remove friction that hardly affects the motion, or "
     f"use the friction law {twin_of(DEFAULT)}",
-    "open_loop": "the loops cannot be kept closed: the mechanism reached a position from which it cannot move further; check the "
-    "lengths along the loop and the range of its drives; with a fixed step, try a smaller one",
-    "gimbal_lock": "all free axes of rotation of the loop lie in one plane here (a gimbal, or a spherical linkage at the end of "
-    "its reach), so the loop cannot turn as its drives demand: avoid this position, or add a rotation axis outside that plane",
-    DEAD_CENTRE: "the loop is at a dead centre: its joints cannot follow the acceleration that the drives demand, or could follow "
-    "it by two different motions; start beside this position, drive another joint, or give the drives a motion that rests here",
-    "max_steps": f"the run reached its largest number of steps: raise max_steps, or try method {AUTO.stiff.name}",
-    "out_of_time": "the case exceeded its time budget; its reductions cover the rows computed so far: raise cpu_limit, look at the "
-    f"mechanism at this time for joints that alternate between sticking and slipping without end, "
-    f"or try a looser rtol or method {AUTO.stiff.name}",
+    "open_loop": "the loops cannot be kept closed: the mechanism reached a position from which it cannot move further. Check the "
+    "lengths along the loop and the range of its drives. With a fixed step, try a smaller step",
+    "gimbal_lock": "all free axes of rotation of the loop lie in one plane here, so the loop cannot turn as its drives demand. "
+    "(The loop contains a gimbal, or is a spherical linkage at the end of its reach.) Avoid this position, or add a rotation axis "
+    "outside that plane",
+    DEAD_CENTRE: "the loop is at a dead centre. Its joints cannot follow the acceleration that the drives demand, or could follow "
+    "this acceleration by two different motions. Start beside this position, drive another joint, or let the drives rest here",
+    "max_steps": f"the run reached its largest number of steps. Raise max_steps, or try method {AUTO.stiff.name}",
+    "out_of_time": "the case exceeded its time budget; its reductions cover the rows computed so far. Raise cpu_limit, or try a "
+    f"looser rtol or method {AUTO.stiff.name}. Look at the mechanism at this time for joints that alternate between sticking and "
+    "slipping without end",
     "unknown_method": f"unknown method: use one of {', '.join(METHODS)}",
-    TOO_MANY_ROWS: "the rows at all steps of the solver fill the memory allowed for a result; the rows so far are kept: set "
-    "every to the time between rows, end earlier, or compute fewer columns (outputs)",
-    TOO_MANY_EVENTS: "the events of the run fill the memory allowed for a result; the rows and events so far are kept: end "
-    "earlier, or find out why a joint sticks and slips so often (the last events name the joint)",
+    TOO_MANY_ROWS: "the rows at all steps of the solver fill the memory allowed for a result; the rows so far are kept. Set "
+    "every to the time between rows, end the run earlier, or compute fewer columns (outputs)",
+    TOO_MANY_EVENTS: "the events of the run fill the memory allowed for a result; the rows and events so far are kept. End "
+    "the run earlier, or find out why a joint sticks and slips so often (the last events name the joint)",
     "inaccurate": "the run reached its end, but gained or lost energy far beyond its tolerance; its results are kept "
-    f"but unreliable: try a tighter rtol, another method ({', '.join(METHODS[1:])}), or error control in place of a fixed step",
-    OVERLAP_LOST: "one part of the joint slid off the other: lengthen one of them (inboard_length, outboard_length), or give "
+    f"but unreliable. Try a tighter rtol, another method ({', '.join(METHODS[1:])}), or error control in place of a fixed step",
+    OVERLAP_LOST: "one part of the joint slid off the other. Lengthen one of the parts (inboard_length, outboard_length), or give "
     "the joint end stops",
     CANCELLED: "cancelled on request; results up to then are kept",
 }

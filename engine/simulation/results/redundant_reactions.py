@@ -9,8 +9,8 @@ import numpy as np
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 SHARE = 1e-6
-"""A joint's reactions are not unique if they have at least this component in a reaction pattern (unit vector) that the motion does
-not determine. Round-off is at most 1e-12."""
+"""Consider the reaction patterns (unit vectors) that the motion does not determine. A joint's reactions are not unique if one of
+these patterns has a component of at least this size in the joint. Round-off is at most 1e-12."""
 
 
 @dataclass(frozen=True)

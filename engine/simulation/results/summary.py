@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from trunnion.simulation.results.result_data import ResultData
 
 NEGLIGIBLE = 1e-9
-"""A main column's largest value is above this share of the largest value among the joint's columns of the same kind."""
+"""A column is a main column only if its largest value is above this share of the largest value among the joint's columns of the
+same kind."""
 MAIN = ("friction.torque[*]", "friction.force", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 

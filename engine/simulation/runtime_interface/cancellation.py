@@ -14,7 +14,8 @@ HOST = ctypes.CFUNCTYPE(ctypes.c_int)
 
 @contextmanager
 def cancellable(lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]) -> Iterator[None]:
-    """Allow ``stop`` and Ctrl-C to end long work of a simulation block. at: returns the block's address, which may change.
+    """Allow the function ``stop`` and Ctrl-C to end long work of a simulation block. at: returns the block's address, which may
+    change.
 
     After Ctrl-C, KeyboardInterrupt is raised at the end of the context, unless a caller holds Ctrl-C back. Exceptions of this
     thread's watch (``heed``) are raised at the end, too."""

@@ -71,8 +71,8 @@ class Settings:
 
 
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
-    """Write time t, s, and the values of ``count`` signals at t into the external values x (contiguous). x[1], a time inside the
-    step, selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
+    """Write time t, s, and the values of ``count`` signals at t into the external values x (contiguous). x[1] is a time inside the
+    step and selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
     library().tr_signals(tables.ctypes.data, count, t, x.ctypes.data)
 
 
@@ -139,7 +139,8 @@ class Block:
         self.lib.tr_signals(self._tables, self.kernel.sizes["ntables"], t, x.ctypes.data)
 
     def prepare(self) -> None:
-        """Recompute the constants that depend on ``parameters``. Must be called after a change of them."""
+        """Recompute the constants that depend on ``parameters``. This function must be called after every change of
+        ``parameters``."""
         self.lib.tr_set_parameters(self.at)
 
     def configure(self, s: Settings) -> None:
@@ -149,8 +150,8 @@ class Block:
         self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
-        """Change the start values so that the loops are closed at t, s. Returns 1, 0 if positions stay open, or −1 if velocities
-        stay open."""
+        """Change the start values so that the loops are closed at t, s. Returns 1 after success, 0 if positions stay open, and −1
+        if velocities stay open."""
         n = self.numbers
         self.y[:] = 0.0
         self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
@@ -222,7 +223,7 @@ class Block:
 
     def open_row(self) -> tuple[int, float]:
         """The cause of a failure of the loops: (responsible constraint row or −1, independence of the rows). The independence is 1
-        for fully independent rows and 0 for dependent rows; −1 if dependence is not the cause."""
+        for fully independent rows, and 0 for dependent rows. It is −1 if the failure has another cause."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 
@@ -234,8 +235,8 @@ class Block:
         return flat[:rows], flat[rows : 2 * rows]
 
     def broken(self, deciding: bool = False) -> set[Breaks]:
-        """The laws that the current state, modes and multipliers violate. deciding: apply the checks of a decision about pairs at
-        rest, instead of the checks at the end of a step."""
+        """The laws that the current state, modes and multipliers violate. deciding: whether to apply the checks that follow a
+        decision about pairs at rest, instead of the checks at the end of a step."""
         bits = self.lib.tr_verify(self.at, int(deciding))
         return {law for law in Breaks if bits & law}
 

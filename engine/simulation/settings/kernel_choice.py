@@ -8,11 +8,12 @@ from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_matrix_fill import fill
 
 MANY = 14
-"""Number of friction multipliers of a tree from which the bytecode kernel is faster. Size and run time of compiled maps are
+"""For a tree with this many friction multipliers or more, the bytecode kernel is faster. Size and run time of compiled maps are
 quadratic in this number (22 s to compile for 16 pins). Bytecode along the recursion has linear cost
 (``tests/benchmarks/speed/parts_kernel.py``)."""
 RUNS = 1000
-"""Number of runs of a structure from which a compilation (0.5 to 3 s) saves time. A run takes about 1 ms longer with bytecode."""
+"""With this many runs of a structure or more, a compilation (0.5 to 3 s) saves time: a run takes about 1 ms longer with
+bytecode."""
 
 
 def kernel_for(wanted: str | None, system: System, runs: float = 1) -> str:

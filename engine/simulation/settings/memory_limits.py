@@ -1,4 +1,4 @@
-"""Limits of the numbers of rows and events, by memory and time."""
+"""Limits on the number of rows and the number of events of a run, from memory and time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ASSUMED = 8 * 1024**3
 MOST_ROWS = 1e9
 """Largest number of rows of a run, even if the rows are only reduced and not stored. So many rows take about 15 minutes."""
 NEVER_MANY = 100_000
-"""Number of rows up to which the number of columns is not checked."""
+"""Requests for at most this many rows are accepted with any number of columns."""
 EVENT_BYTES = 2000
 """Memory of an event, bytes: two copies of the runtime's record, and the Event object."""
 CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
@@ -40,7 +40,7 @@ def memory() -> int:
 
 
 def expected_rows(until: float, every: float, step: float = 0.0) -> float:
-    """Number of output rows of a run; 0 if the number depends on error control. until, every, step: s."""
+    """Number of output rows of a run; 0 if error control determines this number. until, every, step: s."""
     spacing = every if every > 0.0 else step
     return until / spacing + 1.0 if spacing > 0.0 else 0.0
 
@@ -56,7 +56,7 @@ def most_events() -> float:
 
 
 class Room:
-    """Numbers of rows and events for which a run still has memory. columns: number of values in a row. free: whether the number of
+    """The numbers of rows and events that a run can still store. columns: number of values in a row. free: whether the number of
     rows is unknown before the run."""
 
     def __init__(self, columns: int, free: bool) -> None:

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from trunnion.kernel.shared_libraries import Kernel
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
-"""Default of the largest number of Newton iterations in a step: a constant, plus a number for each freedom with friction. In
-examples 8.1 to 8.3, a step with an event takes 40 to 50 iterations with one such freedom, 45 to 60 with three, 60 to 75 with
-four."""
+"""Default limit of Newton iterations in a step: a constant, plus a number for each freedom with friction. In examples 8.1 to 8.3 of
+the paper, a step with an event takes 40 to 50 iterations with one such freedom. With three freedoms it takes 45 to 60, with four 60
+to 75."""
 WHOLE = 1e-9
-"""Largest allowed deviation of (spacing of rows / step) from a whole number, relative to this number."""
+"""Largest allowed deviation of (spacing of rows / step) from a whole number, relative to the whole number."""
 COUNTERS = {Overrun.BY_IMPULSES: "by_impulses", Overrun.RELAXED: "relaxed"}
 
 
@@ -71,7 +71,7 @@ def overrun_note(counters: Mapping[str, int]) -> str:
 
 
 def work_of(kernel: Kernel) -> Work | None:
-    """Numbers of operations of the parts of a step; None for a bytecode kernel, whose operations are not counted."""
+    """How many operations each part of a step takes; None for a bytecode kernel, whose operations are not counted."""
     operations = kernel.facts["operations"]
     return work(operations, kernel.sizes) if operations else None
 

@@ -42,7 +42,8 @@ def check_settings(
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:
-    """Number of values stored for each row, including time; 0 if rows are not stored, or if there are too few rows to matter."""
+    """Number of values stored for each row, including time. The result is 0 if rows are not stored, or are so few that memory does
+    not matter."""
     if outputs is None or rows <= NEVER_MANY:
         return 0
     return 1 + len(select(columns(build(scene).system), tuple(outputs)))

@@ -1,4 +1,4 @@
-"""Settings of runs as given to any interface: conversion of units, checks of bounds, descriptions."""
+"""Settings of runs as any interface receives them: conversion of units, checks of bounds, descriptions."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Run:
 
 
 def known_words() -> dict[str, tuple[str, ...]]:
-    """{value of ``Setting.words``: names in that registry}."""
+    """{name of a registry, as in ``Setting.words``: names in this registry}."""
     return {"methods": tuple(METHODS), "laws": tuple(LAWS), "kernels": KERNELS}
 
 
@@ -82,7 +82,7 @@ def described(who: str) -> Callable[[F], F]:
 def settings_read(
     who: str, given: Mapping[str, Any], where: Callable[[str], str] = str
 ) -> tuple[dict[str, Any], list[Problem]]:
-    """(SI values of all settings of an interface, None for missing or wrong values; all problems).
+    """(SI values of all settings of an interface, with None for missing or wrong values; list of all problems).
 
     who: name of the interface. given: numbers or texts by name of the setting; unknown names are ignored. where: function from the
     name of a setting to the place that a problem reports."""

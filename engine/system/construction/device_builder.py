@@ -25,8 +25,8 @@ class Builder:
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """("input", input) for every external input, then ("drive" or "load", data) for every table signal. If an input prescribes
-        a motion, "input" becomes "tracked": the motion follows the input smoothly."""
+        """("input", input) for every external input, then ("drive" or "load", data) for every table signal. An input that
+        prescribes a motion has "tracked" in place of "input"; the motion then follows the input smoothly."""
         self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
@@ -131,7 +131,7 @@ class Builder:
 
     def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
         """A ramp, harmonic or table as a function of time."""
-        s, kink = self.table.own, self.table.scalar  # times of kinks are not ``own``: the integrator uses them too, to stop there
+        s, kink = self.table.own, self.table.scalar  # times of kinks are not ``own``: the integrator ends steps there
         if d.ramp is not None:
             r = d.ramp
             rate = f"{unit}/s" if use == "drive" else unit

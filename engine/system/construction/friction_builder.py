@@ -21,7 +21,8 @@ def _sign(teeth: tuple[Leaf, ...]) -> float:
 
 
 def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str, Leaf]]:
-    """(name, leaf) of the coefficient at speed 0, then of each further point's speed and coefficient."""
+    """(name, leaf) pairs of a coefficient over speed: the coefficient at speed 0, then speed and coefficient of each further
+    point."""
     speed = filled([table.own(f"{path}.speed[{i + 1}]", v, "m/s") for i, v in enumerate(c.speed)])
     value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
     more = zip(BY_SPEED, speed[1:], value[1:], strict=True)

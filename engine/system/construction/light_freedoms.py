@@ -15,15 +15,15 @@ from trunnion.system.structure.joint_couplings import LightFreedom
 from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTable
 
 LIGHT = 1e-3
-"""Inertia of a light body over that of the heaviest body on a loop. The equations of loops lose as many digits as this ratio
-has; above it they keep the digits that events and steps need."""
+"""A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. The loop equations lose as many
+digits as the ratio of inertias has. Above this limit, they keep the digits that events and steps need."""
 
 
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. Heavier bodies outboard do not count: a wheel that turns on the same axis adds nothing to
-    the inertia of its shaft. more: ties of other freedoms, which close loops too."""
+    """All light freedoms of tree joints. Heavier bodies outboard do not count: for example, a wheel that turns on the axis of a
+    shaft adds nothing to the inertia of the shaft. more: couplings, which close loops too."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
@@ -38,7 +38,7 @@ def light_freedoms(
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
-                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # so that cases of a sweep share a kernel
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded: cases of a sweep share a kernel
     return out
 
 
@@ -56,7 +56,7 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
 def massless_and_free(
     scene: Scene, bodies: Sequence[Body], joints: Sequence[Joint], found: Sequence[LightFreedom]
 ) -> list[Problem]:
-    """Bodies of mass 0 that can move freely: neither a loop nor a heavier body outboard of them determines their motion."""
+    """Bodies of mass 0 whose motion is undetermined: no loop and no heavier body outboard of them determines their motion."""
     light = {(x.joint, x.freedom) for x in found}
     mass, out = [_mass(scene, b) for b in bodies], []
     carried = _largest_outboard(bodies, mass)
@@ -99,7 +99,7 @@ def _path(bodies: Sequence[Body], body: int) -> list[int]:
 
 
 def _bodies_on_loops(bodies: Sequence[Body], cuts: Sequence[Joint]) -> list[int]:
-    """Bodies between the ends of a cut joint, or of a tie."""
+    """Bodies on the path through the tree between the two bodies of a cut joint or coupling."""
     found: set[int] = set()
     for c in cuts:
         ends = [_path(bodies, b) for b in c.ends]

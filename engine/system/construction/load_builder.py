@@ -61,5 +61,5 @@ def _bushing(points: Points, name: str, f: sm.Bushing) -> Load:
 
 
 def as_joint(f: sm.Bushing) -> sm.Joint:
-    """A joint with the same points and frames as a bushing."""
+    """A joint that stands for a bushing: it has the same points and frames."""
     return sm.Joint("free", *f.between, axis=f.axis, reference=f.reference)

@@ -43,7 +43,7 @@ class Numbers:
     ignored: tuple[str, ...]
     """Notes about start values and cuts of the scene that are not used, with the reason."""
     q_given_by_rate: np.ndarray
-    """For each rate (nv): 1 if the scene gives the start coordinates of the rate's joint, else 0."""
+    """For each rate (nv): 1 if the scene gives the start coordinates of the joint to which the rate belongs, else 0."""
 
 
 def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
@@ -113,8 +113,8 @@ def breaks(scene: sm.Scene) -> tuple[float, ...]:
 
 
 def length_scale(scene: sm.Scene) -> float:
-    """Length scale, m: the largest size of a body, or distance between two of its points, joint points and mass centre. The scale
-    is 1 if all these are zero."""
+    """Length scale, m: the largest size of any body, or the largest distance between two of a body's points, joint points and mass
+    centre. The scale is 1 if all these are zero."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
@@ -142,8 +142,8 @@ def turning(system: System) -> np.ndarray:
 
 
 def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
-    """Rate scale, 1/s: √(g/length), or 1 without gravity, but at least the largest start rate. v: start rates, 1/s; velocities are
-    divided by the length scale."""
+    """Rate scale, 1/s: √(g/length), or 1 without gravity, but at least the largest start rate. v: start rates, 1/s, where
+    translational velocities have been divided by the length scale."""
     g = float(np.linalg.norm(np.array(scene.gravity, float)))
     base = math.sqrt(g / length) if g else 1.0
     return max([base, *np.abs(v).tolist()])

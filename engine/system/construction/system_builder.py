@@ -27,7 +27,8 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, System
 from trunnion.system.structure.parameter_table import Param, ParameterTable
 
 MASSLESS = 1e-15
-"""Mass of a body of mass 0 over that of the heaviest body: its effect is round-off (theory, "Light bodies")."""
+"""A body of mass 0 gets this fraction of the heaviest body's mass, so little that its effect is round-off (theory, "Light
+bodies")."""
 INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
@@ -42,9 +43,9 @@ class Built:
 
 
 def fit(j: sm.Joint) -> Fit:
-    """Which part of a joint carries the pin, and which part has the ends (see ``Fit``)."""
+    """Which part of a joint carries the pin, and at the ends of which part the contacts are (see ``Fit``)."""
     out = j.pin == "outboard"
-    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the ends of both parts coincide
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, both parts end at the same places
         return Fit(out)
     if j.ends == OVERLAP:
         return Fit(out, OVERLAP if j.friction is not None else "pin")
@@ -61,7 +62,7 @@ def build(scene: sm.Scene) -> Built:
 
 
 class _Maker(Points):
-    """Builds the parts of a system in the order that fixes the parameters' indices."""
+    """Builds the parts of a system. The order of building determines the indices of the parameters."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable, spanning: Spanning):
         super().__init__(scene, table, spanning)
@@ -94,7 +95,8 @@ class _Maker(Points):
         )
 
     def body(self, i: int, joint: str, name: str) -> Body:
-        """Body ``name``, which tree joint ``joint`` with index i carries: mass, mass centre, inertia and points as leaves."""
+        """Body ``name``, with mass, mass centre, inertia and points as leaves. Tree joint ``joint``, which has index i, carries the
+        body."""
         b = self.scene.bodies[name]
         m, center, inertia = mass_properties(b)
         m = m or MASSLESS * self.heaviest

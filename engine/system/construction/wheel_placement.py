@@ -22,7 +22,7 @@ from trunnion.system.structure.joint_couplings import Wheels
 from trunnion.system.structure.parameter_table import ParameterTable
 
 ASKEW = 1e-9
-"""Directions count as parallel, or perpendicular, if the sine of the deviation is below this value."""
+"""Two directions count as parallel or perpendicular if the sine of their deviation from this is below this value."""
 NEAR = 1e-6
 """Tolerance of the wheels' positions, relative to the larger wheel's radius."""
 
@@ -40,7 +40,7 @@ class Stand:
 
 
 def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
-    """Poses of all bodies if every coordinate of the tree is 0, so that the two frames of each tree joint coincide."""
+    """Poses of all bodies when every coordinate of the tree is 0, that is, when the two frames of each tree joint coincide."""
     found = {GROUND: Stand(np.eye(3), np.zeros(3))}
     for name, child, forward in spanning.tree:
         a, b = sides_of(scene, scene.joints[name])
@@ -52,7 +52,8 @@ def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
 
 
 def misfits(scene: sm.Scene, spanning: Spanning, where: dict[str, Stand]) -> list[Problem]:
-    """Problems with the relative poses of wheels. Wheels whose relative pose depends on a closed loop are not checked."""
+    """Problems with the relative poses of wheels. If a closed loop determines the relative pose of two wheels, this pose is not
+    checked."""
     out: list[Problem] = []
     ways = {name: _way(scene, spanning, name) for name in spanning.cut}
     loops = {step for name, way in ways.items() if not REGISTRY[scene.joints[name].type].rolls for step in way}
@@ -91,7 +92,7 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
         return
     if rolls.touch == "straight":
         if abs(float(a @ b)) > ASKEW:
-            yield "the rack is not at a right angle to the wheel's axis", "the outboard axis is the direction of the rack"
+            yield "the rack is not perpendicular to the wheel's axis", "the outboard axis is the direction of the rack"
             return
         gap = abs(float(s @ np.cross(a, b))) - r1
         if abs(gap) > NEAR * size:
@@ -112,13 +113,13 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
 
 
 def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name: str) -> Wheels:
-    """The parameters of a pair of wheels. where: poses of all bodies if every coordinate is 0 (``stands``); the wheels mesh in this
-    pose."""
+    """The parameters of a pair of wheels. where: poses of all bodies when every coordinate is 0 (``stands``); in these poses the
+    wheels mesh."""
     j = scene.joints[name]
     of = sizes(j)
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     met = phase(rolls_of(j).touch, Ea.T.tolist(), Eb.T.tolist(), (pb - pa).tolist(), of, Numeric)
-    return Wheels(  # the module is not an ``own`` parameter: a new module needs new positions of the wheels, so a new build
+    return Wheels(  # the module is not an ``own`` parameter: a changed module moves the wheels, so the system must be built again
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
     )  # fmt: skip

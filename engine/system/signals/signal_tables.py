@@ -19,8 +19,8 @@ from trunnion.runtime.abi.run_records import INPUT, KNOTS
 from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
-"""Default interpolation of drives and of loads. A drive needs continuous acceleration (not linear), and its data may move at the
-ends (not clamped)."""
+"""Default interpolation of drives and of loads. The default of drives is neither linear, because a drive needs continuous
+acceleration, nor clamped, because the data may have a rate at their ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Curve:
         return np.concatenate([head, self.time, self.value, self.shape])
 
     def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases of a batch may share a table: their records are equal."""
+        """Whether two cases of a batch may share a table. They may if their records are equal."""
         return isinstance(other, Curve) and np.array_equal(self.record(), other.record())
 
 
@@ -66,7 +66,8 @@ class Outside:
         return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth), float)
 
     def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases of a batch may share an input. Start values may differ, because each case stores its own."""
+        """Whether two cases of a batch may share an input. The inputs may have different start values, because each case stores its
+        own start values."""
         return isinstance(other, Outside) and (self.tracked, self.bandwidth) == (other.tracked, other.bandwidth)
 
 
@@ -123,8 +124,8 @@ def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, righ
 def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Slopes at the knots (n) of the monotone piecewise cubic of Fritsch and Carlson (PCHIP).
 
-    The slope is zero at extrema and plateaus, else a weighted harmonic mean of the slopes on both sides (Fritsch and Butland). At
-    the ends it is the slope of a parabola, limited to keep the curve monotone.
+    The slope is zero at extrema and plateaus, else a weighted harmonic mean of the slopes on both sides (Fritsch and Butland). The
+    slope at each end is that of a parabola, limited to keep the curve monotone.
     """
     h = np.diff(t)
     slope = np.diff(v) / h

@@ -77,9 +77,9 @@ class Joint:
     """A joint. ``inb``, ``out``: indices of the inboard and outboard body (GROUND = −1). Points are relative to the body's
     reference origin, in body axes, m. Frames are 3×3 matrices as row-major tuples (9).
 
-    For a tree joint: ``child`` is the index of the body that the joint carries, ``forward`` is true if the child is the outboard
-    part, and q0 and v0 are the offsets of the joint's coordinates and free rates in the state.
-    For a cut joint: ``rows`` is the offset of the joint's constraint rows.
+    ``child``, ``forward``, ``q0`` and ``v0`` belong to tree joints. ``child`` is the index of the body that the joint carries;
+    ``forward`` is true if this body is the outboard part. q0 and v0 are the offsets of the joint's coordinates and free rates in
+    the state. ``rows`` belongs to cut joints: the offset of the joint's constraint rows.
     """
 
     name: str

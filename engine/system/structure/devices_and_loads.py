@@ -13,7 +13,7 @@ class Signal:
 
     value      a constant.
     ramp       start, end, begin, duration, origin.
-    begun      as ramp, but begin < 0; origin is still a drive's coordinate at t = 0.
+    begun      as ramp, but with begin < 0; for a drive, origin is still the coordinate at t = 0.
     move_…     start, end, begin, duration of a rest-to-rest move (``motion_profiles``).
     harmonic   amplitude, frequency, phase, offset.
     rate       start, rate: q = start + rate t.
@@ -27,8 +27,8 @@ class Signal:
 
 @dataclass(frozen=True)
 class Stop:
-    """The compliant end stops of a freedom. flags: indices of the flags of the lower and upper stop, which are 1 while the stop is
-    engaged; −1: no such stop."""
+    """The compliant end stops of a freedom. flags: indices of the flags of the lower and upper stop; −1: no such stop. A flag is 1
+    while its stop is engaged."""
 
     stiffness: Leaf
     damping: Leaf
@@ -53,7 +53,7 @@ class Latch:
     side      1: the latch keeps the part above ``at``; −1: below ``at``.
     holds     largest force, N or N·m.
     release   signal that lifts the hook while above 0.5.
-    pressed   index of the flag of the pressed hook, among the flags of end stops.
+    pressed   among the flags of end stops, index of the flag that is 1 while the hook is pressed.
     hook      index among the latches.
     down      tooth on which the hook is at the start, from 1; 0: the hook is up.
     pitch     distance of the teeth; constant 0: a single tooth.
@@ -73,8 +73,9 @@ class Latch:
 
 @dataclass(frozen=True)
 class Device:
-    """The devices along a freedom of a joint; None: no such device. spring: (stiffness, rest). inertia: of a rotor that the freedom
-    turns in addition to the bodies. added: the inertia of a ``LightFreedom``, 0 for any other."""
+    """The devices along a freedom of a joint; None: no such device. spring: (stiffness, coordinate at rest). inertia: inertia of
+    the rotor that the freedom turns in addition to the bodies. added: the inertia of the ``LightFreedom``; 0 if the freedom is not
+    light."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -88,7 +89,7 @@ class Device:
 
     @property
     def turned(self) -> Leaf | None:
-        """Inertia that the recursion adds to the freedom, with that of a light freedom (``LightFreedom``)."""
+        """Inertia that the recursion adds to the freedom: the inertia of the rotor, or that of the ``LightFreedom``."""
         return self.inertia if self.inertia is not None else self.added or None
 
 

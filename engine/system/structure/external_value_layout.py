@@ -1,13 +1,13 @@
 """Layout of x, the external values that a system's functions take. All Python code uses this description.
 
 x = [t, ts | tables | stop flags | modes].
-t: time, s. ts: a time inside the current step, s; only ts selects the branch of a signal.
+t: time, s. ts: a time inside the current step, s, which alone selects the branch of a signal.
 Tables: value and three derivatives of each table; external inputs are the first tables.
 Stop flags: 1 while the end stop is engaged.
 Modes: state flag, frozen direction and given tilt of every friction pair (see ``elements.friction.friction_law``).
 
-The records are ``tr_moment``, ``tr_signal`` and ``tr_mode`` of ``trunnion.runtime.abi``. When a simulation block is made, a kernel
-whose x has another size is refused. """
+The records are ``tr_moment``, ``tr_signal`` and ``tr_mode`` of ``trunnion.runtime.abi``. A simulation block refuses a kernel whose
+x has another size. """
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Mode:
     """The mode of a friction pair, as stored in x (``tr_mode``).
 
     flag        a ``PairState``.
-    direction   the pair's rates when the direction was frozen (3). A pair with fewer components uses only the first entries; a pair
-                with a single component stores its sign.
+    direction   the pair's sliding rates at the time when the direction was frozen (3). A pair with fewer components uses only the
+                first entries; a pair with a single component stores its sign.
     tilt        of a ball."""
 
     flag: float

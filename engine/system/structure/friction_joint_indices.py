@@ -39,7 +39,7 @@ class Element:
 
     @property
     def law_kind(self) -> PairKind:
-        """The kind of the law's friction pairs, by the law's behaviour at rest."""
+        """The kind of friction pair that the law needs, which follows from the law's behaviour at rest."""
         law = LAWS[self.friction.law]
         if law.bristles:
             return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH
@@ -52,7 +52,8 @@ class Element:
 
 
 def everything(j: Joint) -> tuple[str, ...]:
-    """All values that the contact forms of a joint may need: the components of f_c and m_c, and the span if it changes."""
+    """All values that the contact forms of a joint may need: the components of f_c and m_c, and the distance between the contacts
+    if that changes."""
     return (*COMPONENTS, SPAN) if j.fit.ends == OVERLAP else COMPONENTS
 
 

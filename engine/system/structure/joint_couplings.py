@@ -42,10 +42,10 @@ NODES, WEIGHTS = (tuple(map(float, x)) for x in leggauss(20))
 """Gauss points and weights for the arc length of a piece of a curve. They are exact to round-off for a piece whose direction turns
 by a right angle."""
 ENDLESS = 1e300
-"""Parameter at which the straight piece behind the end of a curve ends; it stands for infinity."""
+"""Curve parameter at the far end of the straight piece that continues an open curve; it stands for infinity."""
 FOOT = 11
-"""Number of values that describe a foot on a curve: parameter at the start of the foot's piece, arc length there, four coefficients
-along e2, four coefficients along e3, parameter of the foot."""
+"""Number of values that describe a foot point on a curve. They are: parameter and arc length at the start of the piece that
+contains the foot point, four coefficients along e2, four along e3, and the foot point's parameter."""
 
 
 @dataclass(frozen=True)
@@ -90,13 +90,13 @@ class Mimic:
 
 
 NO_INERTIA = 1e-15
-"""Inertia that a light freedom has at least, over the inertia added to it; above round-off."""
+"""Smallest inertia of a light freedom, relative to the inertia added to the freedom; larger than round-off."""
 
 
 @dataclass(frozen=True)
 class LightFreedom:
-    """A freedom that moves only bodies which are light beside others on a loop (theory, "Light bodies"). The recursion adds
-    ``inertia`` (kg or kg m²) to the freedom, and a row takes the force of that inertia away again. joint: index of the tree
+    """A freedom that moves only bodies much lighter than others on the same loop (theory, "Light bodies"). The recursion adds
+    ``inertia`` (kg or kg m²) to the freedom, and a constraint row removes the force of this inertia again. joint: index of the tree
     joint; turns: whether the freedom is a rotation."""
 
     joint: int
@@ -106,6 +106,7 @@ class LightFreedom:
 
     @property
     def response(self) -> float:
-        """The row's own entry of S without the response of the mechanism: minus 1/inertia. A freedom without inertia that no loop
-        determines (a massless rod that turns about its own axis) keeps NO_INERTIA of the added inertia."""
+        """The part of the row's diagonal entry in S that does not come from the mechanism's response: −1/inertia. A freedom may
+        have no inertia and be in no loop (a massless rod that turns about its own axis). Such a freedom keeps the fraction
+        NO_INERTIA of the added inertia."""
         return -(1.0 + NO_INERTIA) / self.inertia

@@ -9,10 +9,11 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
 from trunnion.system.structure.friction_joint_indices import Element, elements
 
 USUAL = 1e8
-"""Radial stiffness, N/m, of the contacts of a joint for which the scene gives no stiffness: about that of a steel pin of 20 mm in
-a bearing. The value matters only if other joints have a given stiffness."""
+"""Default radial stiffness of a joint's contacts, N/m: about that of a steel pin of 20 mm in a bearing. The value matters only if
+the scene gives the stiffness of other joints."""
 NO_SIZE = 1e-24
-"""Square of the smallest size, m², to avoid a division by zero. Values divided by this size are squared and must stay finite."""
+"""Square of the smallest size of a joint, m². Sizes are at least this large, to avoid a division by zero; even the squares of the
+quotients stay finite."""
 
 
 def loop_joints(system: System) -> list[Joint]:
@@ -51,14 +52,14 @@ def contact_of(j: Joint) -> ContactElement | None:
 
 
 def springs_of(j: Joint) -> int:
-    """Number of rows of a joint: rows of contacts and faces, or six without a contact element; and a row for each drive."""
+    """Number of rows of a joint: the rows of contacts and faces, or six without a contact element, plus one row for each drive."""
     element = contact_of(j)
     return (6 if element is None else element.springs + len(element.thrusts)) + len(j.driven)
 
 
 def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
-    """For each joint with friction on a loop: (joint, index of its first row among the scaled reactions, number of its rows that
-    friction changes)."""
+    """For each joint with friction on a loop: the joint, the index of its first row among the scaled reactions, and the number of
+    its rows that change with friction."""
     first, at = {}, 0
     for name, rows in rows_of(system):
         first[name] = at

@@ -11,7 +11,8 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
 MANY_ROWS = 16
 """Smallest number of rows for which sparsity is used. A dense factorisation of fewer rows takes less than a microsecond."""
 FEW_ENTRIES = 0.5
-"""Largest fraction of a dense factor's entries for which sparsity is used. With more entries, the index lists cost too much."""
+"""Sparsity is used if the sparse factor has at most this fraction of a dense factor's entries. With more entries, reading the index
+lists costs more than sparsity saves."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ def path(system: System, c: Joint) -> tuple[int, ...]:
 
 
 def rows_by_loop(system: System, active: Sequence[int]) -> list[tuple[Joint, list[int]]]:
-    """The cut joints with active rows, each with the positions of its rows among the active rows."""
+    """The cut joints that have active rows, each with the positions of these rows among all active rows."""
     place = {row: at for at, row in enumerate(active)}
     found = [(c, [place[r] for r in range(c.rows, c.rows + c.kind.rows) if r in place]) for c in system.cuts]
     return [(c, rows) for c, rows in found if rows]
@@ -59,8 +60,8 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
 
 
 def fill(system: System, active: Sequence[int], part: float = FEW_ENTRIES) -> Fill:
-    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, or if the factor has more
-    than the fraction ``part`` of a dense factor's entries."""
+    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) if there are few rows, or if the sparse
+    factor has more than the fraction ``part`` of a dense factor's entries."""
     if len(active) < MANY_ROWS or system.light:
         return Fill()
     loops = rows_by_loop(system, active)

@@ -2,7 +2,7 @@
 which generated code reads from memory.
 
 A component of a vector or matrix that is written as exactly 0 is a structural constant, which removes terms. Every other component,
-and every scalar field, is a run-time parameter. ``tunable`` patterns make zeros parameters too.
+and every scalar field, is a run-time parameter. A zero whose path matches a ``tunable`` pattern is also a run-time parameter.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that equals the scene's number at this path. This number affects nothing else, such as scales, start
-        values, times of kinks or other parameters."""
+        """A run-time parameter that is the scene's number at this path and the only place where this number acts. (Other numbers
+        also act on scales, start values, times of kinks or other parameters.)"""
         self._own.add(path)
         return self.scalar(path, value, unit)
 
     def place(self, path: str) -> int | None:
-        """Index of the parameter made by ``own`` for this path; None if there is none."""
+        """Index of the parameter that ``own`` made for this path; None if there is no such parameter."""
         return self._index[path] if path in self._own else None
 
     def component(self, path: str, value: float, unit: str) -> Leaf:

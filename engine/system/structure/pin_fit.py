@@ -10,7 +10,7 @@ class Fit:
     """Roles of a joint's parts.
 
     pin_out   whether the outboard part carries the pin.
-    ends      where the contacts are: at the ends of the "pin", of the "bearing", or of the "overlap" of two finite parts."""
+    ends      part at whose ends the contacts are: "pin", "bearing", or "overlap" (the region where two finite parts overlap)."""
 
     pin_out: bool = False
     ends: str = "pin"

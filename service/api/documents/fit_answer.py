@@ -23,7 +23,8 @@ class ProfileDocument(BaseModel):
 
 
 class IntervalDocument(BaseModel):
-    """A parameter's confidence interval: ``low`` and ``high`` by its profile, ``local`` by the curvature at the estimate."""
+    """A parameter's confidence interval: ``low`` and ``high`` follow from its profile, ``local`` follows from the curvature at the
+    estimate."""
 
     low: float | None
     high: float | None

@@ -55,7 +55,7 @@ class JobDocument(BaseModel):
     scene: str
     label: str
     tags: list[str]
-    owner: str = Field(description="Id of the key that submitted the job; local on a server without keys.")
+    owner: str = Field(description="Id of the key that submitted the job; `local` on a server without keys.")
     created: str
     started: str | None
     finished: str | None
@@ -97,7 +97,7 @@ def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
 
 
 def stage_of(j: Job, told: str = "") -> str:
-    """The stage of a job. told: the stage that the first worker reported; it is used until the job has rows."""
+    """The stage of a job. told: the stage that the first worker reported. It is shown until the job has rows."""
     if j.state == "queued":
         return "waiting"
     return j.state if j.state != "running" else "running" if j.done else told or "starting"

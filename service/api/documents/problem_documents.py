@@ -212,7 +212,7 @@ def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 def content_schema(media: str, kind: str = "object", **more: str) -> dict[str, Any]:
-    """The part of a documented response that describes its content. kind, more: JSON Schema of the content."""
+    """The part of a documented response that describes the response's content. kind, more: JSON Schema of the content."""
     return {"content": {media: {"schema": {"type": kind, **more}}}}
 
 

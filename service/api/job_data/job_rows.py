@@ -21,8 +21,8 @@ from trunnion.service.store.table_definitions import ENDED
 log = logging.getLogger("trunnion.service")
 POLL_SECONDS = 0.1
 MOST_REPAIRS = 3
-"""Largest number of recomputations of the same cases during one read. After more, something must be damaging the parts
-repeatedly."""
+"""Largest number of times that the same cases are recomputed during one read. If this is not enough, something keeps damaging the
+parts."""
 
 
 def job_contents(s: Service, job: str) -> JobContents:

@@ -38,7 +38,7 @@ def job_tally(s: Service, job: str) -> Tally | None:
     with kept.lock:
         chunks = s.store.finished(job)
         spans = {(c.start, c.stop): c for c in chunks}
-        if not kept.pieces <= spans.keys():  # some cases were recomputed in other chunks
+        if not kept.pieces <= spans.keys():  # some cases were recomputed, and the chunks are divided differently
             kept.pieces, kept.tally = set(), None
         ended = sum(c.stop - c.start for c in chunks) == there.plan.cases.count and len(chunks) > BATCH
         all_of = Piece(job, f"{there.digest} all {digest_of(repr(sorted(spans)).encode())}", 0, there.plan.cases.count)
@@ -88,7 +88,7 @@ def sample_document(tally: Tally | None) -> dict[str, Any] | None:
 
 
 def note_on_sample(note: str, drawn: dict[str, Any] | None) -> dict[str, str]:
-    """The note, with the sample size added if cases were sampled."""
+    """The note. If cases were sampled, the sample size is added."""
     some = drawn is not None and drawn["cases"] < drawn["of"]
     return {"note": f"{note}; {drawn['cases']} of {drawn['of']} cases, selected at random" if some and drawn else note}
 

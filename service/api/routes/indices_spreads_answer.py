@@ -195,8 +195,8 @@ def _answer(s: Service, job: str) -> Response:
 
 
 def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:
-    """The outcomes and named results of a job's finished cases, and None. For jobs with very many cases: the sampled rows, and the
-    document of the sample."""
+    """(rows, document of the sample). The rows hold the outcomes and the named results of a job's finished cases; the document is
+    None. For jobs with very many cases, the rows are those of a sample, which the document describes."""
     import pyarrow as pa
 
     there, schema, whole = find_job(s, job), job_contents(s, job).schema, job_tally(s, job)

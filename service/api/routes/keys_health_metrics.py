@@ -73,7 +73,7 @@ def revoke_key(key: str, caller: Admin, s: ServerState) -> Response:
 
 @router.get("/healthz", tags=["health"])
 async def get_health() -> dict[str, str]:
-    """Return the version. Any response means that the server is running."""
+    """Return the version. If there is any response, the server is running."""
     return {"status": "ok", "version": version()}
 
 

@@ -89,7 +89,7 @@ async def compute_sensitivities(caller: Submitter, s: ServerState, request: Requ
     """Return d(output)/d(parameter) along a run and across its events. The derivatives are exact, without finite differences. The
     computation ends if the client closes the connection."""
     document, seconds = await check_body(s, request, caller, "plan_sensitivity")
-    half = max(1, s.cluster.counted // 2)  # the other workers run jobs and views of their results
+    half = max(1, s.cluster.counted // 2)  # the other workers are needed for jobs and for views of results
     call = ClusterCall(run_sensitivity, (document, seconds), s.derivatives, half)
     answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, call)
     return Response(answer, media_type="application/json")

@@ -24,8 +24,8 @@ class ReadTurns(FairQueue[int]):
         super().__init__(range(READERS))
 
     async def run(self, who: str, work: Callable[[], T], begun: bool = False) -> T:
-        """Run ``work`` on a thread when it is the caller's turn. Refusal (429, 503) when too many requests wait. begun: the
-        response has started, so that the request must not be refused."""
+        """Run ``work`` on a thread when it is the caller's turn. Refusal (429, 503) when too many requests wait. begun: whether the
+        response has started; the request must then not be refused."""
         try:
             slot = await self.take(who, begun)
         except QueueFull as e:

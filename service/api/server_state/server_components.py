@@ -28,7 +28,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 CHECK_PROCESSES, EXPORT_PROCESSES = 2, 2
 """Numbers of processes that check requests and that export FMUs."""
 PROBE_SECONDS = 5.0
-"""If the database needs more time for a probe, s, it is not ready."""
+"""The database counts as not ready if it needs more time than this for a probe, s."""
 
 
 @dataclass

@@ -39,8 +39,8 @@ class Caller:
 
 
 def new_key(name: str, role: str) -> tuple[Key, str]:
-    """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits, therefore a
-    plain digest of the secret is safe."""
+    """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits and cannot be
+    guessed; a plain digest of the secret is therefore safe to store."""
     identity, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
     return Key(identity, name, role, _digest(secret), time.time(), None), f"tr_{identity}_{secret}"
 
@@ -67,7 +67,7 @@ def need(role: str) -> Callable[..., Caller]:
         token: Annotated[HTTPAuthorizationCredentials | None, Security(bearer)] = None,
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
-        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the page's links and images
+        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the web page's links and images
         address = request.client.host if request.client else "unknown"
         found = _find_caller(s, token.credentials if token else named or cookie, request.app.state.failures, address)
         _check_rate(s, request, found.id if found.id != "local" else address)

@@ -44,8 +44,8 @@ async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
 
 @dataclass(frozen=True)
 class ClusterCall:
-    """A function call on the cluster. most: largest number of concurrent calls. priority: the chunks of jobs have the priority 0;
-    calls with a higher priority run before the chunks."""
+    """A function call on the cluster. most: largest number of concurrent calls. priority: calls with a priority above 0 run before
+    the chunks of jobs, whose priority is 0."""
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
@@ -78,7 +78,7 @@ async def _run_call(s: Service, call: ClusterCall) -> bytes:
         loop, over = asyncio.get_running_loop(), asyncio.Event()
 
         def came(_: Any) -> None:
-            with suppress(RuntimeError):  # the loop is already closed when the server ends
+            with suppress(RuntimeError):  # when the server ends, the event loop is already closed
                 loop.call_soon_threadsafe(over.set)
 
         future.add_done_callback(came)

@@ -38,8 +38,8 @@ def etag_of(*facts: Any) -> str:
 
 @dataclass(frozen=True)
 class Answer:
-    """The content of a response. make: creates its bytes. tag: entity tag; None while the content can change, so that it is always
-    sent as a whole."""
+    """The content of a response. make: creates its bytes. tag: entity tag. None while the content can change; the content is then
+    always sent as a whole."""
 
     make: Make
     media: str

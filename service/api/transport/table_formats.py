@@ -44,7 +44,7 @@ CONTENT: dict[str, Any] = {
 }
 """By media type: the description in the OpenAPI document."""
 JSON_ROWS = 500
-"""Number of rows that are encoded at a time. It is small, because encoding blocks all other Python threads."""
+"""Number of rows that are encoded at a time. The number is small because encoding blocks all other Python threads."""
 
 
 def choose_format(asked: str | None, accept: str) -> str:

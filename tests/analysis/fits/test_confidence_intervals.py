@@ -144,7 +144,7 @@ def test_mistakes_in_runs_are_told_together() -> None:
     with pytest.raises(trunnion.SceneError, match="each run has its own"):
         trunnion.fit(GLIDER, [Q], runs=runs, noise=0.1)
     text = str(told.value)
-    assert all(x in text for x in ("run 1", "8 values for 9", "run 2, time", "rail.q is not a column", "for some runs only"))
+    assert all(x in text for x in ("run 1", "8 values for 9", "run 2, time", "rail.q is not a column", "for only some of the runs"))
 
 
 def test_a_misfit_that_is_no_noise_is_told() -> None:

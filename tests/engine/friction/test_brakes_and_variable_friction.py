@@ -165,7 +165,7 @@ def test_statics_asks_what_is_there_at_the_start() -> None:
     ({"mu": sm.BySpeed((0.0, 1.0), (0.3,)), "force": 2.0}, "2 entries of speed but 1 values"),
     ({"mu": sm.BySpeed((0.1, 1.0), (0.3, 0.2)), "force": 2.0}, "the first speed must be 0"),
     ({"mu": sm.BySpeed((0.0, 1.0, 1.0), (0.3, 0.2, 0.2)), "force": 2.0}, "must increase"),
-    ({"mu": sm.BySpeed((0.0, 1.0), (0.3, 0.2)), "mu_static": 0.4, "force": 2.0}, "leave mu_static out"),
+    ({"mu": sm.BySpeed((0.0, 1.0), (0.3, 0.2)), "mu_static": 0.4, "force": 2.0}, "remove mu_static"),
     ({"mu": sm.BySpeed((0.0, 1.0), (0.3, 0.2)), "law": "viscous", "viscosity": 1.0, "force": 2.0}, "needs the law coulomb"),
     ({"force": sm.Signal(ramp=sm.Ramp(1.0, -1.0, duration=1.0))}, "-1 is negative"),
     ({"force": sm.FromInput("wheel")}, 'there is no input "wheel"'),

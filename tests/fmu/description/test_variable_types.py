@@ -134,5 +134,5 @@ def test_the_scene_says_who_made_it_which_version_it_is_and_of_which_day(monkeyp
     assert {k: root.get(k) for k in ("author", "version")} == {k: said[k] for k in ("author", "version")}
     assert root.get("generationDateAndTime") == "2026-11-23T00:00:00Z"
     for wrong in ("23.11.2026", "2026-02-30", "20261123"):
-        with pytest.raises(SceneError, match="is no date"):
+        with pytest.raises(SceneError, match="is not a date"):
             scene_from_dict(plain | {"date": wrong})

@@ -152,7 +152,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "towards nothing": ({"bodies.rod.orientation.towards": [0, 0, 0]}, "bodies.rod.orientation", "zero length"),
     "no such body": ({"joints.c.at": "slyder"}, "joints.c.at", 'did you mean "slider"'),
     "no such point": ({"joints.c.at": "crank.x"}, "joints.c.at", 'no point "x"'),
-    "points apart": ({"joints.b.inboard": "crank.end"}, "joints.b.inboard", "its point is"),
+    "points apart": ({"joints.b.inboard": "crank.end"}, "joints.b.inboard", "the point is"),
     "a list of two": ({"bodies.rod.position": [1, 2]}, "bodies.rod.position", "3 entries are wanted"),
     "a turn in metres": ({"bodies.crank.orientation.angle": "3 mm"}, "bodies.crank.orientation.angle", "an angle is wanted"),
 }

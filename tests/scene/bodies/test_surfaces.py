@@ -76,6 +76,6 @@ WRONG = {
 
 @pytest.mark.parametrize("what", WRONG)
 def test_what_is_no_surface_is_told(what: str) -> None:
-    with pytest.raises(SceneError, match="no packed surface") as e:
+    with pytest.raises(SceneError, match="invalid packed surface") as e:
         scene_from_dict(body(WRONG[what]))
     assert [p.where for p in e.value.problems] == ["bodies.a.surface"]

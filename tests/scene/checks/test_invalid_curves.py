@@ -20,9 +20,9 @@ WRONG = {
     "an open curve of 1 points": re.sub(r"\[\[.*\]\]", "[[0, 0]]", GOOD),
     "a closed curve of 2 points": re.sub(r"\[\[.*\]\]", "[[0, 0], [1, 0]], closed: true", GOOD),
     "two consecutive points are the same place": GOOD.replace("[80 mm, 0]", "[40 mm, 10 mm]"),
-    "a closed curve goes back to its first point by itself": GOOD.replace("80 mm, 0]]", "80 mm, 0], [0, 0]], closed: true"),
+    "a closed curve returns to its first point by itself": GOOD.replace("80 mm, 0]]", "80 mm, 0], [0, 0]], closed: true"),
     "the curve crosses itself between points 3 and 4": GOOD.replace("[80 mm, 0]", "[20 mm, 20 mm], [20 mm, -20 mm]"),
-    "curves in space are not built": GOOD.replace("[40 mm, 10 mm]", "[40 mm, 10 mm, 5 mm]"),
+    "curves in space are not supported": GOOD.replace("[40 mm, 10 mm]", "[40 mm, 10 mm, 5 mm]"),
     "a revolute joint has no curve": GOOD.replace("point_on_curve", "revolute"),
     "a point_on_curve has no drive of its own: curve and point move on other": GOOD.replace(
         ", curve", ", drive: {constant: {rate: 1}}, curve"

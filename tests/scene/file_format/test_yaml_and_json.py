@@ -87,7 +87,7 @@ def test_json_and_yaml_say_the_same():
 
 BOMB = "\n".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9) if i else 1}]" for i in range(12))
 SYNTAX = {
-    "colon": ("a: b: c", 1, "a colon where no key can stand"),
+    "colon": ("a: b: c", 1, "a colon where YAML allows no key"),
     "tab": ("a: 1\nb:\n\t- 1", 3, "tabs"),
     "bracket": ("a: [1, 2\nb: 3", 2, "bracket"),
     "quotes": ("a: 'x\n", 2, "quotes"),
@@ -95,10 +95,10 @@ SYNTAX = {
     "control character": ("a: 1\nb: \x07", 2, "character"),
     "bad escape": ('a: "\\q"', 1, "not valid YAML"),
     "code point": ('a: "\\UFFFFFFFF"', 1, "not valid YAML"),
-    "undefined alias": ("a: *b", 1, "*b stands for nothing"),
+    "undefined alias": ("a: *b", 1, "the alias *b has no anchor"),
     "alias as key": ("a: &b x\n*b : 1", 2, "alias"),
     "list as key": ("? [a]\n: b", 1, "cannot be a key"),
-    "recursive alias": ("a: &b [*b]", 1, "*b stands for nothing"),
+    "recursive alias": ("a: &b [*b]", 1, "the alias *b has no anchor"),
     "tag": ("a: !!python/object:os.system x", 1, "tag"),
     "second document": ("a: 1\n---\nb: 2", 2, "second document"),
     "nothing": ("", 0, "empty"),

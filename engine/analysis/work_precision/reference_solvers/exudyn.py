@@ -46,7 +46,7 @@ class Exudyn(ReferenceSolver):
         import sys
 
         sys.exudynFast = True  # type: ignore[attr-defined]  # selects the module without range checks
-        with redirect_stdout(StringIO()):  # the program prints a banner
+        with redirect_stdout(StringIO()):  # hides the banner that the program prints
             import exudyn as exu
 
         exu.config.printToConsole = False

@@ -92,8 +92,8 @@ class Sundials(ReferenceSolver):
 
 
 def _mode_expressions(m: Model, acc: Accelerations, pick: SX) -> tuple[list[SX], list[SX]]:
-    """(mode symbols, expressions that replace them). The momentary sliding speed selects the branch; the motion gives the
-    direction."""
+    """(mode symbols, expressions that replace these symbols). The momentary sliding speed selects the branch of the friction law,
+    and the motion gives the direction of friction."""
     sym, old, new = m.sym, [], []
     for e in elements(sym.system):
         w, rates, g = wrench(e, reaction_rows(m, acc, e, pick)), joint_rates(m, e.joint), numbers(sym, e)
