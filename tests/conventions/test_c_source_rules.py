@@ -122,6 +122,7 @@ def test_no_call_goes_to_a_later_file() -> None:
     assert against == []
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_stage_compiles_against_the_headers_of_earlier_ones(stage: str, tmp_path: Path) -> None:
     assert compiles_alone(stage, tmp_path) == ""

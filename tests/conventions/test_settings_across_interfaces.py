@@ -88,6 +88,7 @@ def asked(who: str, **given: str) -> None:
         PYTHON[who]("simple_pendulum", **{"trunnion.sweep": varied, "trunnion.sensitivity": wanted}.get(who, {}), **given)
 
 
+@pytest.mark.default_cases(22)
 @pytest.mark.parametrize(("s", "who"), [c for c in CASES if c.values[1] in (*PYTHON, *REST)])
 def test_a_wrong_value_is_refused_in_the_same_words(s: Setting, who: str) -> None:
     for text in WRONG[s.name]:
@@ -97,6 +98,7 @@ def test_a_wrong_value_is_refused_in_the_same_words(s: Setting, who: str) -> Non
         assert [(p.what, p.hint) for p in refused.value.problems if p.where == s.name] == [(problem.what, problem.hint)]
 
 
+@pytest.mark.default_cases(10)
 @pytest.mark.parametrize(("s", "who"), [c for c in CASES if c.values[1] in COMMANDS])
 def test_the_command_line_refuses_it_in_these_words_too(s: Setting, who: str, capsys: pytest.CaptureFixture[str]) -> None:
     for text in WRONG[s.name]:

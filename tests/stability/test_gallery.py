@@ -19,6 +19,7 @@ from trunnion.system.construction.system_builder import build as system_of
 FOLDER = models_dir() / "stability"
 
 
+@pytest.mark.default_cases(37)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
@@ -34,6 +35,7 @@ def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.slow
+@pytest.mark.default_cases(37)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", [r for r in ROWS if any(e.slow for e in r.edges)], ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_a_threshold_that_takes_long(row: Row, telling: str) -> None:

@@ -122,6 +122,7 @@ def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_
     assert worst(plain, unequal)[0] > 1e-3  # it does count
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
     """There the rows that close the loop hold round-off and nothing else, and no rank is to be made of that."""
@@ -162,6 +163,7 @@ def _about_to_slip(case: Case, part: float) -> tuple[Compliant, float]:
     return model, float(model.solve()[0][5])
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 @pytest.mark.parametrize("family", HINGES)
 def test_contacts_at_rest_press_as_those_of_a_mechanism_that_needs_the_same_friction_to_slide(family: str, seed: int) -> None:

@@ -126,6 +126,7 @@ def agree(scene: Scene, redundant: bool = False) -> None:
             np.testing.assert_allclose(found[name][:n], values[:n], rtol=0.0, atol=most, err_msg=name)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", TREES)
 def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_parts(seed: int) -> None:
     agree(tree(seed))
@@ -134,12 +135,14 @@ def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_
 OPEN = [(seed, redundant) for seed in LOOPS for redundant in (False, True)]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "redundant"), sampled(OPEN, lambda c: c[1] == LOOPS.index(c[0]) % 2))
 def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bool) -> None:
     """By default each loop in one of the two ways, by turns."""
     agree(loop(seed), redundant=redundant)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", MODELS)
 def test_rows_that_are_empty_by_structure_are_found_by_evaluation(name: str) -> None:
     agree(load_scene(name))
@@ -162,6 +165,7 @@ def settings() -> list:
     return [pytest.param(*each, id=name, marks=marks) for each, name, marks in zip(SAME, ids, slow, strict=True)]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("scene", "how"), settings())
 def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple, how: dict) -> None:
     given = load_scene(scene) if isinstance(scene, str) else scene[0](scene[1])

@@ -121,6 +121,7 @@ def test_libraries_of_other_sources_are_not_used(folder: Path, monkeypatch: pyte
     told.write_text(right)
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("name", model_names())
 def test_every_part_of_a_model_comes_with_an_installation(name: str, listed: dict[str, Recipe]) -> None:
     assert not [p.first for key, p in used(load_scene(name)).items() if key not in listed]

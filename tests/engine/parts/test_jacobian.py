@@ -52,11 +52,13 @@ def agree(scene: Scene, redundant: bool = False) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max())
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", TREES)
 def test_the_jacobian_made_of_parts_is_the_compiled_one(seed: int) -> None:
     agree(tree(seed))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", LOOPS)
 def test_with_loops_too_and_what_decides_open_reactions(seed: int) -> None:
     agree(loop(seed), redundant=bool(build(loop(seed)).system.frictional))

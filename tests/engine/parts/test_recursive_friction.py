@@ -44,6 +44,7 @@ def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]
     return found
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("resting", [False, True])
 @pytest.mark.parametrize("seed", TREES)
 def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: bool) -> None:
@@ -87,6 +88,7 @@ def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matri
     assert ratio == pytest.approx(exact, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("scene", [chain(5), links(4, 1, "spherical", apart=False), links(6, 2, "revolute", apart=False)])
 def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
     one, other = (simulate(scene, until=0.4, every=0.1, rtol=1e-8, outputs=("*.q[*]",), kernel=k) for k in ("parts", "compiled"))
@@ -106,6 +108,7 @@ def test_contacts_told_of_an_event_are_those_up_to_it_from_either_kernel() -> No
         assert one == pytest.approx(other, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
     """64 joints turn round 140 times in 4 ms: at loose tolerances time stepping took over, and found a jam where there is none."""
     ends = []

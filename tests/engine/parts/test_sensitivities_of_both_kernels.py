@@ -44,6 +44,7 @@ def same(found: np.ndarray, expected: np.ndarray) -> None:
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF * max(np.abs(expected).max(initial=0.0), 1e-3))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", SCENES)
 def test_sensitivity_units_agree(which: str) -> None:
     both = models(scene_of(which))

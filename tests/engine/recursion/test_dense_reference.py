@@ -124,26 +124,31 @@ def compared(case: Case) -> None:
         assert friction @ state.qd[name] >= floor, name
 
 
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("seed", TREES)
 def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
     compared(TREES[seed])
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_so_it_is_where_points_are_kept_on_lines_and_planes(seed: int) -> None:
     compared(random_tree(f"points{seed}", t=TIME, types=(*LATER, "revolute")))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", CUTS)
 def test_recursion_is_the_dense_solve_where_a_rubbing_joint_is_cut(which: str) -> None:
     compared(cut_case(which))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", PLAIN_CUTS)
 def test_recursion_is_the_dense_solve_where_a_joint_without_friction_is_cut(kind: str) -> None:
     compared(plain_cut_case(kind))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", range(3))
 def test_recursion_is_the_dense_solve_on_two_loops(which: int) -> None:
     case = loops_case(which)

@@ -70,6 +70,7 @@ def difference(case: Case, moved: Moved) -> tuple[float, tuple[str, str] | None]
     return worst({k: v for k, v in engine_table(case).items() if k in back}, back)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("which", CASES)
 def test_results_do_not_depend_on(way: str, which: str) -> None:
@@ -78,6 +79,7 @@ def test_results_do_not_depend_on(way: str, which: str) -> None:
     assert gap <= TOLERANCE, where
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].nv < 6])
 def test_results_do_not_depend_on_the_side_a_joint_is_told_from(kind: str) -> None:
     devices = 0.6 if of(kind).coaxial else 0.0  # devices of the others cannot be said from the other side
@@ -98,6 +100,7 @@ def cut_at(case: Case, name: str) -> Case:
     return replace(case, scene=replace(case.scene, joints=joints))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].cuttable and REGISTRY[k].nv < 6])
 def test_results_do_not_depend_on_the_side_a_cut_joint_is_told_from(kind: str) -> None:
     devices = 0.6 if of(kind).coaxial else 0.0

@@ -23,6 +23,7 @@ def test_an_fmu_is_exported_and_downloaded(server: InProcess) -> None:
     assert not list(server.service.settings.data.glob("fmu-*"))
 
 
+@pytest.mark.slow
 def test_fmi_3_can_be_asked_for_and_what_it_does_not_have_is_told(server: InProcess) -> None:
     answer = server.post("/v1/fmus", {"scene": "spherical_pendulum", "fmi": 3})
     assert answer.status_code == 200, answer.text

@@ -88,6 +88,7 @@ def test_nothing_to_differentiate_is_a_mistake(server: InProcess, empty: str) ->
     assert problems(server.post("/v1/sensitivities", ASKED | {empty: []})) == [empty]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(
     ("limits", "asked", "where"),
     [
@@ -150,6 +151,7 @@ def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> N
     assert served.ended(served.submit(SMALL))["state"] == "done"
 
 
+@pytest.mark.slow
 def test_jobs_go_on_beside_them(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Requests for sensitivities take half of the workers at most."""
     with Served(tmp_path_factory.mktemp("beside") / "data", "--workers", "2") as s:

@@ -147,6 +147,7 @@ def test_a_study_that_is_cancelled_tells_how_far_it_has_come(there: Connection) 
     assert job.answer["why"] == "not ended yet"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kills", [(12,), pytest.param((10, 40, 80, 100), marks=pytest.mark.slow)])
 def test_a_study_whose_server_and_workers_are_killed_asks_for_the_same_cases_bit_for_bit(
     tmp_path: Path, kills: tuple[int, ...]

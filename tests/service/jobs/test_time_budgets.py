@@ -29,6 +29,7 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
         yield s
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("budget", [0.5, 4.0])
 def test_a_job_uses_no_more_time_than_its_budget_whatever_its_cases_take(quick: InProcess, budget: float) -> None:
     end = quick.ended(quick.submit(SMALL | NEVER | {"vary": {MU: "0.1:0.6:40"}, "budget": budget}))

@@ -11,6 +11,7 @@ from tests.service.http_servers import SMALL, InProcess
 from trunnion.service.store.database_connection import Unreachable
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("write", ["claim", "begin", "cut_chunks", "record_outcomes", "end_if_over"])
 def test_a_job_goes_on_where_a_write_was_kept_that_nobody_was_told_of(
     server: InProcess, monkeypatch: pytest.MonkeyPatch, write: str
