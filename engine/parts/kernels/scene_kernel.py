@@ -32,6 +32,7 @@ from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
 from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, tables_of
+from trunnion.system.structure.reaction_groups import reaction_groups
 
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip
@@ -149,5 +150,7 @@ def _outputs_unit(system: System, chosen: list[Column], quadratures: bool) -> Un
     numbers = {
         "abi": number(), "nout": len(chosen), "ncontacts": contacts, "nc": s.nc, "nkappa": shares, "npost": len(post),
         "energy": energy, "works": int(quadratures), "wants": wants_of(chosen, any(REGISTRY[c.kind].solved for c in chosen)),
+        "nloops": len(system.cuts),
     }  # fmt: skip
-    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, {n: n for n in names}, records={"post": (POST, post)})
+    functions, records = {n: n for n in names}, {"post": (POST, post)}
+    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, functions, reaction_groups(system), records)

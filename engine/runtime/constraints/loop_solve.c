@@ -142,6 +142,12 @@ static void tr_update_rank(tr_sim *s) {
   TR_SPOILT(s, TR_HAS_FACTOR);
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
+  if (k->nfill && !k->neta && tr_factor_sparse(s)) {
+    double most = 0.0; /* of the inverse roots of the pivots, which are on the diagonal */
+    for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, S)[j + (size_t)j * n]);
+    s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
+    return;
+  }
   int r = tr_cholesky(n, tr_loop_matrix(s), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), n, RANK_PIVOT, RANK_PIVOT);
   if (r > s->loops.rank) {
     double last = TR_A(s, S)[(r - 1) * (n + 1)];

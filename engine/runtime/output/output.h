@@ -7,6 +7,10 @@
  * scaled reactions. base: the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base);
 
+/* share (nkappa) ← the largest component of each scaled reaction over the open directions at the solution, each scaled to norm 1.
+ * Returns the number of directions. */
+static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share);
+
 /* full ← [λ | η] for all rows, from [λ active | η]. resolve: choose the undetermined reactions with minimum norm. Requires a
  * solution. */
 static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int resolve);
