@@ -6,21 +6,24 @@
  * amplifies the error of the step by 1/√p. A pivot below KEEP_PIVOT is dropped; this causes a short acceleration error of √p.
  *
  * S of many loops that share few bodies has a sparse factor (theory, "Loops by structure"). The structure, not the size,
- * determines the order of its pivots. The sparse factor is used only if every pivot is far above that of a dependent row.
- * Otherwise the dense factor decides the rank. */
+ * determines the order of its pivots. At the start the sparse factor shows full rank if every pivot is far above that of a
+ * dependent row; otherwise the dense factor decides the rank. With full stored rank, the factor is sparse in every position:
+ * near a singular position, rows that depend on those before them are dropped in this order. */
 #include "constraints/constraints.h"
 
 #define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with smaller diagonals is round-off */
 #define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal uses the scale of the largest */
 #define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because pivots in the order of structure are smaller */
 
-/* Sparse factor of S in the order of structure, in the lower triangle of `S`. Returns 0 if a pivot is not above CLEAR_PIVOT.
- * Requires raw maps. */
-TR_APART int tr_factor_sparse(tr_sim *s) {
+/* Sparse factor of S in the order of structure, in the lower triangle of `S`. A row whose pivot is not above `keep` is dropped, as
+ * dependent on the rows before it. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires
+ * raw maps. */
+TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
   const double *S = TR_A(s, maps), *d = TR_A(s, d);
   double *L = TR_A(s, S);
+  int *perm = (int *)TR_A(s, perm), rank = 0, dropped = 0;
   for (int j = 0; j < n; ++j) {
     const double *from = S + (size_t)order[j] * n, dj = d[order[j]];
     double *column = L + (size_t)j * n;
@@ -29,9 +32,14 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
   }
   for (int j = 0; j < n; ++j) {
     double *column = L + (size_t)j * n;
-    if (!(column[j] > CLEAR_PIVOT)) return 0;
-    const double root = sqrt(column[j]), inv = 1.0 / root;
     const int *first = below + start[j], *end = below + start[j + 1];
+    if (!(column[j] > keep)) { /* zeros give the multiplier zero and leave the other rows alone */
+      column[j] = 0.0;
+      for (const int *i = first; i < end; ++i) column[*i] = 0.0;
+      perm[n - ++dropped] = order[j];
+      continue;
+    }
+    const double inv = 1.0 / sqrt(column[j]);
     column[j] = inv; /* the diagonal holds inverses, so that solutions need no division */
     for (const int *i = first; i < end; ++i) column[*i] *= inv;
     for (const int *c = first; c < end; ++c) {
@@ -39,9 +47,9 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
       double *other = L + (size_t)*c * n;
       for (const int *i = c; i < end; ++i) other[*i] -= column[*i] * a;
     }
+    perm[rank++] = order[j];
   }
-  memcpy(TR_A(s, perm), order, sizeof(int) * n);
-  return 1;
+  return rank;
 }
 
 static const double *tr_loop_matrix(tr_sim *s) {
@@ -73,8 +81,8 @@ static int tr_factor_loops(tr_sim *s) {
   tr_form_maps(s);
   TR_MADE(s, TR_HAS_FACTOR);
   s->loops.recursive_pivot = 0.0;
-  s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active && tr_factor_sparse(s);
-  if (s->loops.sparse) return s->loops.rank_now = k->active;
+  s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active;
+  if (s->loops.sparse) return s->loops.rank_now = tr_factor_sparse(s, KEEP_PIVOT);
   s->loops.rank_now = tr_cholesky(tr_loop_rows(s), tr_loop_matrix(s), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
   if (k->nlight) tr_factor_light_rows(s);
   return s->loops.rank_now;
@@ -142,7 +150,7 @@ static void tr_update_rank(tr_sim *s) {
   TR_SPOILT(s, TR_HAS_FACTOR);
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
-  if (k->nfill && !k->neta && tr_factor_sparse(s)) {
+  if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
     double most = 0.0; /* of the inverse roots of the pivots, which are on the diagonal */
     for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, S)[j + (size_t)j * n]);
     s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
