@@ -135,10 +135,10 @@ def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
 def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     """Of one scene: along the recursion, and with maps."""
     made = []
-    for rows in (scene_kernel.MANY_ROWS, 10**6):
-        monkeypatch.setattr(scene_kernel, "MANY_ROWS", rows)
+    for along in (True, False):
+        monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         made.append(Model(scene, ("*.q[*]",), "parts"))
-        assert bool(made[-1].kernel.tables["kernel"].shift) == (rows < 10**6)
+        assert bool(made[-1].kernel.tables["kernel"].shift) == along
     return made
 
 
@@ -166,8 +166,8 @@ def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkey
 def test_a_run_is_that_with_maps(monkeypatch, scene: sm.Scene) -> None:
     """The same events, end and certificate; nothing was refused."""
     ends, contractions = [], []
-    for rows in (scene_kernel.MANY_ROWS, 10**6):
-        monkeypatch.setattr(scene_kernel, "MANY_ROWS", rows)
+    for along in (True, False):
+        monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         r = simulate(scene, until=0.3, every=0.1, rtol=1e-9, outputs=("*.q[*]", "audit.constraint"), kernel="parts")
         assert r.outcome.ok
         assert r.stats.counters["refused"] == 0
