@@ -159,8 +159,8 @@ class LoopFriction:
         self._add(program, self.lam)
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
-        """If many loops all share bodies, correct the multipliers once by the remaining residual. Returns whether there is a correction.
-        For a ladder with a hundred rungs, the condition number of S is 1e8."""
+        """If many loops all share bodies, correct the multipliers once by the remaining residual. Returns whether this is so. For a
+        ladder with a hundred rungs, the condition number of S is 1e8."""
         if self.refines:
             self._left(program, self.gap, Z)
             program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, self.gap, self.more], self.listed)

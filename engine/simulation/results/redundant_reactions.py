@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 SHARE = 1e-6

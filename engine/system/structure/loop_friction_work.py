@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.friction_joint_indices import elements
@@ -34,7 +35,7 @@ def recursion_work(system: System, active: Sequence[int]) -> float:
     along = sum(len(rows) * len(path(system, c)) for c, rows in loops)
     entries = sum(n * (n + sum(count[k] for k in others)) for n, others in zip(count, near, strict=True))
     start = pattern(system, active).start
-    factor = sum((end - begin) ** 2 for begin, end in zip(start, start[1:], strict=False))
+    factor = sum((end - begin) ** 2 for begin, end in pairwise(start))
     return BODY * len(system.bodies) + ROW * along + MEETING * entries + 2 * factor
 
 

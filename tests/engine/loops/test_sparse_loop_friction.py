@@ -3,6 +3,7 @@ determinant, whole runs. Its cost grows with the number of loops (theory, "Frict
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from tests.benchmarks.speed.four_bar_loops import rubbing
 from tests.engine.loops.test_sparse_loop_solve import beside, cranks
 from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
+from tests.engine.mechanisms.stewart_platform import stewart
 from tests.engine.parts.test_compiled_kernel_equivalence import State, called
 from tests.sampling import slow
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -143,7 +145,7 @@ def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
 
 
 @pytest.mark.parametrize(
-    "scene", [rubbing(cranks(9)), scissor(9), beside(0, 0.5).scene, *(slow(beside(k, 0.5).scene) for k in (3, 4))]
+    "scene", [rubbing(cranks(9)), scissor(9), stewart(3), beside(0, 0.5).scene, *(slow(beside(k, 0.5).scene) for k in (3, 4))]
 )
 def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, scene: sm.Scene) -> None:
     both = models(monkeypatch, scene)
@@ -178,6 +180,21 @@ def test_a_run_is_that_with_maps(monkeypatch, scene: sm.Scene) -> None:
     assert ends[0][0] == ends[1][0]
     assert ends[0][1] == pytest.approx(ends[1][1], abs=1e-6)
     assert contractions[0] == pytest.approx(contractions[1], rel=1e-6)
+
+
+def one_rubs(scene: sm.Scene) -> sm.Scene:
+    return replace(scene, joints=scene.joints | {"pivot0": rubbing(scene).joints["pivot0"]})
+
+
+@pytest.mark.parametrize(
+    ("scene", "along"),
+    [(stewart(3), True), (stewart(6), True), (scissor(3), True), (rubbing(n_four_bar(2)), True), (rubbing(n_four_bar(1)), False),
+     (one_rubs(n_four_bar(3)), False)],
+    ids=["stewart3", "stewart6", "scissor3", "four_bars2", "four_bar", "one_of_ten_joints"],
+)  # fmt: skip
+def test_the_form_with_fewer_multiplications_solves_the_friction_of_loops(scene: sm.Scene, along: bool) -> None:
+    """As measured: along the recursion from two loops on; with maps for one loop, or one joint that rubs among ten."""
+    assert bool(Model(scene, ("*.q[*]",), "parts").kernel.tables["kernel"].shift) == along
 
 
 def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
