@@ -154,5 +154,5 @@ def _outputs_unit(system: System, chosen: list[Column], quadratures: bool) -> Un
         "energy": energy, "works": int(quadratures), "wants": wants_of(chosen, any(REGISTRY[c.kind].solved for c in chosen)),
         "nloops": len(system.cuts),
     }  # fmt: skip
-    functions, records = {n: n for n in names}, {"post": (POST, post)}
-    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, functions, reaction_groups(system), records)
+    functions = {n: n for n in names}
+    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, functions, {**reaction_groups(system)}, {"post": (POST, post)})

@@ -59,7 +59,7 @@ static int tr_open_group(const tr_sim *s, int group, int slot, const char *is_ac
 static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  int rows = k->rows, a = k->active, m = o->nkappa, count = tr_dependent_rows(s), opened[rows], groups = 0, more = 1;
+  int rows = k->rows, a = k->active, m = s->o->nkappa, count = tr_dependent_rows(s), opened[rows], groups = 0, more = 1;
   char is_active[rows + 1];
   double base[m], moved[m], zz[rows + k->neta + 1], *V = TR_A(s, open_lambda);
   memset(share, 0, sizeof(double) * m);
@@ -74,7 +74,8 @@ static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *s
     o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
     tr_raise_shares(m, 0, base, moved, share);
   }
-  for (int l = 0; l < o->nloops; ++l) groups = tr_max(groups, o->loop_group[l] + 1);
+  for (int l = 0; l < o->nloops; ++l)
+    if (o->loop_group[l] >= groups) groups = o->loop_group[l] + 1;
   for (int g = 0; g < groups; ++g, more = 1)
     for (int slot = 0; more; ++slot) {
       memcpy(zz, z, sizeof(double) * (rows + k->neta));
