@@ -28,7 +28,7 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
   return count;
 }
 
-/* Raise `share` to the components of moved − base, scaled to norm 1, over n scaled reactions; at: their indices, 0: the first n. */
+/* Raise `share` to the components of moved − base, scaled to norm 1, over n scaled reactions. at: their indices; 0: the first n. */
 static void tr_raise_shares(int n, const int *at, const double *base, const double *moved, double *share) {
   double squares = 0.0;
   for (int q = 0; q < n; ++q) {
@@ -42,7 +42,8 @@ static void tr_raise_shares(int n, const int *at, const double *base, const doub
   }
 }
 
-/* Add 1 to the multiplier of inactive row number `slot` of each loop of a group. opened: these rows, or -1. Returns their number. */
+/* Add 1 to the multiplier of inactive row number `slot` of each loop of a group. opened: these rows, or -1. Returns their
+ * number. */
 static int tr_open_group(const tr_sim *s, int group, int slot, const char *is_active, int *opened, double *z) {
   const tr_outputs *o = s->o;
   int count = 0;
@@ -82,8 +83,10 @@ static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *s
       more = tr_open_group(s, g, slot, is_active, opened, zz);
       count += more;
       if (more) o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
-      for (int l = 0; l < o->nloops && more; ++l)
-        if (opened[l] >= 0) tr_raise_shares(o->share_start[l + 1] - o->share_start[l], o->share_at + o->share_start[l], base, moved, share);
+      for (int l = 0; l < o->nloops && more; ++l) {
+        const int first = o->share_start[l], n = o->share_start[l + 1] - first;
+        if (opened[l] >= 0) tr_raise_shares(n, o->share_at + first, base, moved, share);
+      }
     }
   return count;
 }
