@@ -22,6 +22,7 @@ from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
+from trunnion.system.structure.reaction_groups import reaction_groups
 
 PREAMBLE = MATH + '#include "tr_abi.h"\n'
 
@@ -59,7 +60,7 @@ def kernel_source(
     operations = main.operations | {"outputs": out.operations}
     facts: dict[str, object] = {"operations": operations, "active_rows": main.active, "loop_rows": rows_of(system)}
     facts["rubbing"] = [j.name for j in system.frictional]
-    return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(out)}, facts)
+    return KernelSource({"kernel": _kernel_text(system, main), "outputs": _outputs_text(system, out)}, facts)
 
 
 @_quickly()
@@ -110,9 +111,11 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     return PREAMBLE + main.text + text + KERNEL.initialiser("trunnion_kernel", **sizes, **names, prepare="k_prepare_all")
 
 
-def _outputs_text(out: OutputUnit) -> str:
+def _outputs_text(system: System, out: OutputUnit) -> str:
+    tables = reaction_groups(system)
     struct = OUTPUTS.initialiser(
         "trunnion_outputs", abi="TR_ABI", **out.sizes, post="o_post", scene="0", prepare="o_prepare_all", eval="o_eval",
         contacts="o_contacts_at" if out.sizes["ncontacts"] else "0", kappa="o_kappa_at" if out.sizes["nkappa"] else "0",
+        nloops=len(system.cuts), **{name: f"o_{name}" for name in tables},
     )  # fmt: skip
-    return PREAMBLE + out.text + POST.table("o_post", out.post) + struct
+    return PREAMBLE + out.text + "".join(_ints(f"o_{n}", t) for n, t in tables.items()) + POST.table("o_post", out.post) + struct

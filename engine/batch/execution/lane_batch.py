@@ -32,11 +32,11 @@ class Ensemble:
         self.all.strands, self.all.stack_bytes = STRANDS, STACK
         stacks = loop._buffer(STRANDS * STACK + CACHE_LINE)
         stacks += -stacks % CACHE_LINE
-        rows, scratch = 8 * loop.batch.capacity * loop.width, 8 * (loop.model.kernel.sizes["rows"] + 1)
+        rows = 8 * loop.batch.capacity * loop.width
         for i, (strand, b) in enumerate(zip(self.strands, self.batches, strict=True)):
             strand.batch, strand.stack = ctypes.addressof(b), stacks + i * STACK
             b.variant[0].plain = loop._buffer(loop.blocks[0].bytes)
-            b.rows, b.scratch = loop._buffer(rows), loop._buffer(scratch * loop.loop_rows)
+            b.rows, b.scratch = loop._buffer(rows), loop._buffer(8 * loop.loop_rows)
         self.budget = 200
 
     def run(self, n: int, tick: Tick | None) -> tuple[np.ndarray, bool]:

@@ -30,8 +30,10 @@ from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.loop_friction_work import is_recursion_shorter
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
-from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, tables_of
+from trunnion.system.structure.loop_matrix_fill import fill, tables_of
+from trunnion.system.structure.reaction_groups import reaction_groups
 
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip
@@ -73,7 +75,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
     rows = list(range(system.rows)) if redundant else active
-    kernel, _ = _kernel_unit(system, parameters, rows, redundant, not redundant and not system.light and len(rows) >= MANY_ROWS)
+    along = bool(system.frictional and rows) and not redundant and not system.light and is_recursion_shorter(system, rows)
+    kernel, _ = _kernel_unit(system, parameters, rows, redundant, along)
     kernel.numbers["coupled"] = int(coupled)
     outputs = _outputs_unit(system, chosen, quadratures)
     sizes = kernel.numbers | {"works": kernel.numbers["npowers"] * quadratures}
@@ -104,11 +107,10 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 
 
 def _kernel_unit(
-    system: System, parameters: int, active: Sequence[int], redundant: bool, many: bool = False
+    system: System, parameters: int, active: Sequence[int], redundant: bool, along: bool = False
 ) -> tuple[UnitDescription, Maps]:
-    """Build the unit of the kernel. many: whether the loops have so many rows that friction is solved along the recursion, as in
-    trees."""
-    rubbed = bool(system.frictional) and (many or not system.cuts)
+    """Build the unit of the kernel. along: whether friction of loops is solved along the recursion, as in trees."""
+    rubbed = bool(system.frictional) and (along or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)
     stepping = StepPrograms(s, active, redundant)
@@ -150,5 +152,7 @@ def _outputs_unit(system: System, chosen: list[Column], quadratures: bool) -> Un
     numbers = {
         "abi": number(), "nout": len(chosen), "ncontacts": contacts, "nc": s.nc, "nkappa": shares, "npost": len(post),
         "energy": energy, "works": int(quadratures), "wants": wants_of(chosen, any(REGISTRY[c.kind].solved for c in chosen)),
+        "nloops": len(system.cuts),
     }  # fmt: skip
-    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, {n: n for n in names}, records={"post": (POST, post)})
+    functions = {n: n for n in names}
+    return UnitDescription(OUTPUTS, DifferentiatedScene(s), numbers, functions, {**reaction_groups(system)}, {"post": (POST, post)})

@@ -14,7 +14,7 @@ from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.programs.loop_slots import CutJointFriction, FrictionLoop, path_slots
 from trunnion.parts.programs.step_passes import StepPasses
 from trunnion.system.structure.bodies_and_joints import GROUND
-from trunnion.system.structure.loop_matrix_fill import fill, rows_by_loop
+from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, pattern, rows_by_loop
 
 
 class LoopFriction:
@@ -28,8 +28,8 @@ class LoopFriction:
         self.free = [len(j.free) for j in self.system.tree]
         self.S, self.low, self.high = room(a * a), room(a * a), room(a * a)
         self.gap, self.lam, self.more = room(a), room(a), room(a)
-        f = fill(self.system, self.stepping.active, 1.0)
-        self.refines = not fill(self.system, self.stepping.active).below
+        f = pattern(self.system, self.stepping.active)
+        self.refines = a >= MANY_ROWS and not fill(self.system, self.stepping.active).below
         self.listed = [a, *f.order, *f.start, *f.below]
         self.rubbing = {e.joint.name: e for e in self.stepping.elements if e.joint.cut}
         found = rows_by_loop(self.system, self.stepping.active)
@@ -159,7 +159,7 @@ class LoopFriction:
         self._add(program, self.lam)
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
-        """If all loops share bodies, correct the multipliers once by the remaining residual. Returns whether this was done.
+        """If many loops all share bodies, correct the multipliers once by the remaining residual. Returns whether this was done.
         Example: for a ladder with a hundred rungs, the condition number of S is 1e8."""
         if self.refines:
             self._left(program, self.gap, Z)

@@ -43,9 +43,6 @@ static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, d
  * 0. */
 static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x);
 
-/* Orthonormalise the directions N (m×r) by two Gram–Schmidt passes. Dependent directions become zero. */
-static void tr_orthonormalise(int m, int r, double *N);
-
 /* Evaluate an external input at time t. τ is the time since its communication point. A motion that follows the input u may start at
  * a distance e from u, with the relative rate ė. The motion q closes this gap with critical damping: q = u + (e + (ė + ω e) τ)
  * exp(−ω τ). */

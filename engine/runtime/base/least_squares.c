@@ -8,7 +8,6 @@
 
 #define DEPENDENT 1e-12 /* squared remainder of a dependent unit direction; sums of about 1000 products are accurate to 1e-14 */
 #define CORRECTIONS 2 /* iterative refinements */
-#define VANISHED 1e-20 /* × a direction's squared norm: a smaller rest after orthogonalisation means a dependent direction */
 
 /* Number of doubles of work space: Gram matrix, scales, right-hand side, pivot order and spans (ints). */
 static int tr_least_squares_doubles(int r) { return r * (r + 4); }
@@ -46,19 +45,5 @@ static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, con
       if (dx[j] != 0.0)
         for (int i = q->lo[j]; i < q->hi[j]; ++i) kappa[i] += n[i] * dx[j];
     }
-  }
-}
-
-static void tr_orthonormalise(int m, int r, double *N) {
-  for (int q = 0; q < r; ++q) {
-    double *n = N + (size_t)m * q, was = tr_dot(n, n, m);
-    for (int pass = 0; pass < 2; ++pass)
-      for (int p = 0; p < q; ++p) {
-        const double *np = N + (size_t)m * p;
-        double dot = tr_dot(n, np, m);
-        for (int i = 0; i < m; ++i) n[i] -= dot * np[i];
-      }
-    double len = tr_dot(n, n, m), inv = len > VANISHED * was && len > 0.0 ? 1.0 / sqrt(len) : 0.0;
-    for (int i = 0; i < m; ++i) n[i] *= inv;
   }
 }

@@ -6,21 +6,24 @@
  * pivot below KEEP_PIVOT is dropped, which causes a short acceleration error of √p.
  *
  * If many loops share few bodies, S has a sparse factor (theory, "Loops by structure"). The order of its pivots depends on the
- * structure, not on the values. The sparse factor is used only if every pivot is far above the pivot of a dependent row. Otherwise
- * the dense factor decides the rank. */
+ * structure, not on the values. At the start, the sparse factor proves full rank if every pivot is far above the pivot of a dependent
+ * row. Otherwise the dense factor decides the rank. If the stored rank is full, the sparse factor serves in every position. Near a
+ * singular position, it drops each row that depends on the rows before it. */
 #include "constraints/constraints.h"
 
 #define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with only smaller diagonals is round-off */
 #define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
 #define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
 
-/* Sparse factor of S in the structural pivot order, in the lower triangle of `S`. Returns 0 if a pivot is not above CLEAR_PIVOT.
- * Requires raw maps. */
-TR_APART int tr_factor_sparse(tr_sim *s) {
+/* Sparse factor of S in the structural pivot order, in the lower triangle of `S`. A row with a pivot not above `keep` depends on the
+ * rows before it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw
+ * maps. */
+TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
   const double *S = TR_A(s, maps), *d = TR_A(s, d);
   double *L = TR_A(s, S);
+  int *perm = (int *)TR_A(s, perm), rank = 0, dropped = 0;
   for (int j = 0; j < n; ++j) {
     const double *from = S + (size_t)order[j] * n, dj = d[order[j]];
     double *column = L + (size_t)j * n;
@@ -29,9 +32,14 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
   }
   for (int j = 0; j < n; ++j) {
     double *column = L + (size_t)j * n;
-    if (!(column[j] > CLEAR_PIVOT)) return 0;
-    const double root = sqrt(column[j]), inv = 1.0 / root;
     const int *first = below + start[j], *end = below + start[j + 1];
+    if (!(column[j] > keep)) { /* with zeros, the row's multiplier is zero, and other rows do not change */
+      column[j] = 0.0;
+      for (const int *i = first; i < end; ++i) column[*i] = 0.0;
+      perm[n - ++dropped] = order[j];
+      continue;
+    }
+    const double inv = 1.0 / sqrt(column[j]);
     column[j] = inv; /* the diagonal contains inverses, so that tr_solve_sparse needs no division */
     for (const int *i = first; i < end; ++i) column[*i] *= inv;
     for (const int *c = first; c < end; ++c) {
@@ -39,9 +47,9 @@ TR_APART int tr_factor_sparse(tr_sim *s) {
       double *other = L + (size_t)*c * n;
       for (const int *i = c; i < end; ++i) other[*i] -= column[*i] * a;
     }
+    perm[rank++] = order[j];
   }
-  memcpy(TR_A(s, perm), order, sizeof(int) * n);
-  return 1;
+  return rank;
 }
 
 static const double *tr_loop_matrix(tr_sim *s) {
@@ -73,8 +81,8 @@ static int tr_factor_loops(tr_sim *s) {
   tr_form_maps(s);
   TR_MADE(s, TR_HAS_FACTOR);
   s->loops.recursive_pivot = 0.0;
-  s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active && tr_factor_sparse(s);
-  if (s->loops.sparse) return s->loops.rank_now = k->active;
+  s->loops.sparse = k->nfill && !k->neta && s->loops.rank == k->active;
+  if (s->loops.sparse) return s->loops.rank_now = tr_factor_sparse(s, KEEP_PIVOT);
   s->loops.rank_now = tr_cholesky(tr_loop_rows(s), tr_loop_matrix(s), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), s->loops.rank, KEEP_PIVOT, GROW_PIVOT);
   if (k->nlight) tr_factor_light_rows(s);
   return s->loops.rank_now;
@@ -142,6 +150,12 @@ static void tr_update_rank(tr_sim *s) {
   TR_SPOILT(s, TR_HAS_FACTOR);
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
+  if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
+    double most = 0.0; /* of the inverse roots of the pivots, which are on the diagonal */
+    for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, S)[j + (size_t)j * n]);
+    s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
+    return;
+  }
   int r = tr_cholesky(n, tr_loop_matrix(s), TR_A(s, d), TR_A(s, S), (int *)TR_A(s, perm), n, RANK_PIVOT, RANK_PIVOT);
   if (r > s->loops.rank) {
     double last = TR_A(s, S)[(r - 1) * (n + 1)];

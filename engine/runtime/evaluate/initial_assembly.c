@@ -67,21 +67,26 @@ static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   return fmin(fmax(TIGHT, TIGHT_LAST * far), TIGHT_MOST);
 }
 
-/* Constraint Jacobian G (rows × nv) of all rows at y. The velocity residual is linear in the rates, so its differences are
- * exact. */
+/* h (2·rows) ← residuals at y if rate j is 1 and all others are 0; for j = −1, if all are 0. The velocity residual is linear in the
+ * rates, so its differences are columns of the constraint Jacobian. Requires rates of zero in y. */
+static void tr_residual_of_rate(tr_sim *s, double *y, int j, double *h) {
+  const tr_kernel *k = s->k;
+  if (j >= 0) y[k->nq + j] = 1.0;
+  k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+  if (j >= 0) y[k->nq + j] = 0.0;
+}
+
+/* Constraint Jacobian G (rows × nv) of all rows at y. */
 static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
   TR_SPOILT(s, TR_HAS_JACOBIAN);
   const tr_kernel *k = s->k;
   int rows = k->rows;
   double v[k->nv + 1], h0[2 * rows], h1[2 * rows];
-  const double *c = TR_A(s, c) + k->c_closure;
   memcpy(v, y + k->nq, sizeof(double) * k->nv);
   memset(y + k->nq, 0, sizeof(double) * k->nv);
-  k->closure(TR_A(s, x), y, c, h0);
+  tr_residual_of_rate(s, y, -1, h0);
   for (int j = 0; j < k->nv; ++j) {
-    y[k->nq + j] = 1.0;
-    k->closure(TR_A(s, x), y, c, h1);
-    y[k->nq + j] = 0.0;
+    tr_residual_of_rate(s, y, j, h1);
     for (int i = 0; i < rows; ++i) G[i + rows * j] = h1[rows + i] - h0[rows + i];
   }
   memcpy(y + k->nq, v, sizeof(double) * k->nv);
@@ -234,14 +239,15 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
   }
   if (!closed && c.least < INFINITY) memcpy(y, c.nearest, sizeof(double) * s->ny);
   if (!closed) return 0;
-  tr_constraint_jacobian(s, y, G);
   c.given = vgiven;
+  int formed = 0;
   for (int phase = 0; phase < 3; ++phase) {
     memcpy(y + k->nq, start + k->nq, sizeof(double) * k->nv);
     tr_set_weights(&c, held[phase]);
     for (int it = 0; it < 4; ++it) {
       k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
       if (tr_largest_residual(s, h, 1) <= RATES_CLOSED) return 1;
+      if (!formed) tr_constraint_jacobian(s, y, G), formed = 1;
       for (int i = 0; i < k->rows; ++i) b[i] = -h[k->rows + i];
       tr_least_change(s, G, weight, b, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
@@ -254,10 +260,17 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
 
 static int tr_has_idle_rows(tr_sim *s, double *y) {
   const tr_kernel *k = s->k;
-  double *G = TR_A(s, jac);
-  tr_constraint_jacobian(s, y, G);
-  for (int i = 0; i < k->active; ++i)
-    for (int j = 0, r = k->active_rows[i]; j < k->nv; ++j)
-      if (fabs(G[r + k->rows * j]) * tr_rate_unit(s, j) > NO_LEVER * tr_row_unit(s, r)) return 0;
-  return 1;
+  const int rows = k->rows;
+  double v[k->nv + 1], h0[2 * rows], h1[2 * rows];
+  int idle = 1;
+  memcpy(v, y + k->nq, sizeof(double) * k->nv);
+  memset(y + k->nq, 0, sizeof(double) * k->nv);
+  tr_residual_of_rate(s, y, -1, h0);
+  for (int j = 0; j < k->nv && idle; ++j) {
+    tr_residual_of_rate(s, y, j, h1);
+    for (int i = 0, r; i < k->active && idle; ++i)
+      r = k->active_rows[i], idle = !(fabs(h1[rows + r] - h0[rows + r]) * tr_rate_unit(s, j) > NO_LEVER * tr_row_unit(s, r));
+  }
+  memcpy(y + k->nq, v, sizeof(double) * k->nv);
+  return idle;
 }

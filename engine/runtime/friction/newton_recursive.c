@@ -110,6 +110,18 @@ static int tr_loads_by_recursion(tr_sim *s, double *eta) {
   return 1;
 }
 
+/* Whether η obeys the laws evaluated last, up to round-off. Requires η and N of one linear solution. */
+static int tr_obeys_laws(const tr_sim *s, const double *eta) {
+  const double *law = TR_A(s, law), *lever = TR_A(s, lever);
+  double gap = 0.0, size = 0.0;
+  for (int i = 0; i < s->k->neta; ++i) {
+    const double f = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
+    if (tr_row_kind(s, i) == TR_ROW_LAW) gap = tr_max_or_nan(gap, fabs(law[i] - eta[i]) * f);
+    size = fmax(size, fabs(eta[i]) * f);
+  }
+  return gap <= NEWTON_EXACT * size;
+}
+
 static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
@@ -120,6 +132,7 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
     if (fresh) k->laws(N, rates, x, c, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
     else k->laws_alone(N, rates, x, c, TR_A(s, law), TR_A(s, sliding));
+    if (it > near && !least && tr_obeys_laws(s, eta)) return 1;
     const int sense = fresh ? tr_factor_with_laws(s) : 1;
     if (!sense || sense < least) return 0;
     memcpy(old, near && it == 1 ? TR_A(s, law) : eta, sizeof old);

@@ -136,19 +136,15 @@ int tr_derivatives(tr_sim *s, double *out) {
   return 1;
 }
 
-int tr_redundancy(tr_sim *s, double *out) {
+int tr_redundancy(tr_sim *s, double *share) {
   const tr_kernel *k = s->k;
   if (!s->o || !s->o->nkappa || !k->rows) return 0;
-  int m = s->o->nkappa;
-  double z[k->rows + k->neta + 1], base[m], *dir = TR_A(s, event_y);
+  double z[k->rows + k->neta + 1];
   s->step.watch = 0;
   if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return -1;
   if (k->active == 0) s->loops.rank_now = 0;
   tr_expand_multipliers(s, TR_A(s, y), z, 0);
-  if (k->active == k->rows && tr_dependent_rows(s) == 0) return 0;
-  int count = tr_open_reactions(s, TR_A(s, y), z, dir, out, base);
-  tr_orthonormalise(m, count, out);
-  return count;
+  return tr_open_shares(s, TR_A(s, y), z, share);
 }
 
 const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }

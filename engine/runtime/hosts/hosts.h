@@ -91,9 +91,9 @@ int tr_evaluate(tr_sim *s, double *dy, double *z);
 /* dẏ/d[y, t] at the block's (t, y), ny × (ny + 1), column-major. Requires the Jacobian unit. Returns 0 on failure. */
 int tr_derivatives(tr_sim *s, double *out);
 
-/* Number of reaction directions that the motion does not determine at the block's state; −1 if there is no solution. out (nkappa ×
- * count) receives their scaled reactions, orthonormalised. */
-int tr_redundancy(tr_sim *s, double *out);
+/* Number of reaction directions that the motion does not determine at the block's state; −1 if there is no solution. share (nkappa):
+ * as in tr_open_shares. */
+int tr_redundancy(tr_sim *s, double *share);
 
 const tr_stats *tr_statistics(const tr_sim *s);
 

@@ -7,8 +7,12 @@
  * N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base);
 
-/* full ← [λ | η] for all rows, from [λ active | η]. `resolve`: choose the undetermined reactions so that their norm is smallest.
- * Requires a solution. */
+/* share (nkappa) ← the largest component of each scaled reaction over the open directions at the solution, each scaled to norm 1.
+ * Returns the number of directions. */
+static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share);
+
+/* full ← [λ | η] for all rows, from [λ active | η]. resolve: choose the undetermined reactions with minimum norm. Requires a
+ * solution. */
 static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 
 /* Contact forces of all pairs at the solution. a: time derivatives of the rates. Returns 0 if the mechanism has no contacts. */

@@ -28,6 +28,70 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
   return count;
 }
 
+/* For n scaled reactions, scale moved − base to norm 1, and raise each entry of `share` to the size of its component. at: indices of
+ * the reactions; null pointer: the first n. */
+static void tr_raise_shares(int n, const int *at, const double *base, const double *moved, double *share) {
+  double squares = 0.0;
+  for (int q = 0; q < n; ++q) {
+    const double change = moved[at ? at[q] : q] - base[at ? at[q] : q];
+    squares += change * change;
+  }
+  const double inv = squares > 0.0 ? 1.0 / sqrt(squares) : 0.0;
+  for (int q = 0; q < n; ++q) {
+    const int i = at ? at[q] : q;
+    share[i] = fmax(share[i], fabs(moved[i] - base[i]) * inv);
+  }
+}
+
+/* Add 1 to the multiplier of the inactive row number `slot` of each loop of a group. opened: this row of each loop, or −1. Returns the
+ * number of rows. */
+static int tr_open_group(const tr_sim *s, int group, int slot, const char *is_active, int *opened, double *z) {
+  const tr_outputs *o = s->o;
+  int count = 0;
+  for (int l = 0; l < o->nloops; ++l) {
+    int left = slot;
+    opened[l] = -1;
+    if (o->loop_group[l] != group) continue;
+    for (int r = o->loop_rows[l]; r < o->loop_rows[l + 1] && opened[l] < 0; ++r)
+      if (!is_active[r] && left-- == 0) opened[l] = r, z[r] += 1.0, ++count;
+  }
+  return count;
+}
+
+static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share) {
+  const tr_kernel *k = s->k;
+  const tr_outputs *o = s->o;
+  int rows = k->rows, a = k->active, m = s->o->nkappa, count = tr_dependent_rows(s), opened[rows], groups = 0, more = 1;
+  char is_active[rows + 1];
+  double base[m], moved[m], zz[rows + k->neta + 1], *V = TR_A(s, open_lambda);
+  memset(share, 0, sizeof(double) * m);
+  if (a == rows && count == 0) return 0;
+  memset(is_active, 0, sizeof is_active);
+  for (int i = 0; i < a; ++i) is_active[k->active_rows[i]] = 1;
+  o->kappa(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, base);
+  tr_null_space(s, V);
+  for (int q = 0; q < count; ++q) {
+    memcpy(zz, z, sizeof(double) * (rows + k->neta));
+    for (int i = 0; i < a; ++i) zz[k->active_rows[i]] += V[i + q * a];
+    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
+    tr_raise_shares(m, 0, base, moved, share);
+  }
+  for (int l = 0; l < o->nloops; ++l)
+    if (o->loop_group[l] >= groups) groups = o->loop_group[l] + 1;
+  for (int g = 0; g < groups; ++g, more = 1)
+    for (int slot = 0; more; ++slot) {
+      memcpy(zz, z, sizeof(double) * (rows + k->neta));
+      more = tr_open_group(s, g, slot, is_active, opened, zz);
+      count += more;
+      if (more) o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
+      for (int l = 0; l < o->nloops && more; ++l) {
+        const int first = o->share_start[l], n = o->share_start[l + 1] - first;
+        if (opened[l] >= 0) tr_raise_shares(n, o->share_at + first, base, moved, share);
+      }
+    }
+  return count;
+}
+
 /* Redundant loops: among all λ with the same motion, choose the reactions with the smallest norm in the metric of the bodies.
  * ``kappa``: reactions of all joints on loops, scaled by the inertia on which they act. The choice does not depend on units, on the
  * order of bodies, or on cuts. */
@@ -175,7 +239,7 @@ static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int the
   if (ok) {
     double z[k->rows + k->neta + 1], extra[TR_DOUBLES(tr_extra) + k->nsliders + 1];
     tr_fill_extra(s, y, (tr_extra *)extra);
-    if (solved) tr_expand_multipliers(s, y, z, 1);
+    if (solved) tr_expand_multipliers(s, y, z, (o->wants & TR_WANTS_SOLUTION) != 0);
     o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, extra, row + 1);
     tr_finish_columns(s, row + 1);
   }

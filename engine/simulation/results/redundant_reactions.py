@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 SHARE = 1e-6
@@ -35,15 +33,14 @@ def redundancy(block: Block) -> Redundancy:
     """The redundancy at the current state of the block."""
     if not block.kernel.sizes["rows"]:
         return Redundancy(0)
-    open_directions = block.redundancy()
+    count, share = block.redundancy()
     names, at = [], 0
     for name, rows in block.kernel.facts["loop_rows"]:
-        part = open_directions[at : at + rows]
-        at += rows
-        if part.size and np.abs(part).max() > SHARE:
+        if rows and share[at : at + rows].max() > SHARE:
             names.append(name)
+        at += rows
     rubbing = block.kernel.facts["rubbing"] if block.kernel.sizes["nkappa"] else ()
-    return Redundancy(open_directions.shape[1], tuple(names), tuple(n for n in names if n in rubbing))
+    return Redundancy(count, tuple(names), tuple(n for n in names if n in rubbing))
 
 
 def redundancy_notes(r: Redundancy) -> list[str]:

@@ -197,12 +197,11 @@ class Block:
             raise RuntimeError("the derivatives do not exist at this state")
         return out.T
 
-    def redundancy(self) -> np.ndarray:
-        """Patterns of scaled loop reactions that the motion does not determine (loop rows × count). The columns are orthonormal."""
-        rows = sum(n for _, n in self.kernel.facts["loop_rows"])
-        out = np.zeros((self.kernel.sizes["rows"] + 1, max(rows, 1)))
-        count = self.lib.tr_redundancy(self.at, out.ctypes.data)
-        return out[: max(count, 0), :rows].T
+    def redundancy(self) -> tuple[int, np.ndarray]:
+        """Patterns of scaled loop reactions that the motion does not determine: their number, and the largest component of each
+        reaction (loop rows) over all patterns, each a unit vector."""
+        share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
+        return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
     def hold(self) -> np.ndarray | None:
         """Statics at the current state with all friction pairs in stick. ``start`` must be called before. Returns a ``tr_held`` for

@@ -16,21 +16,23 @@ NO_SIZE = 1e-24
 quotients stay finite."""
 
 
+def bodies_of_loop(system: System, c: Joint) -> list[int]:
+    """Bodies whose tree joints are on the loop of a cut joint: the path between its two bodies, ascending."""
+    paths: list[set[int]] = []
+    for body in (c.inb, c.out):
+        path = set()
+        while body != GROUND:
+            path.add(body)
+            body = system.bodies[body].parent
+        paths.append(path)
+    return sorted(paths[0] ^ paths[1])
+
+
 def loop_joints(system: System) -> list[Joint]:
     """Joints on any loop, in the order of the system's joints: the cut joints, and the tree joints on the path between the two
     bodies of each cut joint."""
-    found: list[str] = []
-    for c in system.joints[len(system.bodies) :]:
-        paths = []
-        for body in (c.inb, c.out):
-            path = []
-            while body != GROUND:
-                path.append(body)
-                body = system.bodies[body].parent
-            paths.append(path)
-        different = set(paths[0]) ^ set(paths[1])
-        found += [system.tree[b].name for b in sorted(different)] + [c.name]
-    wanted = set(found)
+    cuts = system.joints[len(system.bodies) :]
+    wanted = {c.name for c in cuts} | {system.tree[b].name for c in cuts for b in bodies_of_loop(system, c)}
     return [j for j in system.joints if j.name in wanted]
 
 

@@ -59,11 +59,15 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
     return [others - {at} for at, others in enumerate(out)]
 
 
-def fill(system: System, active: Sequence[int], part: float = FEW_ENTRIES) -> Fill:
-    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) if there are few rows, or if the sparse
-    factor has more than the fraction ``part`` of a dense factor's entries."""
-    if len(active) < MANY_ROWS or system.light:
-        return Fill()
+def fill(system: System, active: Sequence[int]) -> Fill:
+    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, or if the factor has more
+    than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
+    return Fill() if len(active) < MANY_ROWS or system.light else pattern(system, active, FEW_ENTRIES)
+
+
+def pattern(system: System, active: Sequence[int], part: float = 1.0) -> Fill:
+    """As ``fill``, for any number of rows. The result is empty only if the factor has more than the fraction ``part`` of a dense
+    factor's entries."""
     loops = rows_by_loop(system, active)
     near, most = coupled(system, [c for c, _ in loops]), part * len(active) * (len(active) + 1) / 2
     sequence, after, entries, left = [], [], 0, set(range(len(loops)))

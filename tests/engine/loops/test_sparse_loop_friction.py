@@ -4,6 +4,7 @@ determinant, whole runs. Its cost grows with the number of loops (theory, "Frict
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from tests.benchmarks.speed.four_bar_loops import rubbing
 from tests.engine.loops.test_sparse_loop_solve import beside, cranks
 from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
+from tests.engine.mechanisms.stewart_platform import stewart
 from tests.engine.parts.test_compiled_kernel_equivalence import State, called
 from tests.sampling import slow
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -43,6 +45,7 @@ SCENES: dict[str, Callable[[], sm.Scene]] = {
 """Random loops with every law, friction in three joints of four, cut ones too; a ladder whose loops share bodies; N four-bars."""
 COULOMB: dict[str, Callable[[], sm.Scene]] = {
     **{name: SCENES[name] for name in ("scissor", "cranks")},
+    "stewart": lambda: stewart(3),
     **{f"half{seed}": partial(loops_beside, seed, 0.5) for seed in (0, 3, 4)},
 }
 """With Coulomb's law alone; half the joints of random loops rub."""
@@ -147,15 +150,14 @@ def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
 def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     """Of one scene: along the recursion, and with maps."""
     made = []
-    for rows in (scene_kernel.MANY_ROWS, 10**6):
-        monkeypatch.setattr(scene_kernel, "MANY_ROWS", rows)
+    for along in (True, False):
+        monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         made.append(Model(scene, ("*.q[*]",), "parts"))
-        assert bool(made[-1].kernel.tables["kernel"].shift) == (rows < 10**6)
+        assert bool(made[-1].kernel.tables["kernel"].shift) == along
     return made
 
 
-@pytest.mark.default_cases(2)
-@pytest.mark.parametrize("name", ["cranks", "scissor", "half0", *map(slow, ["half3", "half4"])])
+@pytest.mark.parametrize("name", ["cranks", "scissor", "stewart", "half0", *map(slow, ["half3", "half4"])])
 def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, name: str) -> None:
     both = models(monkeypatch, COULOMB[name]())
     for m in both:
@@ -177,8 +179,8 @@ def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkey
 def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
     """The same events, end and certificate; nothing was refused."""
     scene, ends, contractions = COULOMB[name](), [], []
-    for rows in (scene_kernel.MANY_ROWS, 10**6):
-        monkeypatch.setattr(scene_kernel, "MANY_ROWS", rows)
+    for along in (True, False):
+        monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         r = simulate(scene, until=0.3, every=0.1, rtol=1e-9, outputs=("*.q[*]", "audit.constraint"), kernel="parts")
         assert r.outcome.ok
         assert r.stats.counters["refused"] == 0
@@ -189,6 +191,21 @@ def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
     assert ends[0][0] == ends[1][0]
     assert ends[0][1] == pytest.approx(ends[1][1], abs=1e-6)
     assert contractions[0] == pytest.approx(contractions[1], rel=1e-6)
+
+
+def one_rubs(scene: sm.Scene) -> sm.Scene:
+    return replace(scene, joints=scene.joints | {"pivot0": rubbing(scene).joints["pivot0"]})
+
+
+@pytest.mark.parametrize(
+    ("scene", "along"),
+    [(stewart(3), True), (stewart(6), True), (scissor(3), True), (rubbing(n_four_bar(2)), True), (rubbing(n_four_bar(1)), False),
+     (one_rubs(n_four_bar(3)), False)],
+    ids=["stewart3", "stewart6", "scissor3", "four_bars2", "four_bar", "one_of_ten_joints"],
+)  # fmt: skip
+def test_the_form_with_fewer_multiplications_solves_the_friction_of_loops(scene: sm.Scene, along: bool) -> None:
+    """As measured: along the recursion from two loops on; with maps for one loop, or one joint that rubs among ten."""
+    assert bool(Model(scene, ("*.q[*]",), "parts").kernel.tables["kernel"].shift) == along
 
 
 def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:

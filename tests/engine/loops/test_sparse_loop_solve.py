@@ -3,7 +3,7 @@ the number of loops (theory, "Loops by structure")."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -16,8 +16,10 @@ from tests.reference.scenes.random_scenes import Case, random_loop
 from tests.reference.scenes.result_table import table
 from trunnion.analysis.mechanics.state_evaluation import evaluate
 from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scalable_mechanisms import n_four_bar
+from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy
 from trunnion.simulation.run import Model, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.construction.system_builder import build
@@ -40,22 +42,26 @@ def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> s
     return replace(s, body=hung or "ground", point=point)
 
 
+def together(scenes: Sequence[sm.Scene], hung: Callable[[int], str | None] = lambda k: None) -> sm.Scene:
+    """The mechanisms as one scene, with names that begin with c0_, c1_, …; hung(k): body on which mechanism k stands."""
+    bodies, joints = {}, {}
+    for k, scene in enumerate(scenes):
+        bodies |= {f"c{k}_{n}": b for n, b in scene.bodies.items()}
+        for n, j in scene.joints.items():
+            ends = {which: side(getattr(j, which), k, scene.ground, hung(k)) for which in ("inboard", "outboard")}
+            joints[f"c{k}_{n}"] = replace(j, **ends, effort=None)
+    return sm.Scene(bodies, joints, "together", gravity=(1.0, -3.0, 9.0))
+
+
 @cache
 def beside(seed: int, friction: float = 0.0, **options) -> Case:
     """Random loops; every third one is attached to the first body of the one before. friction: share of joints that rub. Seed 3 has
     a light freedom, and its loops are solved by dense equations."""
     cases = [random_loop(f"beside{seed}_{k}", drives=0.0, friction=friction, **options) for k in range(COUNT)]
-    bodies, joints, q, qd, tree = {}, {}, {}, {}, []
-    for k, c in enumerate(cases):
-        hung = f"c{k - 1}_b1" if k % 3 == 2 else None
-        bodies |= {f"c{k}_{n}": b for n, b in c.scene.bodies.items()}
-        for n, j in c.scene.joints.items():
-            ends = {which: side(getattr(j, which), k, c.scene.ground, hung) for which in ("inboard", "outboard")}
-            joints[f"c{k}_{n}"] = replace(j, **ends, effort=None)
-        q |= {f"c{k}_{n}": v for n, v in c.q.items()}
-        qd |= {f"c{k}_{n}": v for n, v in c.qd.items()}
-        tree += [f"c{k}_{n}" for n in c.tree]
-    return Case(sm.Scene(bodies, joints, f"beside{seed}", gravity=(1.0, -3.0, 9.0)), q, qd, 0.0, tuple(tree))
+    scene = together([c.scene for c in cases], lambda k: f"c{k - 1}_b1" if k % 3 == 2 else None)
+    q = {f"c{k}_{n}": v for k, c in enumerate(cases) for n, v in c.q.items()}
+    qd = {f"c{k}_{n}": v for k, c in enumerate(cases) for n, v in c.qd.items()}
+    return Case(scene, q, qd, 0.0, tuple(f"c{k}_{n}" for k, c in enumerate(cases) for n in c.tree))
 
 
 def cranks(n: int) -> sm.Scene:
@@ -115,6 +121,24 @@ def test_a_run_passes_singular_positions_by_the_dense_factor(both, kernel: str) 
         assert r["audit.constraint"].max() <= 1e-12
         ends.append([r[f"pivot{i}.q[1]"][-1] for i in range(10)])
     assert ends[0] == pytest.approx(ends[1], abs=1e-6)
+
+
+def open_at_start(scene: sm.Scene) -> Redundancy:
+    model = Model(scene, ("*.q[*]",), "parts")
+    model.block.configure(Settings())
+    model.block.assemble(0.0)
+    model.begin(Settings(), 0.0, 1.0, 1.0, np.zeros(model.block.width))
+    return redundancy(model.block)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_open_reactions_of_mechanisms_together_are_those_of_each_apart(seed: int) -> None:
+    """Redundant by structure (four-bars, of which neighbours share a crank) and by a position (Bricard's mechanism)."""
+    scenes = [n_four_bar(3), n_four_bar(1), load_scene("bricard")]
+    scenes = [scenes[i] for i in np.random.default_rng(seed).choice(3, 3 + seed)]
+    apart, found = [open_at_start(s) for s in scenes], open_at_start(together(scenes))
+    assert found.count == sum(r.count for r in apart) > 0
+    assert set(found.joints) == {f"c{k}_{n}" for k, r in enumerate(apart) for n in r.joints}
 
 
 def test_loops_stay_closed_at_any_tolerance() -> None:
