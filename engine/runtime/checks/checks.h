@@ -10,8 +10,8 @@ static inline double tr_closure_speed(const tr_sim *s);
  * at the end of a step, where branches and end stops are checked too. Requires maps of y and multipliers in z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
-/* tr_check_solution at the end of a step, without maps if the solution is recursive. Beyond an event, laws are broken as a rule, and
- * nothing needs to know exactly which. *sure: whether maps were used; else tr_confirm_end must confirm a violation. */
+/* tr_check_solution at the end of a step, without maps if the solution is recursive. *sure: whether maps were used; otherwise
+ * tr_confirm_end must confirm a violation, unless the step ends beyond an event, where laws are broken as a rule. */
 static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
 
 /* tr_check_solution at the end (t, y) of a step, with maps, after other states were evaluated. */

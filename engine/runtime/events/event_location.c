@@ -40,11 +40,12 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). The secant follows the pair or
- * stop that is worst at b (*which), because the largest violation has kinks. at_a: violations less 1 at a; 0: unknown. Where a point
- * is farther from zero than the end that it replaces, the violation bends inside the bracket, and the next point halves it. near:
- * multipliers at a, followed to the root; 0: they are not followed. NaN: the solution itself ends there. */
-static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, const double *at_a, double *near, int *which) {
+/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). The secant follows the pair
+ * or stop that is worst at b (*which), because the largest violation has kinks. at_a: violations less 1 at a; 0: unknown. A point
+ * farther from zero than the end that it replaces shows that the violation bends inside the bracket; the next point halves the
+ * bracket. near: multipliers at a, followed to the root; 0: they are not followed. NaN: the solution itself ends there. */
+static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, const double *at_a, double *near,
+                                 int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   int side = 0, bends = 0;
   double own[watched + 1], fa = ga, fb = gb;

@@ -132,8 +132,8 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Search one by one along the recursion, for one-component pairs of a tree. Most events of many pairs at rest change few modes, so a
- * few passes replace the matrices of all pairs. Returns 0 beyond NEARBY_WORK; modes and η are then restored. */
+/* Search one by one along the recursion, for one-component pairs of a tree. Most events of many pairs at rest change few modes.
+ * A few passes then replace the matrices of all pairs. Returns 0 beyond NEARBY_WORK; modes and η are then restored. */
 static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   const tr_kernel *k = s->k;
   double eta[k->neta + 1];
