@@ -10,6 +10,7 @@
 #define CLOSE_STOP 500.0   /* the same for a pair of several components: a speed below NEAR_MISS */
 #define ROOT_STEPS 80     /* iterations on θ; secants up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 60
+#define JUST_BEYOND 0.01 /* × the tolerance: where the secant aims from a point closer than the tolerance before the root */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × variation of a sliding speed over the stages: how far the speed may dip to rest between stages */
 #define TURN_DIP 0.5    /* × that variation, for a speed with a minimum inside the step; stages are up to half a step apart */
@@ -53,7 +54,7 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
   for (int i = 0; i < watched; ++i) own[i] = at_a ? at_a[i] : NAN;
   if (own[*which] < 0.0) fa = own[*which];
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
-    const double aim = fa > -1.0 ? 0.5 : 0.0; /* from within the tolerance before the root to within the tolerance beyond it */
+    const double aim = fa > -1.0 ? JUST_BEYOND : 0.0; /* a point this close to the root ends the search if it is beyond the root */
     double m = fa < 0.0 && it < SECANT_STEPS && !bends ? a + (aim - fa) / (fb - fa) * (b - a) : 0.5 * (a + b);
     if (!(m > a && m < b)) m = 0.5 * (a + b);
     int w = *which;
