@@ -10,6 +10,7 @@
 #define CLOSE_STOP 500.0   /* the same for a pair of several components, whose speed is then below NEAR_MISS */
 #define ROOT_STEPS 80     /* largest number of iterations on θ: secants up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 60
+#define JUST_BEYOND 0.01 /* × the tolerance: the secant aims this far beyond the root, once its start is within the tolerance of it */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
 #define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
@@ -45,7 +46,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
  * at a; null pointer: unknown. If the violation at a new point is farther from zero than at the end that the point replaces, the
  * curve bends inside the bracket, and the next point halves it. near: multipliers at a, which are followed to the root; null pointer:
  * multipliers are not followed. Returns NaN if the solution itself ends there. */
-static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, const double *at_a, double *near, int *which) {
+static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, const double *at_a, double *near,
+                                 int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   int side = 0, bends = 0;
   double own[watched + 1], fa = ga, fb = gb;
@@ -53,7 +55,7 @@ static double tr_find_first_root(tr_sim *s, double a, double b, double ga, doubl
   for (int i = 0; i < watched; ++i) own[i] = at_a ? at_a[i] : NAN;
   if (own[*which] < 0.0) fa = own[*which];
   for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
-    const double aim = fa > -1.0 ? 0.5 : 0.0; /* from within the tolerance before the root to within the tolerance beyond it */
+    const double aim = fa > -1.0 ? JUST_BEYOND : 0.0; /* a point this close to the root ends the search if it is beyond the root */
     double m = fa < 0.0 && it < SECANT_STEPS && !bends ? a + (aim - fa) / (fb - fa) * (b - a) : 0.5 * (a + b);
     if (!(m > a && m < b)) m = 0.5 * (a + b);
     int w = *which;
