@@ -18,7 +18,9 @@ def header() -> str:
 
 
 def _numbers_of(m: Method) -> str:
-    """C text of a method's coefficients."""
+    """C text of a method's coefficients. Raises ValueError if they disagree with the declared properties."""
+    if not isinstance(m, Impulses):
+        m.check()
     return explicit_text(m) if isinstance(m, Tableau) else _rosenbrock(m) if isinstance(m, Rosenbrock) else _impulses(m)
 
 

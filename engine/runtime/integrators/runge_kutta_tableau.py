@@ -1,10 +1,10 @@
-"""Explicit Runge–Kutta methods as data. The constructor checks the declared properties against the coefficients."""
+"""Explicit Runge–Kutta methods as data. ``check`` compares the declared properties with the coefficients."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, carried
 
@@ -32,8 +32,7 @@ class Tableau:
     Dense output: y(θ) = y₀ + θ(R₀ + (1−θ)(R₁ + θ(R₂ + (1−θ)(D₀ + θ(D₁ + …))))).
 
     Declared properties: order, error_orders (one for each estimator), dense_order and first_same_as_last. first_same_as_last means
-    that an estimator uses the end derivative, which is the first stage of the next step. Raises ValueError if the coefficients
-    disagree with a declared property.
+    that an estimator uses the end derivative, which is the first stage of the next step.
     """
 
     name: str
@@ -52,17 +51,22 @@ class Tableau:
     led: Sequence[Sequence[int]] = ()
     """For each stage: earlier stages at different nodes. A polynomial through them extrapolates friction to the start of Newton's
     method at this stage. Empty: the first stage and the last two stages."""
-    stiff_at: float = field(init=False)
-    """Estimate of h|λ| above which stability limits the steps. It is a fraction of the real stability interval, rounded to the
-    nearest half."""
 
     def __post_init__(self) -> None:
         self._shapes()
+
+    def check(self) -> None:
+        """Raises ValueError if the coefficients disagree with a declared property. Runs before the method becomes C code."""
         found = self._derived()
         for what, value in found.items():
             if getattr(self, what) != value:
                 raise ValueError(f"tableau {self.name}: its coefficients give {what} = {value}, declared: {getattr(self, what)}")
-        object.__setattr__(self, "stiff_at", round(2 * MARGIN * self.real_interval()) / 2)
+
+    @property
+    def stiff_at(self) -> float:
+        """Estimate of h|λ| above which stability limits the steps. It is a fraction of the real stability interval, rounded to the
+        nearest half."""
+        return round(2 * MARGIN * self.real_interval()) / 2
 
     @property
     def stages(self) -> int:

@@ -20,7 +20,7 @@ from tests.paper_friction_law import PAPER
 from trunnion.basics.problems import SceneError
 from trunnion.kernel.shared_libraries import RUNTIME
 from trunnion.runtime.abi import Status
-from trunnion.runtime.integrators import REGISTRY, RK5, RK8, Impulses, Rosenbrock, Tableau
+from trunnion.runtime.integrators import REGISTRY, RK5, RK8, Impulses, Rosenbrock, Tableau, method_c_code
 from trunnion.runtime.integrators.order_conditions import density, trees
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
@@ -81,6 +81,13 @@ def spoiled(method, name: str, row: int, column: int | None):
     return replace(method, **{name: new})
 
 
+def test_no_table_becomes_c_code_unchecked(monkeypatch: pytest.MonkeyPatch) -> None:
+    for method in METHODS.values():
+        monkeypatch.setattr(method_c_code, "REGISTRY", (replace(method, order=method.order + 1),))
+        with pytest.raises(ValueError, match=f"{method.name}: its coefficients give order = "):
+            method_c_code.header()
+
+
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 def test_a_wrong_coefficient_is_refused(method) -> None:
     tried = 0
@@ -91,7 +98,7 @@ def test_a_wrong_coefficient_is_refused(method) -> None:
                 if x and (name, column) != ("H", method.stages - 1):  # it multiplies the error and has no part in the order
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
-                        spoiled(method, name, row, column)
+                        spoiled(method, name, row, column).check()
     assert tried > 30
 
 
@@ -108,7 +115,7 @@ def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(meth
         wrongs = {bool: lambda x: [not x], tuple: lambda x: [(*x[:-1], x[-1] + 1), x[1:]], int: lambda x: [x + 1, x - 1]}
         for wrong in wrongs[type(said)](said):
             with pytest.raises(ValueError, match=f"{method.name}: its coefficients give {what} = "):
-                replace(method, **{what: wrong})
+                replace(method, **{what: wrong}).check()
 
 
 def test_there_are_as_many_trees_as_the_books_say() -> None:
