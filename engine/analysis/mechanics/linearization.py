@@ -126,7 +126,7 @@ class _Point:
         self.unit = model.kernel.linear(model.columns)
 
     def along(self, inputs: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(δẋ, δcolumns) for the changes ``dy`` of the states and ``inputs`` of the signals of the inputs."""
+        """(δẋ, δcolumns) for given changes: ``dy`` of the states, and ``inputs`` of the input signals."""
         rates, columns = np.zeros(self.block.ny + 1), np.zeros(len(self.model.columns) + 1)
         inputs, dy = np.append(inputs, 0.0), np.append(dy, 0.0)
         places = [a.ctypes.data_as(ctypes.c_void_p) for a in (inputs, dy, rates, columns)]

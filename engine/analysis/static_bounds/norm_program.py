@@ -99,8 +99,8 @@ class Program:
         return replace(self, objective=objective, rows=(*self.rows, *rows), normal=normal)
 
     def concave(self) -> np.ndarray:
-        """For every term j, the largest coefficient with which an overestimate of t_j relaxes the program; 0 if an overestimate
-        does not relax it."""
+        """For every term j, how much an overestimate of t_j relaxes the program: the largest size of a coefficient of t_j among
+        the rows that it relaxes. 0 if it relaxes no row."""
         out = np.zeros(len(self.terms))
         for row in (*self.rows, self.objective):
             for j, c in row.norms.items():

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import pyarrow
 
 MOST_APART = 64
-"""When there are twice as many small tables as this, adjacent tables in the first half are merged."""
+"""Half of the number of small tables at which a merge begins. The merge joins adjacent tables in the first half."""
 
 
 class TableMerge:

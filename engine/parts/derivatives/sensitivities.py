@@ -152,7 +152,7 @@ def _columns(system: System, chosen: Sequence[Column | None], changes: list[Chan
 
 
 def _unit(scene: DifferentiableScene, d: Directions, changes: list[Change], count: int) -> DerivedUnit:
-    """Finish a unit. If directions change parameters, ``point`` also writes the values."""
+    """Finish a unit. If directions change parameters, ``point`` also writes the values of the differentiated quantities."""
     point, outs = scene.program("point"), [Slot(Space.OUT, i, 1) for i in range(count)]
     point.code.clear()
     d.point(point, outs if d.numbers else ())

@@ -60,8 +60,8 @@ SMOOTH = {
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue contains tangents of a primitive. Tangents of contact columns are limited to usual laws: their code is
-    as long as all other code together, and columns are seldom linearised."""
+    """Whether the catalogue contains tangents of a primitive. Of contact columns, it contains them only for the usual laws:
+    these tangents have as much code as all other code together, and columns are seldom linearised."""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
@@ -135,9 +135,9 @@ def _bodies() -> Iterator[Recipe]:
 
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
-    """Whether the catalogue contains inertias along the freedoms of a joint of this type, with the freedoms ``which`` prescribed.
-    Every free freedom may be light. On hinges, guides and balls, rotors may also turn prescribed freedoms, because motors and
-    imported files use this."""
+    """Whether the catalogue contains primitives with rotors for a joint of this type, with the freedoms ``which`` prescribed. A
+    rotor adds an inertia along a freedom. Any free freedom may need one, because it may be light. A prescribed freedom may have
+    one only on hinges, guides and balls; motors and imported files use this."""
     plain = kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
     return plain or len(which) < kind.nv
 

@@ -102,7 +102,7 @@ class LoopFriction:
                 )
 
     def _column(self, program: Program, loop: FrictionLoop, k: int) -> None:
-        """Reduce column and row k inward."""
+        """Reduce force column k and constraint row k of a loop inward, along the path of the loop."""
         for i in reversed(loop.at):
             parent = self.scene.parent(i)
             y, along = (b.slice(loop.size * k + loop.at[i], self.free[i]) for b in (loop.y, loop.along))

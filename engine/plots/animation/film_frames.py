@@ -151,7 +151,7 @@ class Frames:
         draw.text((12, 26), f"t = {time:.4g} s{pace}", "#555555", plain)
         if self.arrow > 0:
             force = round_force(self.arrow, self.scene.size)
-            words = f"arrow: normal force on the pin, {force:g} N is {force * self.arrow:.3g} m long"
+            words = f"arrow: normal force on the pin; {force:g} N is drawn {force * self.arrow:.3g} m long"
             draw.text((12, self.size[1] - 20), words, "#555555", plain)
         return np.asarray(image)
 

@@ -165,7 +165,7 @@ double stepped : time when method auto first used time stepping, s; -1: never
 double dead_centre : time when a driven motion first passes a dead centre, s; -1: never
 """)
 
-WORST = Record("tr_worst", "Worst figure of a law so far.", """
+WORST = Record("tr_worst", "Largest value so far of one figure of the audit (TR_LAW_…).", """
 double size : figure in the unit of the law (TR_LAW_…)
 double time : time, s; -1: never
 double joint : joint, counted from 1 among those with friction; 0: none

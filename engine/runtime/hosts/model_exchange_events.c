@@ -77,7 +77,8 @@ static int tr_decide_exchange_event(tr_sim *s, int i) {
   return code;
 }
 
-/* Renew the direction of pair i, which has several components. The new direction is that of its motion or of its line. */
+/* Renew the sliding direction of pair i, a pair with several components. The new direction is that of the pair's motion. If the
+ * pair moves along a line, the direction is that of the line. */
 static void tr_renew_direction(tr_sim *s, int i) {
   const double *rates = tr_pair_rates(s, i);
   const int line = tr_frozen_length(s, i) > TR_LINE;

@@ -5,8 +5,8 @@
  * (``events/event_location.c``). */
 #define HELD_PART 0.25
 
-/* Whether pair i is at rest as a consequence of pair j of the same class: its speed is at most the rest speed times the ratio of
- * their rates. */
+/* Whether pair i counts as at rest because pair j of the same class is at rest. The limit for the speed of i is the rest speed. In
+ * the common motion of the class, i may be faster than j; the limit is then multiplied by the ratio of these two speeds. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);

@@ -2,9 +2,9 @@
  * not locate friction events. A fixed step may contain any number of events, at constant cost.
  * ``time_stepping/moreau_error_control.c`` adds error control.
  *
- * With maps at the middle position, the rates at the end are v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the end;
- * otherwise it slips along its rate. The search of ``modes/active_set.c`` decides this; accelerations are replaced by v⁺/h
- * (tr_form_held_maps). */
+ * The maps at the middle position give the accelerations a + A η as a function of the friction η. The rates at the end of the step
+ * are then v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the end; otherwise it slips along its rate. The search of
+ * ``modes/active_set.c`` decides which pairs stick. It uses v⁺/h in place of the accelerations (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
 #define MOREAU_STEP 0.03   /* × √rtol / rate: first step size, and time unit in the detection of accumulating events */

@@ -108,5 +108,5 @@ function legend() {
     box.append(made("div", { title: "normal force divided by the projected area of the contact" }, "nominal pressure: 0 ", bar, ` ${shownNumber(run.pressure / 1e6)} MPa`));
   }
   const metres = run.force * run.arrow * look.arrows;
-  box.append(made("div", { textContent: `arrow: normal force on the pin, ${run.force} N is ${shownNumber(metres)} m long` }));
+  box.append(made("div", { textContent: `arrow: normal force on the pin; ${run.force} N is drawn ${shownNumber(metres)} m long` }));
 }
