@@ -9,7 +9,7 @@ import casadi as ca
 from trunnion.recursion.complement_equation_terms import reaction_rows
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.joint_reactions import on_outboard
-from trunnion.recursion.loop_contact_compliance import contact_rows, friction_change_rows, spin
+from trunnion.recursion.loop_contact_springs import contact_rows, friction_change_rows, spin
 from trunnion.recursion.outward_accelerations import Accelerations
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint

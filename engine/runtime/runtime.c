@@ -67,7 +67,7 @@ TR_RARE
 #include "modes/cone_equations_ball.c"
 #include "modes/cone_equations.c"
 #include "modes/cone_homotopy.c"
-#include "modes/active_set_newton.c"
+#include "modes/mode_decision_by_cones.c"
 #include "modes/active_set_prediction.c"
 #include "modes/load_resharing_minmax.c"
 #include "modes/load_resharing.c"
@@ -77,7 +77,7 @@ TR_OFTEN
 #include "events/stop_events.c"
 #include "events/direction_turns.c"
 #include "events/event_margin.c"
-#include "events/violation_maxima.c"
+#include "events/violation_maxima_in_step.c"
 #include "events/event_location.c"
 TR_RARE
 #include "events/event_location_projected.c"

@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.elements.joints import REGISTRY
 from trunnion.kernel.interface.output_columns import columns
-from trunnion.parts.layout.signal_values import value
+from trunnion.parts.layout.signal_evaluation import value
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.loads_and_signals import VARYING, each
 from trunnion.simulation.execution.drive_motion import external

@@ -18,7 +18,7 @@ from trunnion.kernel.c_code.code_generator import Input, Output, Stage, emit
 from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, Multipliers, combination, inputs, state_rates
 from trunnion.recursion.complement_equation_terms import acceleration_rows, joint_rates, laws, numbers, reaction_rows, wrench
 from trunnion.recursion.inward_reduction import Model
-from trunnion.recursion.loop_contact_compliance import friction_change_rows
+from trunnion.recursion.loop_contact_springs import friction_change_rows
 from trunnion.recursion.outward_accelerations import Accelerations, outward
 from trunnion.recursion.redundant_loop_reactions import scaled_reactions
 from trunnion.recursion.vector_algebra import SX

@@ -14,7 +14,7 @@ from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, inputs, qdo
 from trunnion.recursion import latch_forces
 from trunnion.recursion.complement_equation_terms import by_loads, joint_rates, laws, numbers, wrench
 from trunnion.recursion.inward_reduction import Model
-from trunnion.recursion.loop_contact_compliance import complete_wrench, friction_change
+from trunnion.recursion.loop_contact_springs import complete_wrench, friction_change
 from trunnion.recursion.masses_and_forces import stop_push
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX

@@ -14,7 +14,7 @@ from trunnion.parts.primitives.primitive_from_expressions import expression_prim
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
 from trunnion.recursion.complement_equation_terms import by_loads, laws, numbers, wrench
-from trunnion.recursion.loop_contact_compliance import complete_wrench, friction_change
+from trunnion.recursion.loop_contact_springs import complete_wrench, friction_change
 from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement
 from trunnion.system.structure.external_value_layout import MODE

@@ -20,7 +20,7 @@ from trunnion.recursion import cam_follower_constraint, point_on_curve_constrain
 from trunnion.recursion import cut_joint_constraints as cutting
 from trunnion.recursion.body_kinematics import GROUND_MOTION
 from trunnion.recursion.joint_reactions import at_point, on_pin_part
-from trunnion.recursion.loop_contact_compliance import PART, spring_rows
+from trunnion.recursion.loop_contact_springs import PART, spring_rows
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, FrictionElement, Joint
 from trunnion.system.structure.joint_couplings import FOOT, Mimic, Profile, Wheels

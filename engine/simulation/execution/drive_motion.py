@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.elements.joints import REGISTRY
-from trunnion.parts.layout.signal_values import motion
+from trunnion.parts.layout.signal_evaluation import motion
 from trunnion.runtime.abi.tolerances import number
 from trunnion.scene.queries.number_units import slides
 from trunnion.simulation.runtime_interface.simulation_block import signals

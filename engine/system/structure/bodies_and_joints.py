@@ -17,7 +17,7 @@ from trunnion.system.structure.devices_and_loads import Stop as Stop
 from trunnion.system.structure.external_value_layout import External
 from trunnion.system.structure.joint_couplings import Curve, LightFreedom, Mimic, Profile, Wheels
 from trunnion.system.structure.parameter_table import Leaf, Leaves
-from trunnion.system.structure.pin_fit import Fit as Fit
+from trunnion.system.structure.pin_and_bearing_roles import Fit as Fit
 
 GROUND = -1
 

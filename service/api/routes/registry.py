@@ -11,7 +11,7 @@ FILES = (
     "rerun_and_extend",
     "results_and_trajectories",
     "bins_and_case_events",
-    "indices_spreads_answer",
+    "sample_study_results",
     "models_scenes_fmus",
     "sensitivities",
     "tags_usage_audit",
