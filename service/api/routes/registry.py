@@ -11,7 +11,7 @@ FILES = (
     "rerun_and_extend",
     "results_and_trajectories",
     "bins_and_case_events",
-    "sample_study_results",
+    "indices_spreads_answer",
     "models_scenes_fmus",
     "sensitivities",
     "tags_usage_audit",
