@@ -65,6 +65,7 @@ def numbers(table: pyarrow.Table) -> np.ndarray:
     return np.column_stack([table.column(n).to_numpy() for n in names])
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", SWEPT)
 def test_cases_that_step_together_are_those_that_step_alone(which: str) -> None:
     together, alone = whole(which, "lanes"), whole(which, "compiled")

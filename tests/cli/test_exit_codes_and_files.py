@@ -250,6 +250,7 @@ def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
     assert done.stdout.strip().endswith("[]")
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp_path: Path) -> None:
     """Arrow imports pandas, where it is installed, as soon as it is given an array of another kind."""
@@ -262,6 +263,7 @@ def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp
     assert done.stdout.splitlines()[-2:] == ["0", "[]"], done.stdout
 
 
+@pytest.mark.slow
 def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

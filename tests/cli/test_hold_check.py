@@ -55,6 +55,7 @@ LONG = {"toggle_press": pytest.mark.slow}
 """Models whose bounds take half as long as those of all others together."""
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, ())) for name in bundled_names()])
 def test_bounds_of_every_model_are_json(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(["check", name, "--hold", "--bounds", "--json"])

@@ -77,6 +77,7 @@ def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any,
     assert [e.time for e in events] == [e.time for e in whole.events if e.time <= end]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_simulate_keeps_every_row_and_event(suffix: str, tmp_path: Path, whole: Result) -> None:
     file = tmp_path / f"r.{suffix}"
@@ -129,6 +130,7 @@ def test_a_program_with_a_handler_of_its_own_keeps_it() -> None:
     assert ran(program).stdout == "done 1\n"
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(
     ("suffix", "words"),
     [

@@ -28,6 +28,7 @@ def test_no_page_is_longer_than_a_reader_scrolls() -> None:
     assert {p.relative_to(ROOT).as_posix(): p.stat().st_size for p in pages if p.stat().st_size > LARGEST_PAGE} == {}
 
 
+@pytest.mark.slow
 def test_all_pages_build_into_a_site_with_search(tmp_path: Path) -> None:
     if find_spec("sphinx") is None:
         pytest.skip("the site needs the extra docs")

@@ -85,6 +85,7 @@ def test_pictures_are_small_files_and_large_enough_to_read(name: str) -> None:
         assert height >= 250
 
 
+@pytest.mark.slow
 def test_the_gallery_draws_the_same_bytes_twice(tmp_path: Path) -> None:
     first, second = ({p.name: p.read_bytes() for p in draw("spatial_slider_crank", _made(tmp_path / n))} for n in "ab")
     assert first == second

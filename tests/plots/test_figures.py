@@ -165,7 +165,7 @@ def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
     assert not any("not drawn" in s.heading for s in sections(r, rubbing))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["stewart_platform", "wishbone_corner", "scissor_lift", "toggle_press", "andrews"])
 def test_no_name_in_a_picture_covers_another_or_leaves_it(name: str) -> None:
     """By the boxes that the renderer itself gives the texts."""

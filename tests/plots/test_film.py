@@ -100,6 +100,7 @@ def test_short_and_long_runs_last_the_usual_time(swing: Result) -> None:
     assert times[-1] == pytest.approx(0.003)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("suffix", [".gif", ".webp"])
 def test_a_film_has_its_frames_and_its_time(suffix: str, swing: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("trunnion.plots.animation.film.FPS", 2)

@@ -69,6 +69,7 @@ def joint_gap(result: Result, row: int) -> float:
     return max(gaps)
 
 
+@pytest.mark.default_cases(9)
 @pytest.mark.parametrize("name", design_names())
 def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
     """A trolley of 40 mm on a panel of two metres had pins of 100 mm."""

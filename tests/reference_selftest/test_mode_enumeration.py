@@ -69,6 +69,7 @@ def test_between_sliding_and_static_friction_a_block_may_do_either() -> None:
     assert modes(incline(math.atan(0.4), mu=0.3, mu_static=0.45), slide=[0.0]) == [{"slide.1": "sticks"}, {"slide.1": "+"}]
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("push", PUSHED)
 def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: float) -> None:
     """A push on the upper block, in units of its static friction. The ground holds twice the weight with the same coefficient, so
@@ -95,6 +96,7 @@ def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_ha
         assert modes(scene, ball=[1.0, 0.0, 0.0, 0.0]) == [{"ball.1": answer}]
 
 
+@pytest.mark.slow
 def test_where_all_stick_or_all_slip_both_are_found() -> None:
     scene = load_scene(str(CASES / "two_initial_solutions.yaml"))
     starts = {n: j.start.q for n, j in scene.joints.items() if j.start is not None and n != "jc"}
@@ -113,6 +115,7 @@ def test_a_crank_that_passes_its_dead_centre_has_one_answer() -> None:
     assert [a.modes for a in Decision(state).answers()] == [{"k.2": "sticks", "g.1": "slides"}]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("half", "answers"), [(0.3, 1), (0.15, 0)])
 def test_a_guide_too_short_for_the_load_beside_it_has_no_answer(half: float, answers: int) -> None:
     """Example 8.3 at its start: the load acts at 0.60 m, beyond c/μ = 0.5 m for c = 0.15 m (theory, "Errata of the paper")."""

@@ -32,7 +32,7 @@ def test_f4_acceleration():
     assert -result.qdd["ball"][1] == pytest.approx(-13.261857, abs=5e-7)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("R", "counts"), [(0.6, {1}), (0.66, {1}), (0.675, {0, 2})])
 def test_f4_root_count_on_both_sides_of_the_painleve_threshold(R, counts):
     scene = ball_pendulum(radius=R * np.sqrt(1.36) / 0.6, law="coulomb")
@@ -41,6 +41,7 @@ def test_f4_root_count_on_both_sides_of_the_painleve_threshold(R, counts):
         assert len(every_root(state, starts=25, spread=20.0)) in counts
 
 
+@pytest.mark.slow
 def test_f1_first_stop():
     scene = ball_pendulum(law="coulomb")
 

@@ -43,6 +43,7 @@ def held(seed: int, noise: float | None) -> list[bool]:
     return [i.low <= x <= i.high for x, i in zip(TRUTH, intervals, strict=True)]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> None:
     """Of 40 sets at 90 %, as many as a fair coin of that weight gives but once in a thousand, either way."""

@@ -73,6 +73,7 @@ def test_a_question_comes_to_what_the_functions_find(
     assert (alone["compared"], alone["experiments"], alone["why"]) == (None, [], "")
 
 
+@pytest.mark.slow
 def test_fits_are_the_same_to_the_bit_whenever_they_are_made_again(whole: FitPlan, rows: list[dict[str, Any]]) -> None:
     again = FitRunner(whole)
     assert [again.chunk(i, i + 1).to_pylist()[0] for i in (1, 0)] == rows[::-1]

@@ -56,6 +56,7 @@ def test_coordinates_alone_are_enough_where_nothing_turns_round() -> None:
         assert found[f"j{i}.drive.effort[1]"][5:-5] == pytest.approx(efforts(r.time, i)[5:-5], abs=1e-4)
 
 
+@pytest.mark.default_cases(11)
 @pytest.mark.parametrize("seed", range(12))
 def test_loads_act_at_the_times_of_the_motion(seed: int) -> None:
     """J q̈ = u + τ(t) for a wheel on a shaft without friction."""

@@ -152,6 +152,7 @@ def test_all_mistakes_are_told_at_once() -> None:
         trunnion.sensitivity("spherical_pendulum", ["joints.ball.friction.mu"], ["events.count"])
 
 
+@pytest.mark.slow
 def test_a_reaction_that_is_not_unique_has_no_derivative() -> None:
     """Bricard's loop is redundant: its motion is unique, its reactions are a choice."""
     with pytest.raises(SceneError, match="not unique"):

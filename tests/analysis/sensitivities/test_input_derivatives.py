@@ -50,7 +50,7 @@ SCENES = {
 }  # fmt: skip
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("what", SCENES)
 def test_what_acts_from_outside_has_derivatives_too(what: str) -> None:
     scene, names = SCENES[what]

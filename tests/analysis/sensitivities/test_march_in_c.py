@@ -16,6 +16,7 @@ CASES = {
 }
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("case", CASES)
 def test_c_and_python_integrate_the_same_tangents(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, parameters, column, until = CASES[case]

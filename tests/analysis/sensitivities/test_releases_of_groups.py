@@ -38,7 +38,7 @@ def train(rng: np.random.Generator, shafts: int) -> tuple[Scene, np.ndarray, np.
     return scene, ratios, torques, float(inertias @ ratios**2), slope
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_train_of_shafts_that_let_go_together_has_the_derivative_of_its_closed_form(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -87,7 +87,7 @@ def loop(seed: int) -> Scene:
     })  # fmt: skip
 
 
-@pytest.mark.default_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_loop_whose_pairs_let_go_together_has_the_derivative_of_differences(seed: int) -> None:
     names = ["joints.main.friction.mu_static", "joints.guide.friction.mu", "joints.crankpin.friction.radius", "bodies.rod.mass"]

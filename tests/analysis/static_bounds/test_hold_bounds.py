@@ -35,6 +35,7 @@ def load_alone(scene: dict[str, Any], name: str, cells: int = CELLS, self_stress
     return load_bounds(st, tuple(st.pairs()), self_stress, Effort(cells), k, drive)
 
 
+@pytest.mark.slow
 def test_a_load_asked_for_alone_is_that_of_all_bounds() -> None:
     for scene, name in ((scenes.four_bar(), "joints.d.effort"), (scenes.rod(), "forces.turn")):
         alone, found = load_alone(scene, name, 4), trunnion.hold(scene, bounds=True, cells=4).load(name)
@@ -105,6 +106,7 @@ def test_a_four_bar_rests_while_lines_of_force_keep_within_its_friction_circles(
     assert [load.less.guaranteed.value, load.more.guaranteed.value] == pytest.approx(ends, rel=CLOSED)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("height", "held"), [(0.15, 4.0), (0.29, 4.0), (0.31, math.inf)])
 def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float) -> None:
     """Its ends press with max(W, P h/c): it holds P ≤ μ W, and any P where μ h/c ≥ 1 (h = 0.3 m)."""

@@ -50,6 +50,7 @@ def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
     assert both <= stiff - scenes.THRUST * scenes.MU * 2.0 * (30.0 - 10.0) + 1e-9
 
 
+@pytest.mark.slow
 def test_misfit_is_self_stress_over_stiffness() -> None:
     scene = scenes.walls()
     for joint in scene["joints"].values():

@@ -33,7 +33,7 @@ class Interrupted(Effort):
         return self.looks < 0
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("looks", [0, 2, 12, 40, 80])
 def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: int) -> None:
     st = statics(scene_given(scenes.four_bar()))
@@ -53,6 +53,7 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
     assert cut.short > 0
 
 
+@pytest.mark.slow
 def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
     """Wherever that comes, in the midst of the first cones too: no more than those of one vector and one of the next question."""
     st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._linear
@@ -91,7 +92,7 @@ def whole() -> trunnion.HoldBounds:
     return trunnion.hold(scenes.four_bar(), bounds=True)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("after", [1, 5, 20])
 def test_ctrl_c_keeps_the_ends_that_were_found(after: int, whole: trunnion.HoldBounds, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = 0

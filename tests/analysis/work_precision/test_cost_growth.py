@@ -30,6 +30,7 @@ def test_n_joints_of_the_rubbing_chain_have_friction() -> None:
         assert sum(j.friction is not None for j in frictional_chain(n).joints.values()) == n
 
 
+@pytest.mark.slow
 def test_every_family_is_measured_drawn_and_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measuring, "CHAIN", 4)
     families = measure_cost_growth(repeats=1, largest=8)

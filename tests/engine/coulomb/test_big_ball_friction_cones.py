@@ -36,16 +36,19 @@ def converges(count: int, seed: int) -> None:
     assert off[1] <= max(0.05 * off[0], 1e-6 * count)  # first order in v_eps; rtol 1e-9 leaves 1e-6 m
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("seed", range(12))
 def test_big_balls_pass_their_friction_cone_under_the_regularised_law_and_converge_to_coulombs(seed: int) -> None:
     converges(1, seed)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", STARTS_ELSEWHERE)
 def test_two_big_balls_pass_their_cones_and_converge_to_coulombs(seed: int) -> None:
     converges(2, seed)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-6), ("rk5", 1e-5), ("rosenbrock", 1e-6), ("rk8", 1e-8)])
 def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, float]) -> None:
     """Two balls at their cones at 0.262 s: of four roots one is left a moment later. It is found, and kept: the look ahead for a
@@ -56,6 +59,7 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
     assert np.abs(r["energy.residual"]).max() <= 100.0 * rtol * r["energy.dissipated"][-1]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("method", "kernel"), [
     ("auto", "compiled"), ("rosenbrock", "compiled"), ("rosenbrock", "parts"),
     slow(("rk8", "compiled")), slow(("auto", "parts")), slow(("rk8", "parts")),  # half a minute each
@@ -69,6 +73,7 @@ def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel:
     assert broken_cone(r, 1e-6, since=0.04685) <= CONE
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", [*STARTS_ELSEWHERE, 38])
 def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int) -> None:
     """Sliding at the kink would take it back below: it hopped over the kink up to 9,000 times, until the steps were used up."""
@@ -80,6 +85,7 @@ def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int
         assert any(e.kind == "fold" for e in r.events)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["coulomb", "regularized"])
 @pytest.mark.parametrize("turned", [tightened, loosened])
 def test_a_ball_whose_branch_folds_away_tells_so_once_by_every_method_and_tolerance(turned, law: str) -> None:

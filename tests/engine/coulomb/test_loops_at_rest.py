@@ -31,6 +31,7 @@ def most(which: str, sense: float) -> float:
     return LOOPS[which].most(sense)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("which", WHICH)
 def test_a_sticking_loop_holds_up_to_the_most_that_any_distribution_of_friction_can(which: str, sense: float) -> None:
@@ -85,6 +86,7 @@ NEARLY = 1e-4
 """A group is let go where no sharing holds it by a ten-thousandth."""
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("load", [100.0, -100.0])
 @pytest.mark.parametrize("part", [0.2, 0.5, 0.9, 1 - NEARLY, 1 + NEARLY, 1.2])
 def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_run_does(load: float, part: float) -> None:

@@ -65,6 +65,7 @@ def run(rub: frozenset[str], method: str, rtol: float) -> Result:
     return r
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rub", [ALL, FEWEST], ids=["all", "fewest"])
 def test_joints_on_one_freedom_have_the_same_events_whatever_method_and_tolerance(rub: set[str], method: str) -> None:

@@ -33,6 +33,7 @@ def independent(radius: float, angle: float, rate: float) -> int:
     return len(every_root(state, starts=25, spread=20.0))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (0.5, 0.9, 0.99)), BELOW))
 def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rate: float, share: float) -> None:
     assert independent(share * PAINLEVE, angle, rate) == 1
@@ -41,6 +42,7 @@ def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rat
     assert r.certificate.roots[0] == 1
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (1.01, 1.1)), ABOVE))
 def test_above_the_threshold_none_is_named_and_two_are_counted(angle: float, rate: float, share: float) -> None:
     count = independent(share * PAINLEVE, angle, rate)

@@ -94,6 +94,7 @@ def test_its_events_converge_as_the_tolerance_falls() -> None:
         assert times == pytest.approx(truth, abs=30 * rtol), rtol
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 def test_with_fixed_steps_the_pivot_comes_through_its_stops_and_the_error_falls_with_the_step(method: str) -> None:
     """The guide of 8.3 stops in two components inside a step, which is then made in parts: a few steps more than time over step."""

@@ -66,6 +66,7 @@ def sprung(stiffness: float, begin: float, end: float):
     return model.run(begin, end, ours["crown.q[1]"][at], ours["crown.qd[1]"][at])
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("method", sampled(METHODS, 4))
 def test_the_press_folds_through_and_jams_on_its_way_back_at_every_setting(method: str) -> None:
     for rtol in TOLERANCES:
@@ -79,6 +80,7 @@ def test_the_press_folds_through_and_jams_on_its_way_back_at_every_setting(metho
 PRESSES = [(*press, half) for press in OTHERS for half in (0, 1)]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("mu", "radius", "push", "half"), sampled(PRESSES, lambda p: p[3] == OTHERS.index(p[:3]) % 2))
 def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radius: float, push: float, half: int) -> None:
     """Every other setting by default, by turns: each occurs in two of the presses."""

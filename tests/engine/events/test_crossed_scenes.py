@@ -20,6 +20,7 @@ CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
 """Seeds of the small law; those of planets, hooks, ratchets and stops failed."""
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_crossed_scenes_end_alike_at_every_setting(family: str) -> None:
     for seed in CHOSEN[family]:

@@ -77,6 +77,7 @@ class DrivenCrank:
         })  # fmt: skip
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("cut", JOINTS[1:])  # a driven joint is never cut
 @pytest.mark.parametrize("seed", range(6))
 def test_a_stop_beside_a_drive_acts_as_by_hand_wherever_the_loop_is_cut(seed: int, cut: str) -> None:

@@ -49,6 +49,7 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
     return simulate(case.scene, until=until, every=until, method=method, rtol=rtol, outputs=["energy.kinetic"], kernel=kernel)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(
     ("seed", "part", "settings"),
     [

@@ -17,6 +17,7 @@ METHODS = ("rk5", "rk8", "rosenbrock")
 TOLERANCES = (1e-5, 1e-7, 1e-9)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", METHODS)
 def test_a_stop_on_its_edge_is_marginal_where_its_margin_is_below_the_runs_own_error(method: str) -> None:
     """A block on a spring comes to rest where it is pulled with (1 + 3 beyond) times what friction holds."""

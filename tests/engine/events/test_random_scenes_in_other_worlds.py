@@ -110,6 +110,7 @@ def check(scene: Scene, seed: int) -> None:
                 assert y == pytest.approx(x, rel=0.0, abs=CLOSE * (1e-2 + x.max())), c.name
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(5))
 def test_a_tree_moves_alike_in_other_worlds(seed: int) -> None:
     check(tree(seed), seed)

@@ -21,6 +21,7 @@ solve."""
 FORMS = list(product(ELEMENTS, ("regularized", "viscous"), (False, True), (1, -1)))
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
 def test_closed_forms_are_the_roots_of_the_contact_equations(element: str, law: str, adams: bool, pin: int) -> None:
     s = random_states(element, law, STATES)

@@ -31,6 +31,7 @@ def ratio(v: float, z: float, mu: float = 0.1, most: float = 0.15) -> tuple[floa
     return BRISTLES["bristle_stiffness"] * z + BRISTLES["bristle_damping"] * drift + BRISTLES["viscosity"] * v, drift
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("method", "normal_force"), [("auto", "exact"), ("rosenbrock", "exact"), ("auto", "adams")])
 def test_a_block_on_a_belt_follows_an_independent_integration(method: str, normal_force: str) -> None:
     def f(t, y):
@@ -106,6 +107,7 @@ def test_what_friction_gives_back_is_no_more_than_the_bristles_hold(amplitude: f
     assert np.abs(r["energy.residual"]).max() <= 1e-10
 
 
+@pytest.mark.slow
 def test_stiff_bristles_are_coulombs_law() -> None:
     """The ball of 8.1. At each stop the bristles reverse while the ball moves on by g/σ0. With the deceleration there, that takes
     a time proportional to 1/√σ0, and so is the difference."""
@@ -128,6 +130,7 @@ def pendulum(law: str, **numbers) -> Result:
 FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
     """Where the bristles have come to rest (followed at a frozen wrench and velocity) friction is that of sliding."""

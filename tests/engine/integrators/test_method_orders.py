@@ -214,6 +214,7 @@ def pendulum(t: np.ndarray) -> np.ndarray:
     return 2 * np.arcsin(np.sqrt(m) * ellipj(ellipk(m) - w * t, m)[0])
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_the_error_follows_the_tolerance(method: str) -> None:
     """Over nine decades, at output times inside the steps too: four swings add up to 250 times the tolerance of a step at most."""

@@ -172,7 +172,7 @@ def errors(scene: sm.Scene, joint: str, until: float, way: Way) -> np.ndarray:
     return np.array(off)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_its_error_is_proportional_to_the_tolerance(name: str) -> None:
     off = errors(*SCENES[name]())
@@ -208,6 +208,7 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
         assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: no step is longer while something is held
 
 
+@pytest.mark.slow
 def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_sliding() -> None:
     """In a tree of 5 mm it travels at 3 mm/s: its direction is that of its surface's speed, not of m/s beside rad/s."""
     r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
@@ -230,7 +231,7 @@ def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float
     assert r.outcome.ok, r.outcome
 
 
-@pytest.mark.default_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
 def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
     """Its speed is nothing there, for an instant, while other pairs of the loop are held (at 2e-9 a step did end there)."""
@@ -238,6 +239,7 @@ def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rto
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "k")]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
 def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
     """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 no modes were found, and the
@@ -291,6 +293,7 @@ def driven_jack(seed: int) -> sm.Scene:
     })  # fmt: skip
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
     """In the middle of a step redundant rows agree only once loops are closed; steps of 1e-6 s were made instead."""

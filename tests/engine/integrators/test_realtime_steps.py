@@ -39,7 +39,7 @@ def rough(kind: str, seed: int) -> sm.Scene:
     return made(f"bounded {seed}", **{**DRY, "loads": True}, bodies=3).scene
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", ["tree", "loop"])
 @pytest.mark.parametrize("bounds", [{}, {"evaluations": 12, "iterations": 16}, LEAST], ids=["usual", "tight", "none"])
 def test_no_step_takes_more_than_its_static_bound(kind: str, bounds: dict[str, int]) -> None:

@@ -146,7 +146,7 @@ def test_what_slides_on_a_cam_is_dragged_along_by_its_friction(what: str, guide:
     assert np.abs(r["energy.residual"]).max() < 1e-8
 
 
-@pytest.mark.default_cases(11)
+@pytest.mark.default_cases(7)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("given", ["", ", start: {q: 0}"])
 @pytest.mark.parametrize("rubs", ["", ", friction: {force: 0.3}"])
@@ -198,7 +198,7 @@ simulation: {{until: 1 s, every: 0.1 s}}
 E, R, MU = 0.02, 0.05, 0.2
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_cam_under_its_load_up_to_its_arms(side: int, kernel: str) -> None:

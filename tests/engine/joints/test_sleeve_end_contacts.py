@@ -29,13 +29,14 @@ def with_ends(case: Case) -> Case:
     return replace(case, scene=replace(case.scene, joints=joints))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_ends_on_the_other_part_are_those_of_one_dense_solve(seed: int) -> None:
     how = {"t": TIME, "friction": 1.0, "types": SLIDING}
     compared(with_ends(random_tree(f"ends{seed}", **how)))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", SLIDING)
 def test_so_are_those_of_a_joint_that_is_cut(kind: str) -> None:
     how = {"bodies": 3, "closing": (kind,), "cut": True, "friction": 1.0, "laws": ("regularized",), "adams": 0.0}
@@ -65,7 +66,7 @@ def slid(kind: str, pin: str, ends: str | None, kernel: str, **lengths: float) -
     return simulate(scene, until=1.0, kernel=kernel)
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)
@@ -133,7 +134,7 @@ def overlapping(case: Case, seed: int) -> Case:
     return replace(case, scene=replace(case.scene, joints=joints))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_overlaps_are_those_of_one_dense_solve(seed: int) -> None:
     how = {"t": TIME, "friction": 1.0, "types": SLIDING}

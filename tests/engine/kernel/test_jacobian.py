@@ -80,12 +80,13 @@ def check(block: Block) -> None:
         assert np.all(np.abs(part - numeric) <= TOLERANCE * size)
 
 
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("name", model_names())
 def test_derivatives_of_every_model_are_those_of_its_right_hand_side(name: str) -> None:
     check(block_after(load_scene(name), TIMES.get(name, 0.37)))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", CASES)
 def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: str) -> None:
     check(block_at(case_of(which)))
@@ -110,6 +111,7 @@ def test_derivatives_with_friction_that_depends_on_open_reactions() -> None:
     check(block_at(redundant_case("regularized")))
 
 
+@pytest.mark.slow
 def test_the_random_scenes_change_with_time_and_rub_on_loops() -> None:
     moving = [which for which in CASES if np.abs(block_at(case_of(which)).derivatives()[:, -1]).max() > 1e-2]
     assert len(moving) >= 3
@@ -123,7 +125,7 @@ def test_the_stiff_method_keeps_its_order_with_friction_that_depends_on_open_rea
     assert tight <= 10 * loose
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "shaft on a loop", "table", "open reactions"])
 def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     dense = block_at(case_of(which))

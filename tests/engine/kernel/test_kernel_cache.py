@@ -96,6 +96,7 @@ def test_a_half_written_entry_is_made_again(home: Path) -> None:
     assert all(f.read_bytes() != b"rubbish" for f in folder.iterdir())
 
 
+@pytest.mark.slow
 def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: Path) -> None:
     """Both processes wait for a signal, then build. Both get the result, and one copy stays in the cache. The runtime is there
     already: an entry like any other, which takes each of them seconds."""

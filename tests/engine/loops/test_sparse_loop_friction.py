@@ -100,7 +100,7 @@ def equations(name: str) -> Equations:
     return Equations(SCENES[name]())
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_newton_step_is_that_with_maps(name: str) -> None:
     """η = e + D f, whatever D and e: reactions, accelerations and the loops' multipliers."""
@@ -120,6 +120,7 @@ def test_a_newton_step_is_that_with_maps(name: str) -> None:
             assert np.abs(found[which] - value).max() <= NEWTON * np.abs(value).max(), which
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("name", SCENES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
     """With the loops' multipliers eliminated: it changes its sign where a row of S_D comes to depend on the others, too."""
@@ -157,6 +158,7 @@ def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     return made
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["cranks", "scissor", "stewart", "half0", *map(slow, ["half3", "half4"])])
 def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, name: str) -> None:
     both = models(monkeypatch, COULOMB[name]())
@@ -208,6 +210,7 @@ def test_the_form_with_fewer_multiplications_solves_the_friction_of_loops(scene:
     assert bool(Model(scene, ("*.q[*]",), "parts").kernel.tables["kernel"].shift) == along
 
 
+@pytest.mark.slow
 def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
     """Equations whose condition grows as the fourth power of the stages: at 40 they left 2e-10 of the loads, at 100 2e-8."""
     r = simulate(driven(40, -1e-6), until=0.01, every=0.01, outputs=("*.reaction.force[*]", "guide.q[1]"), kernel="parts")

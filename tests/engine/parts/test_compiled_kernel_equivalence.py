@@ -135,7 +135,7 @@ def test_every_function_of_a_kernel_writes_the_same_whether_compiled_or_made_of_
 OPEN = [(seed, redundant) for seed in LOOPS for redundant in (False, True)]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "redundant"), sampled(OPEN, lambda c: c[1] == LOOPS.index(c[0]) % 2))
 def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bool) -> None:
     """By default each loop in one of the two ways, by turns."""

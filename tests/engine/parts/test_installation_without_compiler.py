@@ -121,12 +121,13 @@ def test_libraries_of_other_sources_are_not_used(folder: Path, monkeypatch: pyte
     told.write_text(right)
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", model_names())
 def test_every_part_of_a_model_comes_with_an_installation(name: str, listed: dict[str, Recipe]) -> None:
     assert not [p.first for key, p in used(load_scene(name)).items() if key not in listed]
 
 
+@pytest.mark.slow
 def test_every_part_of_a_random_scene_comes_with_an_installation(listed: dict[str, Recipe]) -> None:
     scenes = [*map(tree, TREES), *map(loop, LOOPS)]
     missing = [p.first for scene in scenes for key, p in used(scene).items() if key not in listed]

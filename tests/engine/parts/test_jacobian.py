@@ -52,7 +52,7 @@ def agree(scene: Scene, redundant: bool = False) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max())
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
 def test_the_jacobian_made_of_parts_is_the_compiled_one(seed: int) -> None:
     agree(tree(seed))
@@ -64,6 +64,7 @@ def test_with_loops_too_and_what_decides_open_reactions(seed: int) -> None:
     agree(loop(seed), redundant=bool(build(loop(seed)).system.frictional))
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "table", "driven", "open reactions"])
 def test_it_is_the_derivative_of_the_right_hand_side(which: str) -> None:
     check(block_at(case_of(which), kernel="parts"))

@@ -122,6 +122,7 @@ def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
     monkeypatch.setattr(run_loop, "held", at_the_nth)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("n", [40, 100, 130, 160])
 def test_a_run_that_is_given_up_while_it_passes_a_failure_has_not_failed(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Thirty balls: modes do not suit, others are sought, and the run is given up meanwhile."""

@@ -55,6 +55,7 @@ def test_the_stated_error_of_a_pendulum_is_that_from_its_closed_form(method: str
         assert np.mean((ratio >= 0.5) & (ratio <= HIGH)) > 0.95
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("scene", ["spherical_pendulum", "crank_slider"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_events_rest_and_columns_that_jump_are_covered_by_their_errors(scene: str, rtol: float) -> None:
@@ -179,6 +180,7 @@ def test_errors_are_differences_by_the_shorter_way_and_up_to_the_sign_of_quatern
     assert found[k.wraps] == pytest.approx(0.2)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("asked", [1e-3, "1e-6 m", 1e-9, "1 mN"])
 def test_an_accuracy_asked_for_is_met_by_the_true_error(asked: str | float) -> None:
     r = simulate("spherical_pendulum", accuracy=asked, every=0.01)

@@ -48,6 +48,7 @@ def runs(scene: Scene | str, *more: list[str], **how) -> list[Result]:
     return [simulate(scene, outputs=[*MOTION, *columns], **how) for columns in (*ASKED, *more)]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["auto", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("name", ["double_pendulum", "governor", "crank_slider", "bricard"])
 def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
@@ -68,6 +69,7 @@ def test_friction_along_the_recursion_too(scene: Scene) -> None:
     assert all(often[n][-1] == first[n][-1] for n in first.names)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
 def test_random_trees_too(seed: int) -> None:
     for method in ("auto", "rosenbrock"):
@@ -76,6 +78,7 @@ def test_random_trees_too(seed: int) -> None:
             same(first, other)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", LOOPS)
 def test_random_loops_too(seed: int) -> None:
     for method in ("auto", "rosenbrock"):
@@ -90,6 +93,7 @@ def test_contacts_that_turn_where_loads_jump_are_not_told_from_stale_acceleratio
         same(first, other)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", sampled(range(8), 4))
 def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
     """Round-off grows a thousandfold every few seconds there: 12 s show any difference."""
@@ -122,6 +126,7 @@ def turned_over(name: str) -> tuple[float, Result]:
     return each[0].max() + 0.5 * sum(np.abs(np.diff(x)).sum() for x in each), r
 
 
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize(
     ("name", "method", "rtol"),
     crossed(

@@ -43,6 +43,7 @@ def test_pendulum_angles(t: float, degrees: float) -> None:
     assert angle(pendulum())[row] == pytest.approx(degrees, abs=1e-6)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("normal_force", ["exact", "adams"])
 def test_pendulum_is_the_one_freedom_it_is_in_its_plane(normal_force: str) -> None:
     _, truth = pendulum_run(adams=normal_force == "adams")

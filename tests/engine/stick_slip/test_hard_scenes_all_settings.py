@@ -153,6 +153,7 @@ def test_a_hard_case_is_the_same_at_every_setting_in_every_world(name: str, worl
     check(name, world, [(m, t) for m in METHODS for t in TOLERANCES])
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("world", ["as it is", "larger"])
 @pytest.mark.parametrize("name", ["late_slip", "two_initial_solutions", "slow_pair_direction_change", "loop_at_rest"])
 def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None:

@@ -70,6 +70,7 @@ def test_a_chain_of_balls_starts_as_dense_equations_ask(seed: int) -> None:
     obeys(balls(12, seed))
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "grip"), [*((k, 1.0) for k in range(4)), *((k, 1.3) for k in range(3))])
 def test_a_chain_of_all_joints_starts_as_dense_equations_ask(seed: int, grip: float) -> None:
     """Also where pairs hold more at rest than they rub with while they slide."""

@@ -52,6 +52,7 @@ def platform(seed: int) -> sm.Scene:
     return sm.Scene(bodies, joints, f"platform{seed}", gravity=(0.0, 0.0, -9.81), ground=sm.Ground(points=ground))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [2, 3, 4])
 def test_what_rests_because_others_all_but_do_moves_with_them(seed: int) -> None:
     lists = []

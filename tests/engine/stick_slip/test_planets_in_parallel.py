@@ -27,6 +27,7 @@ def smoothed(scene: Scene, v_eps: float) -> Scene:
     return replace(scene, joints=scene.joints | {"rsun": replace(sun, friction=rubs)})
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("planets", [2, 3, 4])
 def test_a_sun_held_by_its_bearing_slips_on(planets: int) -> None:
     slipped = 0
@@ -37,6 +38,7 @@ def test_a_sun_held_by_its_bearing_slips_on(planets: int) -> None:
     assert slipped >= 2
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("planets", [2, 4])
 def test_loads_do_not_jump_where_the_sun_begins_to_slip(planets: int) -> None:
     found = 0
@@ -54,6 +56,7 @@ def test_loads_do_not_jump_where_the_sun_begins_to_slip(planets: int) -> None:
     assert found >= 4
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
     """A sun that creeps instead of sticking turns by about its largest speed at rest times the time at rest."""
@@ -64,6 +67,7 @@ def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
     assert abs(2 * fine - coarse - exact) <= 0.05 * abs(coarse - exact) + FLOOR
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "preload", "method"), crossed(range(3), [0.0, 12.0], ["auto", "rk5", "rosenbrock"]))
 def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, preload: float, method: str) -> None:
     """Without weight nothing but the brake carries load while it holds: friction of the others is that of no load, and no share of

@@ -34,6 +34,7 @@ def stiff(*case: object) -> object:
     return pytest.param(*case, marks=pytest.mark.slow)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(
     ("kind", "seed", "setting"),
     [
@@ -103,6 +104,7 @@ def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: t
     assert r.stats.counters["refused"] == 0
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-4), ("rk5", 1e-5)])
 def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, float]) -> None:
     """The last of a sliding may be tiny and still take a quarter of the time: loop 7 reversed at 0.392 s."""

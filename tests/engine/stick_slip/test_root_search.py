@@ -53,6 +53,7 @@ UNFOUND = (64, 129, 201)
 """Seeds whose root Newton's method finds neither from the last friction nor from none."""
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [*range(8), *UNFOUND])
 def test_a_chain_on_thick_pins_begins_when_it_has_an_answer(seed: int) -> None:
     scene = thick_pins(seed)

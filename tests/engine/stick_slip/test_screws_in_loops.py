@@ -39,6 +39,7 @@ def release(r: Result) -> float:
     return next(e.time for e in r.events if e.kind == "slip" and e.joint == "turn")
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(seed: int) -> None:
     scene = scene_from_dict(two_nuts(seed))
@@ -80,6 +81,7 @@ def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
     return {"schema": 1, "gravity": [0, 0, 0], "bodies": bodies, "joints": joints, "simulation": {"until": 0.3, "every": 0.01}}
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("back", [0.8, 1.25])
 def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_driven_back(seed: int, back: float) -> None:

@@ -42,6 +42,7 @@ SHAKERS = {
 }  # fmt: skip
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("shaker", SHAKERS)
 def test_a_block_slips_once_in_every_period_of_whatever_signal_frees_it(shaker: str, method: str) -> None:
@@ -90,6 +91,7 @@ COSTLY = partial(pytest.param, marks=pytest.mark.slow)
 """A seed whose Jacobian takes the compiler three to four seconds: with the slow tests."""
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_two_sliders_in_series_do_not_both_stop_at_a_dead_centre(seed: int) -> None:
     scene = trammel(seed)
@@ -125,6 +127,7 @@ def slips_in_every_period(duty: float, seed: int, method: str, rtol: float, peri
     assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=1e-9 + 100 * rtol * duty)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("duty", [0.01, 0.05, 0.2, 0.3, 0.45, 0.49, 0.499])
 def test_a_block_slips_once_in_every_period_at_every_tolerance(duty: float) -> None:
     for method in METHODS:
@@ -201,11 +204,13 @@ def obeys(kind: str, seed: int) -> None:
     assert len(set(ends)) == 1, ends
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", [0, 1, COSTLY(2), 3])
 def test_random_trees_lose_energy_to_friction_alone(seed: int) -> None:
     obeys("tree", seed)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [COSTLY(1), 2, 4])
 def test_random_loops_lose_energy_to_friction_alone(seed: int) -> None:
     obeys("loop", seed)

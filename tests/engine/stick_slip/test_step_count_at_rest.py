@@ -40,6 +40,7 @@ def pile(seed: int, late: float, size: float = 1.0) -> tuple[sm.Scene, float]:
     return scene, late + 0.5
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("size", [1.0, 100.0])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_pile_of_blocks_waits_for_its_load_in_no_more_steps_however_late_it_comes(seed: int, size: float) -> None:

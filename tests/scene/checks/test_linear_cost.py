@@ -20,13 +20,13 @@ from trunnion.simulation.run import pattern_problems
 from trunnion.system.construction.system_builder import build
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", SCENES)
 def test_the_work_of_checking_grows_in_proportion_to_the_scene(kind):
     assert growth(SCENES[kind], scene_from_dict) <= LINEAR
 
 
-@pytest.mark.default_cases(7)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", TEXTS)
 def test_the_work_of_reading_grows_in_proportion_to_the_text(kind):
     assert growth(TEXTS[kind], read) <= LINEAR
@@ -46,7 +46,7 @@ A_VALUE = 600
 VALUES = {"words": "x", "texts with a unit": "5 N", "texts with the right unit": "0.5 1", "half numbers": "0.5 x", "numbers": 0.5}
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("kind", VALUES)
 def test_values_of_a_sweep_do_not_build_a_scene_each(kind):
     scene = scene_from_dict(VALID)
@@ -62,6 +62,7 @@ def test_paths_of_a_sweep_do_not_walk_the_whole_scene_each():
     assert growth(over, lambda given: grid(*given)) <= LINEAR
 
 
+@pytest.mark.slow
 def test_the_work_of_choosing_columns_grows_in_proportion_to_the_names():
     everything = columns(build(load_scene("spherical_pendulum")).system)
     names = [c.name for c in everything]

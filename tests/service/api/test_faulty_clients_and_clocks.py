@@ -47,6 +47,7 @@ def store(database_url: str) -> Iterator[WorkStore]:
     s.close()
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("shift", [-HOUR, HOUR])
 def test_a_clock_that_is_set_strands_no_job_after_a_crash(store: WorkStore, monkeypatch: pytest.MonkeyPatch, shift: float) -> None:
     job = taken(store)

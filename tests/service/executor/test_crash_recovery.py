@@ -146,6 +146,7 @@ def test_a_disk_that_has_room_again_in_time_costs_only_retries(brimming: tuple[S
     assert (s.ended(job)["state"], len(s.rows(job))) == ("done", 40)
 
 
+@pytest.mark.slow
 def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: tuple[Served, Path], browser: Any) -> None:
     s, full = brimming
     full.write_text("part-\n")

@@ -133,7 +133,7 @@ def test_where_some_cases_are_drawn_it_is_said_and_sums_and_ends_are_of_all(
         np.testing.assert_allclose([got[2][axis]["edges"][i] for i in (0, -1)], [exact[2][axis]["edges"][i] for i in (0, -1)])
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.usefixtures("many")
 @pytest.mark.parametrize("how", SPOILT)
 def test_a_spoilt_tally_follows_from_its_part_and_a_spoilt_part_beside_its_tally_is_not_missed(
