@@ -105,7 +105,7 @@ def expected(p: Plan, case: int) -> dict[str, Any]:
     return row | p.cases.changes(case)
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", CASES)
 def test_every_number_of_a_case_is_that_of_a_single_run(name: str) -> None:
     p = made(name)

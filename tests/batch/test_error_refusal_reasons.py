@@ -66,7 +66,7 @@ CASES = {
 }
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("why", CASES)
 def test_a_case_has_the_reason_of_its_own_run(why: str) -> None:
     asked = CASES[why]()

@@ -60,7 +60,7 @@ def test_a_piece_of_a_thousand_million_cases_takes_the_memory_of_its_rows(method
     assert peak < 100 * rows.nbytes < 8 * LARGE
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("axes", [1, 2, 7, 300])
 @pytest.mark.filterwarnings("ignore:The balance properties")
 def test_sobol_points_by_their_numbers_are_those_of_the_sequence_to_the_bit(axes: int) -> None:

@@ -64,6 +64,7 @@ def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_the
 # -- quantiles --------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["random", "latin", "sobol"])
 def test_intervals_of_quantiles_and_of_exceedance_hold_the_true_ones(method: str) -> None:
     """Of the exponential of a normal number: in at least 95 % of the seeds, less three times what chance makes of that."""

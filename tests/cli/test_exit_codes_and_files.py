@@ -188,6 +188,7 @@ LEAVES = {
 }
 
 
+@pytest.mark.default_cases(8)
 @pytest.mark.parametrize("how", LEAVES)
 def test_check_asks_whether_ends_that_are_left_behind_are_meant(
     how: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -96,7 +96,7 @@ def test_deprecated_options_work_are_reported_once_and_are_in_no_help(capsys: py
     assert set(OPTIONS.values()) <= shown
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", list(COMMANDS))
 def test_every_command_has_one_format_of_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*name.split(), "--help"]) == 0

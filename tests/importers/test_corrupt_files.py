@@ -54,6 +54,7 @@ def told(file: Path) -> bool:
     return False
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", TEXTS)
 def test_damaged_xml_is_taken_over_or_refused(name: str, tmp_path: Path) -> None:
     refused = 0

@@ -32,6 +32,7 @@ def test_the_designs_are_all_there() -> None:
     assert bundled_names()[-len(ALL) :] == ALL
 
 
+@pytest.mark.default_cases(8)
 @pytest.mark.parametrize("name", design_names())
 def test_a_design_fits_on_a_page_and_says_what_it_asks(name: str) -> None:
     lines = model_file(name).read_text(encoding="utf-8").splitlines()
@@ -56,6 +57,7 @@ def test_its_readme_shows_both_pictures_and_how_to_run_it(name: str) -> None:
     assert "## Reference numbers" in text
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", design_names())
 def test_a_design_starts_where_its_bodies_are_placed(name: str) -> None:
     scene = load_scene(name)
@@ -65,12 +67,14 @@ def test_a_design_starts_where_its_bodies_are_placed(name: str) -> None:
             assert [run[f"{body}.position[{k}]"][0] for k in (1, 2, 3)] == pytest.approx(b.position, abs=1e-14)
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("name", design_names())
 def test_a_design_written_out_is_the_same(name: str) -> None:
     scene = load_scene(name)
     assert scene_from_text(scene_to_yaml(scene)) == scene
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("name", "index"), CASES, ids=[f"{m}-{i}" for m, i in CASES])
 def test_a_design_agrees_with_its_hand_calculation(name: str, index: int) -> None:
     e = expected(name)[index]

@@ -51,6 +51,7 @@ def test_its_readme_shows_both_pictures_and_names_a_command_that_runs_it(name: s
     assert "## Reference numbers" in readme(name)
 
 
+@pytest.mark.default_cases(10)
 @pytest.mark.parametrize("name", model_names())
 def test_the_commands_of_its_readme_are_understood(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -49,6 +49,7 @@ def test_rods_end_where_they_are_told() -> None:
     assert (along.min(), along.max()) == (pytest.approx(0), pytest.approx(np.sqrt(2)))
 
 
+@pytest.mark.default_cases(11)
 @pytest.mark.parametrize("name", model_names())
 def test_every_bundled_model_can_be_drawn(name: str) -> None:
     scene = scenery(load_scene(name))
@@ -69,7 +70,7 @@ def joint_gap(result: Result, row: int) -> float:
     return max(gaps)
 
 
-@pytest.mark.default_cases(9)
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("name", design_names())
 def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
     """A trolley of 40 mm on a panel of two metres had pins of 100 mm."""

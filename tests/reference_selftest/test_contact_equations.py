@@ -34,6 +34,7 @@ def test_journal_meets_121_to_126(law, seed):
         assert np.allclose(k.normal, [0, np.sin(k.angle), np.cos(k.angle)])
 
 
+@pytest.mark.default_cases(8)
 @pytest.mark.parametrize("law", LAWS[:3])
 @pytest.mark.parametrize("seed", range(4))
 def test_ball_meets_105_to_110_and_no_other_start_finds_another_contact(law, seed):

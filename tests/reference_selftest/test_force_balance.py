@@ -12,7 +12,7 @@ from tests.reference.scenes import random_scenes as rs
 from tests.reference.scenes.random_components import RUBBING_TYPES, drive, load
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(12))
 def test_reactions_and_loads_move_every_body(seed):
     case = rs.random_tree(seed, t=0.4) if seed % 2 else rs.random_loop(seed, t=0.4)

@@ -44,6 +44,7 @@ def moved(state: State, velocity: np.ndarray, acceleration: np.ndarray, h: float
     return new
 
 
+@pytest.mark.default_cases(22)
 @pytest.mark.parametrize("kind", ALL_TYPES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_position_constraints_change_at_the_rate_of_their_rows(kind, seed):
@@ -57,6 +58,7 @@ def test_position_constraints_change_at_the_rate_of_their_rows(kind, seed):
     assert np.allclose((plus - minus) / (2 * h), rows, atol=1e-8)
 
 
+@pytest.mark.default_cases(23)
 @pytest.mark.parametrize("kind", ALL_TYPES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_rates_change_at_the_rate_of_rows_and_bias(kind, seed):
@@ -71,6 +73,7 @@ def test_rates_change_at_the_rate_of_rows_and_bias(kind, seed):
     assert np.allclose((plus - minus) / (2 * h), rows @ a + here.bias, atol=1e-8)
 
 
+@pytest.mark.default_cases(26)
 @pytest.mark.parametrize("kind", ALL_TYPES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_walked_joints_are_closed_and_measure_as_given(kind, seed):

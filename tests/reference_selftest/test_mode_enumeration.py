@@ -69,7 +69,7 @@ def test_between_sliding_and_static_friction_a_block_may_do_either() -> None:
     assert modes(incline(math.atan(0.4), mu=0.3, mu_static=0.45), slide=[0.0]) == [{"slide.1": "sticks"}, {"slide.1": "+"}]
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("push", PUSHED)
 def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: float) -> None:
     """A push on the upper block, in units of its static friction. The ground holds twice the weight with the same coefficient, so

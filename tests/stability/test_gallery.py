@@ -26,6 +26,7 @@ def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
     asked(row, telling, slow=False)
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
     """As if each of its runs were one of a thousand; the others are made of parts."""

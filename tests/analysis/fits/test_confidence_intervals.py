@@ -39,7 +39,7 @@ def check(found: trunnion.Fit, names: list[str], b: np.ndarray, half: np.ndarray
         assert (i.low_end, i.high_end) == ("found", "found")
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("level", [0.8, 0.99])
 @pytest.mark.parametrize("noise", [None, 0.02])
 def test_intervals_of_a_linear_model_are_those_of_regression(noise: float | None, level: float) -> None:

@@ -47,7 +47,7 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: floa
         assert k.energy == pytest.approx(0.5 * MASS * k.speed**2)
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
 def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str) -> None:

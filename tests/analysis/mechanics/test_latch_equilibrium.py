@@ -57,6 +57,7 @@ def test_friction_holds_it_on_its_hook_in_a_band() -> None:
     assert (band.low, band.high) == pytest.approx((rests(at, stiff, -0.8), rests(at, stiff, 0.8)), abs=1e-9)
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("seed", "kernel"), CASES)
 def test_a_hook_that_begins_down_carries_from_the_start_what_presses_it(seed: int, kernel: str) -> None:
     at, stiff, scene = raised(seed, down="true")

@@ -58,6 +58,7 @@ def test_a_shaft_that_rubs_too(lets_go: str) -> None:
     assert off(scene, [*names(scene)[:3], "joints.r.friction.torque"], OUTPUTS, 0.5, rows=1) < ACROSS
 
 
+@pytest.mark.default_cases(7)
 @pytest.mark.parametrize("seed", range(8))
 def test_an_end_stop_is_no_unknown_cause(seed: int) -> None:
     """Its force is continuous; round-off of where it is met counted as a jump, and nothing after it as reliable."""

@@ -154,6 +154,7 @@ def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndar
     return caps, shares, sizes
 
 
+@pytest.mark.slow
 def test_states_that_the_kernels_laws_admit_lie_inside_the_bounds() -> None:
     scene = scene_given(scenes.four_bar(cross=True))
     b = trunnion.hold(scene, bounds=True, cells=1)
@@ -168,6 +169,7 @@ def test_states_that_the_kernels_laws_admit_lie_inside_the_bounds() -> None:
             assert p.friction.contains(size[k]) or p.friction.contains(-size[k])
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("make", [scenes.door, scenes.walls, lambda: scenes.four_bar(cross=True)])
 def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[[], dict[str, Any]]) -> None:
     st = statics(scene_given(make()))

@@ -73,6 +73,7 @@ def test_scipy_on_our_equations_is_our_motion(spatial: Scene) -> None:
     assert off(ScipyOnEngine, spatial, Setting("DOP853", 1e-10)) < 1e-7  # the chain makes errors of the tolerance grow
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider_free", "n_four_bar", "simple_pendulum"])
 def test_closed_forms_are_our_motion(name: str) -> None:
     """0.6 s lies before the first reversal of 8.1, after which kinks that SciPy does not locate cost digits."""

@@ -38,7 +38,7 @@ def test_it_stops_eleven_times_when_it_should_and_then_stays() -> None:
     assert np.ptp(pendulum_angle(r)[late]) == 0.0
 
 
-@pytest.mark.default_cases(7)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(11))
 def test_it_stops_where_it_should(stop: int) -> None:
     time, angle = STOPS[stop]

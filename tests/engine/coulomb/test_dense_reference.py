@@ -56,7 +56,7 @@ def sliding_tree(seed: int) -> Case:
     return dry(random_tree(seed, 3, types=types, friction=1.0, drives=0.0, t=0.3, laws=("regularized",)), turn)
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(12))
 def test_a_sliding_tree_accelerates_as_the_dense_solve_says(seed: int) -> None:
     compared(sliding_tree(seed), sliding_tree(seed))
@@ -82,7 +82,7 @@ def test_a_sliding_loop_accelerates_as_the_dense_solve_says(kind: str) -> None:
     compared(case, here)
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_joint_that_sticks_is_one_that_is_locked(seed: int) -> None:
     """The journal is wide enough to hold any load (its friction is at most r |F|), and one joint is at rest. The others

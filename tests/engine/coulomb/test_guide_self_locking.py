@@ -40,7 +40,7 @@ def travel(r: Result) -> float:
     return float(abs(r["guide.q[1]"][-1]))
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("force", [1e-3, -50.0, 1e6])
 @pytest.mark.parametrize("kind", GUIDES)

@@ -103,6 +103,7 @@ def test_random_chains_end_and_lose_energy_only_to_friction(block: int) -> None:
     assert sum(checked(seed, 2.0) for seed in range(6 * block, 6 * block + 6)) > 0
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("seed", [0, 13, 14, 19, 21, 22])
 def test_random_chains_with_balls_end_too(seed: int) -> None:
     checked(seed, 1.0, balls=0.2)

@@ -98,7 +98,7 @@ def test_powers_and_friction_are_all_that_changes_energy() -> None:
     assert r["energy.kinetic"] == pytest.approx(work, abs=1e-9 * np.abs(work).max())
 
 
-@pytest.mark.default_cases(6)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("which", CASES)
 def test_both_kernels_tell_the_same_of_every_device(which: str) -> None:
     case = case_of(which)

@@ -128,6 +128,7 @@ def test_a_drive_overrides_start_values_of_its_freedom() -> None:
     assert (r["j.q[1]"][0], r["j.qd[1]"][0]) == (CONSTANT.start, CONSTANT.rate)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "cylindrical", "planar", "free"])
 def test_a_driven_joint_of_a_loop_is_driven(kind: str) -> None:
     """The ties of two bodies to the ground have more devices, so that the driven joint would be the one to cut."""

@@ -26,6 +26,7 @@ def wheel(effort: object, start: float = 0.0, **rub: float) -> sm.Scene:
     return sm.Scene({"wheel": sm.Body(mass=2.0, inertia=(0.3, 0.3, 0.5))}, {"hub": joint}, "hub")
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck"])
 def test_it_overruns_and_holds_up_to_what_it_can(kernel: str, law: str) -> None:

@@ -113,6 +113,7 @@ def test_in_a_loop_and_in_both_kernels() -> None:
         derivatives_agree(s)
 
 
+@pytest.mark.default_cases(10)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, method: str) -> None:
@@ -150,6 +151,7 @@ def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     return {"schema": 1, "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {"p": rail}}
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("kind", ["ramp", "harmonic", "table"])
 def test_a_hook_that_falls_just_before_a_part_passes_is_found_by_every_method(kind: str, method: str) -> None:

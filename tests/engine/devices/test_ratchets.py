@@ -123,6 +123,7 @@ def hooked(seed: int, pitch: float | None) -> tuple[sm.Scene, str, float]:
     return replace(case.scene, joints=joints | {name: replace(joints[name], latch=latch)}), name, way
 
 
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("pitch", [None, 0.05])
 @pytest.mark.parametrize("seed", range(6))
 def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(seed: int, pitch: float | None) -> None:
@@ -143,6 +144,7 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
     assert np.abs(r["energy.residual"]).max() <= 1e-6 * max(r["energy.kinetic"].max(), 1.0)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("seed", [0, 3])
 def test_in_a_loop_a_pawl_passes_every_tooth_once(seed: int, method: str) -> None:

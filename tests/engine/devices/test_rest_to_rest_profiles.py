@@ -47,6 +47,7 @@ def textbook(profile: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.where(early, x, 1 - x), np.where(inside, v, 0.0), np.where(inside, np.where(early, a, -a), 0.0)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize("profile", PROFILES)

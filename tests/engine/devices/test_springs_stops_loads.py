@@ -213,7 +213,7 @@ def test_efforts_follow_their_signal(kind: str) -> None:
     assert np.abs(r["energy.residual"]).max() <= ERROR
 
 
-@pytest.mark.default_cases(15)
+@pytest.mark.default_cases(9)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("short", [0.1, 1e-2, 1e-3, 1e-4])
 def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: float, method: str) -> None:

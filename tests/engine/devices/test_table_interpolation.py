@@ -115,7 +115,7 @@ DRIVES = {
 }
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("what", DRIVES)
 def test_statics_hold_a_drive_where_the_run_has_it(what: str) -> None:
     """The friction share of a pendulum on a driven link depends on the link's angle. Its shoe hangs on a rail along the link,

@@ -22,7 +22,7 @@ def thrown(way: float, speed: float, start: float, stops: sm.EndStops, method: s
     return simulate(scene, until=until, rtol=rtol, method=method)
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("over", [1e-3, 1e-5, 1e-7])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
 @pytest.mark.parametrize("method", METHODS)

@@ -55,7 +55,7 @@ def pieces() -> tuple[list[float], np.ndarray]:
     return times[1:], last
 
 
-@pytest.mark.default_cases(10)
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])

@@ -50,6 +50,7 @@ def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
     assert found == pytest.approx(stops[:10, 0], abs=1e-8)
 
 
+@pytest.mark.default_cases(7)
 @pytest.mark.parametrize("stop", range(10))
 def test_the_pendulum_stops_where_one_freedom_says_so(stop: int) -> None:
     """A run that ends at the stop stands there: rate zero, angle that of the one freedom's."""
@@ -106,6 +107,7 @@ def test_every_zero_gives_a_row_at_every_event() -> None:
     assert len(r) == 1 + r.stats.steps
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_kinks_must_be_located(rtol: float) -> None:
     """At equal tolerance a run that finds the kinks of the law is far more accurate: without, branches stay as they were."""

@@ -17,7 +17,7 @@ ACCOUNT = 1e-6
 """Allowed residual as a part of the largest energy or work, for runs at rtol 1e-8 with events."""
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("law", "kind"), list(product(REGISTRY, TYPES)))
 def test_energy_is_accounted_for(law: str, kind: str) -> None:
     """One joint of the type. Each law and each type is seen with exact contacts and with Adams' normal force."""

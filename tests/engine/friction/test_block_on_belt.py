@@ -52,7 +52,7 @@ def test_coulomb_sticks_and_slips_at_the_times_of_the_closed_form(normal_force: 
     assert np.all(r["rub.qd[1]"][held] == 0.0)  # at rest, not nearly
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("normal_force", ["exact", "adams"])
 @pytest.mark.parametrize(("v_stribeck", "viscosity"), [(0.01, None), (0.1, 0.1), (0.03, 0.0)])
 def test_stribeck_follows_an_independent_integration(v_stribeck: float, viscosity: float | None, normal_force: str) -> None:

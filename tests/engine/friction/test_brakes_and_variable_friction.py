@@ -167,7 +167,7 @@ def test_statics_asks_what_is_there_at_the_start() -> None:
     ({"mu": sm.BySpeed((0.0, 1.0, 1.0), (0.3, 0.2, 0.2)), "force": 2.0}, "must increase"),
     ({"mu": sm.BySpeed((0.0, 1.0), (0.3, 0.2)), "mu_static": 0.4, "force": 2.0}, "remove mu_static"),
     ({"mu": sm.BySpeed((0.0, 1.0), (0.3, 0.2)), "law": "viscous", "viscosity": 1.0, "force": 2.0}, "needs the law coulomb"),
-    ({"force": sm.Signal(ramp=sm.Ramp(1.0, -1.0, duration=1.0))}, "-1 is negative"),
+    ({"force": sm.Signal(ramp=sm.Ramp(1.0, -1.0, duration=1.0))}, "it is -1"),
     ({"force": sm.FromInput("wheel")}, 'there is no input "wheel"'),
     ({"force": sm.FromInput("pedal", sm.InputCurve((1.0,), (2.0,)))}, "a curve has 2 to 12 points, not 1"),
     ({"force": sm.Signal()}, "an empty signal"),

@@ -21,7 +21,7 @@ solve."""
 FORMS = list(product(ELEMENTS, ("regularized", "viscous"), (False, True), (1, -1)))
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
 def test_closed_forms_are_the_roots_of_the_contact_equations(element: str, law: str, adams: bool, pin: int) -> None:
     s = random_states(element, law, STATES)
@@ -47,6 +47,7 @@ def test_an_element_has_as_many_springs_as_its_contacts_press_on(element: str) -
     assert len(declared.pressed(wrench, [], [], sizes, [])) == declared.springs
 
 
+@pytest.mark.default_cases(10)
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
 def test_friction_never_gives_energy(element: str, law: str, adams: bool, pin: int) -> None:
     s = random_states(element, law, 3000, seed=1)
@@ -59,6 +60,7 @@ def test_friction_never_gives_energy(element: str, law: str, adams: bool, pin: i
         assert np.all(friction * s.rates >= 0)  # here each freedom dissipates by itself
 
 
+@pytest.mark.default_cases(25)
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
 def test_no_load_no_friction_and_a_finite_slope(element: str, law: str, adams: bool, pin: int) -> None:
     s = random_states(element, law, 50)
@@ -125,6 +127,7 @@ def test_the_two_branches_of_the_regularized_law_meet_at_its_kink(element: str, 
         assert np.all(np.abs(slow.full() - fast.full()) <= 1e-10 * scale)  # the ball's root near its cone loses digits
 
 
+@pytest.mark.default_cases(31)
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
 def test_the_slope_of_friction_by_the_load_is_its_derivative(element: str, law: str, adams: bool, pin: int) -> None:
     """Newton's method on the complement equations uses this derivative."""

@@ -130,7 +130,7 @@ def pendulum(law: str, **numbers) -> Result:
 FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
     """Where the bristles have come to rest (followed at a frozen wrench and velocity) friction is that of sliding."""

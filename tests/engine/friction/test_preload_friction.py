@@ -78,6 +78,7 @@ def test_it_holds_for_a_thousand_seconds(which: str) -> None:
     assert moved(simulate(make(edge * 1.01), until=1000.0, every=100.0)) == 0.0
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("joint", ["prismatic", "cylindrical"])
 def test_a_seal_adds_its_preload_to_the_loads(joint: str, kernel: str) -> None:
@@ -105,7 +106,7 @@ def test_a_bar_with_given_friction_swings_by_its_closed_form(kernel: str) -> Non
     assert "joint.contact[1].normal_force" not in r.names
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck", "regularized", "viscous", "lugre"])
 def test_every_law_drags_in_proportion_to_what_is_given(law: str) -> None:
     extra = {"stribeck": {"mu_static": 1.5, "v_stribeck": 0.1}, "viscous": {"viscosity": 0.3}, "lugre": {"bristle_stiffness": 50.0}}

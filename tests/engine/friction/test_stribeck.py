@@ -28,7 +28,7 @@ def outside_the_cone(s: States, margin: float) -> np.ndarray:
     return np.linalg.norm(np.cross(s.rates.T, s.wrench.T[:, :3]), axis=1) > (levels(s) + margin) * along
 
 
-@pytest.mark.default_cases(7)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_friction_never_gives_energy(element: str, adams: bool, pin: int) -> None:
     s = random_states(element, "stribeck", 2000)
@@ -42,7 +42,7 @@ def test_friction_never_gives_energy(element: str, adams: bool, pin: int) -> Non
     assert np.all(np.isfinite(contacts))
 
 
-@pytest.mark.default_cases(17)
+@pytest.mark.default_cases(11)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 @pytest.mark.parametrize("equal", ["fast", "slow"])
 def test_it_is_coulombs_law_of_kinetic_friction_when_fast_and_of_static_friction_when_slow(

@@ -38,7 +38,7 @@ def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:
     return scene, mass * GRAVITY * math.sin(lean), mu * mass * GRAVITY * math.cos(lean) / v_eps
 
 
-@pytest.mark.default_cases(6)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("method", ["rk5", "rk8"])
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_a_steady_creep_balance_its_load_as_ends_of_steps_do(seed: int, method: str) -> None:

@@ -32,7 +32,7 @@ def test_every_part_is_in_balance_with_what_is_reported_of_its_joints(seed: int,
             assert np.abs(np.concatenate([force, torque])).max() < 1e-9 * size, body
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_surfaces_do_not_slide_where_they_touch(seed: int) -> None:
     f = flying(seed)
@@ -47,7 +47,7 @@ def test_surfaces_do_not_slide_where_they_touch(seed: int) -> None:
             assert abs(slip) < 1e-11, one.what
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_teeth_push_along_their_way_where_they_touch(seed: int) -> None:
     f = flying(seed)
@@ -69,7 +69,7 @@ def test_teeth_push_along_their_way_where_they_touch(seed: int) -> None:
             assert np.abs(about).max() < 1e-9 * (1 + np.linalg.norm(force)), one.what
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_flies_keeps_its_momentum_and_energy(seed: int) -> None:
     f = flying(seed)

@@ -58,6 +58,7 @@ def test_a_screw_at_rest_holds_between_the_torques_that_raise_and_that_lower(pit
         assert way * gone > 0.0
 
 
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("pitch", [0.002, 0.03])
@@ -107,7 +108,7 @@ def flanks(load: float, sliding: float, pitch: float, flank: float, mu: float, p
     return float(f * (total[3] + total[0] * pitch / (2 * math.pi))), float(f)
 
 
-@pytest.mark.default_cases(10)
+@pytest.mark.default_cases(6)
 @pytest.mark.parametrize("seed", range(20))
 def test_its_forms_are_those_of_many_small_flanks(seed: int) -> None:
     rng = np.random.default_rng(seed)

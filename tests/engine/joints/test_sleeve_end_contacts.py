@@ -66,7 +66,7 @@ def slid(kind: str, pin: str, ends: str | None, kernel: str, **lengths: float) -
     return simulate(scene, until=1.0, kernel=kernel)
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)
@@ -83,6 +83,7 @@ def test_a_short_sleeve_on_a_long_rod_presses_alike_at_both_its_ends_wherever_it
     assert abs(forces[0] - forces[1])[5:] == pytest.approx(np.full(len(r) - 5, 2 * moved), rel=1e-9)
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("kind", SLIDING)
 @pytest.mark.parametrize("pin", ENDS)
 def test_ends_on_the_pin_are_what_is_meant_where_nothing_is_said(kind: str, pin: str) -> None:

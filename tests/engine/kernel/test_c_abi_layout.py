@@ -88,6 +88,7 @@ def test_a_row_with_a_field_missing_or_unknown_is_refused() -> None:
         PAIR.row(**given, colour=1)
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("what", BARE)
 def test_no_c_file_knows_a_layout_a_second_time(what: str) -> None:
     found = [

@@ -204,6 +204,7 @@ def test_instructions_read_from_print_are_those_that_are_asked_for(seed: int) ->
     assert alike(casadi_instructions._listed(f)) == asked(f)
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("change", [("Algorithm:", "Steps:"), ("@", "%"), ("@", "@1"), (";\n", "; \n\n")])
 def test_a_library_that_prints_otherwise_is_asked(monkeypatch: pytest.MonkeyPatch, change: tuple[str, str]) -> None:
     f = random_function(0)

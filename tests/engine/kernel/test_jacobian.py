@@ -80,7 +80,7 @@ def check(block: Block) -> None:
         assert np.all(np.abs(part - numeric) <= TOLERANCE * size)
 
 
-@pytest.mark.default_cases(6)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("name", model_names())
 def test_derivatives_of_every_model_are_those_of_its_right_hand_side(name: str) -> None:
     check(block_after(load_scene(name), TIMES.get(name, 0.37)))

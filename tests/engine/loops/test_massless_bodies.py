@@ -52,7 +52,7 @@ def four_bar(coupler: float, point: bool) -> dict[str, Any]:
     return {"schema": 1, "name": "four_bar", "bodies": bodies, "joints": joints, **down}
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("nut", MASSES)
 @pytest.mark.parametrize("inertia", [0.0, 1e-15])
 def test_freedoms_are_counted_beside_a_body_without_weight(nut: float, inertia: float) -> None:

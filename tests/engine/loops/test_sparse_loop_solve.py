@@ -131,6 +131,7 @@ def open_at_start(scene: sm.Scene) -> Redundancy:
     return redundancy(model.block)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_open_reactions_of_mechanisms_together_are_those_of_each_apart(seed: int) -> None:
     """Redundant by structure (four-bars, of which neighbours share a crank) and by a position (Bricard's mechanism)."""

@@ -64,7 +64,7 @@ def test_with_loops_too_and_what_decides_open_reactions(seed: int) -> None:
     agree(loop(seed), redundant=bool(build(loop(seed)).system.frictional))
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "table", "driven", "open reactions"])
 def test_it_is_the_derivative_of_the_right_hand_side(which: str) -> None:
     check(block_at(case_of(which), kernel="parts"))

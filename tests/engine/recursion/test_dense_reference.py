@@ -124,7 +124,7 @@ def compared(case: Case) -> None:
         assert friction @ state.qd[name] >= floor, name
 
 
-@pytest.mark.default_cases(6)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", TREES)
 def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
     compared(TREES[seed])

@@ -56,7 +56,7 @@ def disturbed(model: Model, until: float, at: float, change: Callable[[Block], N
 # -- right runs -------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider", "simple_pendulum"])

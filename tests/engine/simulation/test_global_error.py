@@ -38,6 +38,7 @@ def so_far(error: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(np.abs(error))
 
 
+@pytest.mark.default_cases(8)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
 @pytest.mark.parametrize("method", METHODS)
 def test_the_stated_error_of_a_pendulum_is_that_from_its_closed_form(method: str, rtol: float) -> None:

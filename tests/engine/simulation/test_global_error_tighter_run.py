@@ -67,7 +67,7 @@ def test_the_tighter_run_ends_steps_elsewhere_between_kinks_that_are_few_steps_a
     assert len(added) <= max(1, 0.3 * run.stats.steps)
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
 def test_a_run_whose_tolerance_follows_its_cost_takes_what_it_may_and_stays_tighter(method: str, rtol: float) -> None:

@@ -126,7 +126,7 @@ def turned_over(name: str) -> tuple[float, Result]:
     return each[0].max() + 0.5 * sum(np.abs(np.diff(x)).sum() for x in each), r
 
 
-@pytest.mark.default_cases(6)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize(
     ("name", "method", "rtol"),
     crossed(

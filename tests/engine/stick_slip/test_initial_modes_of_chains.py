@@ -65,6 +65,7 @@ def obeys(scene: sm.Scene) -> dict[str, str]:
     return found
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(4))
 def test_a_chain_of_balls_starts_as_dense_equations_ask(seed: int) -> None:
     obeys(balls(12, seed))

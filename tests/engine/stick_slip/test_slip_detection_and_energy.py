@@ -42,7 +42,7 @@ SHAKERS = {
 }  # fmt: skip
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("shaker", SHAKERS)
 def test_a_block_slips_once_in_every_period_of_whatever_signal_frees_it(shaker: str, method: str) -> None:

@@ -15,11 +15,13 @@ SOME = ("andrews", "caught_carriage", "crank_slider", "spatial_slider_crank")
 """Planar and spatial loops, one with latches: those of which both flavours run by default."""
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", sampled((m for m in model_names() if m not in OPEN), SOME))
 def test_both_flavours_are_the_engine(model: str) -> None:
     claim_equal_to_engine(model)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
 def test_it_refuses_what_the_scene_refuses(model: str) -> None:
     claim_refuses_what_the_scene_refuses(model)

@@ -13,11 +13,13 @@ from trunnion.scene.overrides import list_parameters
 from trunnion.simulation.run import Model
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
 def test_both_flavours_are_the_engine(model: str) -> None:
     claim_equal_to_engine(model)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
 def test_it_refuses_what_the_scene_refuses(model: str) -> None:
     claim_refuses_what_the_scene_refuses(model)
@@ -74,6 +76,7 @@ def test_a_quaternion_of_zeros_is_refused_until_it_is_a_rotation() -> None:
     host.run(0.0, 3, 0.01)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["lugre", "stribeck", "regularized"])
 def test_with_other_laws_too(law: str) -> None:
     claim_equal_to_engine(f"spherical_pendulum:{law}")

@@ -28,6 +28,7 @@ def of_parts(model: str, flavour: str = "native") -> Path:
     return file
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", MODELS)
 def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
     expected = engine_run(model, UNTIL, kernel="parts")

@@ -24,6 +24,7 @@ from trunnion.kernel.compilation import c_compiler
 BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
 
 
+@pytest.mark.default_cases(2)
 @BOTH
 @pytest.mark.parametrize("model", ["spherical_pendulum", "crank_slider", "arm"])
 def test_descriptions_are_valid_and_complete(model: str, flavour: str) -> None:

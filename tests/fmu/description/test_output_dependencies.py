@@ -47,6 +47,7 @@ def moved(host: Host, name: str, by: float, outputs: list[str]) -> set[str]:
     return {o for o, a, b in zip(outputs, before, after, strict=True) if a != b}
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("file", [lambda: made("arm"), lambda: made("motor"), lambda: made("crank"), lambda: of_parts("arm")])
 def test_no_output_depends_on_more_than_is_declared(file) -> None:
     """At once and at the start, on inputs and on parameters; what the audit measures of an answer is not part of it."""

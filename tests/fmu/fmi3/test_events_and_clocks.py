@@ -41,6 +41,7 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
     assert found == pytest.approx(expected, abs=SAME_TIME)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("model", LAWS)
 def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
     """Reversals inside a proportional zone, too, which are recorded only when it is left."""
@@ -58,6 +59,7 @@ def at_points(got: np.ndarray, times: np.ndarray) -> np.ndarray:
     return np.array([np.flatnonzero(np.isclose(got["time"], t, rtol=0, atol=1e-12))[-1] for t in times])
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("model", sampled([*model_names(), "spherical_pendulum:regularized"], SOME))
 def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: str) -> None:
     until = min(float(trunnion.load_scene(model.partition(":")[0]).simulation.until), 2.0)

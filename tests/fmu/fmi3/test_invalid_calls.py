@@ -76,6 +76,7 @@ def _renamed() -> Path:
     return file
 
 
+@pytest.mark.default_cases(10)
 @pytest.mark.parametrize("what", OUT_OF_PLACE)
 def test_what_is_out_of_place_is_an_error_with_words_and_not_more(what: str) -> None:
     host = Host3(exported3("arm"))

@@ -46,6 +46,7 @@ def at(host: Importer, t: float, x: np.ndarray, u: np.ndarray, unknowns: list[in
     return np.array(host.fmu.getReal(unknowns))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
 def test_they_are_what_differences_say(name: str) -> None:
     host = Importer(exchange(name))
@@ -65,6 +66,7 @@ def test_they_are_what_differences_say(name: str) -> None:
         assert off.max() <= SLOPE, [host.md.modelVariables[unknowns[i]].name for i in np.argsort(off)[-4:]]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
 def test_they_are_the_engines_exact_matrices(name: str) -> None:
     """At the start: derivatives of states with states and inputs."""

@@ -44,6 +44,7 @@ def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
 RUNS = [("spherical_pendulum", 10.0, 2), ("double_pendulum", 3.0, 2), ("double_pendulum", 3.0, 3)]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("name", "until", "fmi"), RUNS)
 def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: float, fmi: int) -> None:
     claim_is_the_engine(name, until, fmi)
@@ -121,11 +122,13 @@ def described(name: str) -> list[tuple[bytes, bytes]]:
     return out
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", [*model_names(), "swing"])
 def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
     assert [validated(io.BytesIO(d)) for d in described(name)] == [[], []]
 
 
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("name", ["a b", "joints.1", "der(a", "a[1,]"])
 def test_a_name_of_another_form_is_a_problem_that_fmpy_finds(name: str) -> None:
     """After any number of legal ones, whose forms are parsed once."""

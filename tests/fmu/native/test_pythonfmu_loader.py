@@ -99,6 +99,7 @@ def test_what_pythonfmu_does_not_pass_on_goes_to_the_model() -> None:
 RUN = "import sys; from fmpy import simulate_fmu; simulate_fmu(sys.argv[1], validate=False, stop_time=0.02, step_size=0.01)"
 
 
+@pytest.mark.default_cases(1)
 @BOTH
 def test_it_runs_wherever_it_is_unpacked(flavour: str, tmp_path: Path) -> None:
     """Each in a process of its own, for a bad path may end it. pythonfmu itself takes %20 for a blank: such a path is refused."""

@@ -144,6 +144,7 @@ def test_what_nothing_calls_is_left_out() -> None:
     assert used_only(used) == "int f(void) { return 1; }\n"
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_an_fmu_names_its_sources(fmi: int, plain: Path, tmp_path: Path) -> None:
     file = tmp_path / "with.fmu"

@@ -46,7 +46,7 @@ A_VALUE = 600
 VALUES = {"words": "x", "texts with a unit": "5 N", "texts with the right unit": "0.5 1", "half numbers": "0.5 x", "numbers": 0.5}
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", VALUES)
 def test_values_of_a_sweep_do_not_build_a_scene_each(kind):
     scene = scene_from_dict(VALID)

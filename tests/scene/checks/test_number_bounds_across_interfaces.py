@@ -138,7 +138,7 @@ def test_every_door_says_the_same_about_every_kind_of_number(model: str, trials:
             assert len({tuple(f) for f in found.values()}) == 1, (path, trial, found)
 
 
-@pytest.mark.default_cases(14)
+@pytest.mark.default_cases(9)
 @pytest.mark.parametrize("path", BEYOND)
 def test_a_number_beyond_its_bound_is_refused_and_one_inside_is_not(path: str) -> None:
     scene = given_in_full(path)

@@ -117,6 +117,7 @@ WRONG = {
 }
 
 
+@pytest.mark.default_cases(31)
 @pytest.mark.parametrize("expression", WRONG)
 def test_a_wrong_expression_is_told_at_its_line_and_alone(expression: str) -> None:
     found = problems_in(TEXT.replace('mu: "{mu}"', f'mu: "{{{expression}}}"'))

@@ -77,7 +77,7 @@ def test_a_batch_walks_once_for_the_scene_and_once_for_each_distinct_value(count
 SOURCES = {**{name: name for name in model_names()}, "one of everything": VALID, "legs": LEGS}
 
 
-@pytest.mark.default_cases(5)
+@pytest.mark.default_cases(3)
 @pytest.mark.parametrize("name", SOURCES)
 def test_a_scene_with_changes_is_the_scene_changed(name):
     loaded = scene_given(SOURCES[name])

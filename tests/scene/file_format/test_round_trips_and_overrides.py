@@ -23,7 +23,7 @@ SCENES = {
 }
 
 
-@pytest.mark.default_cases(13)
+@pytest.mark.default_cases(11)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_written_as_yaml_json_or_dict_reads_back_the_same(name):
     scene = SCENES[name]
