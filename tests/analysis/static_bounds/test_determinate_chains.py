@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.sampling import sampled
 from trunnion import hold, scene_from_dict, simulate
 from trunnion.scene.data_classes.scene import Scene
 
@@ -99,7 +98,7 @@ def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
 
 
 @pytest.mark.default_cases(1)
-@pytest.mark.parametrize("seed", sampled([3, 17, 24, 25, 27, 30, 34, 36], 3))
+@pytest.mark.parametrize("seed", [3, 17, 24, 25, 27, 30, 34, 36])
 def test_the_share_of_a_shaft_lies_between_those_by_both_bounds_of_its_capacity(seed: int) -> None:
     """The largest share followed from the upper bound: 0.552 for 0.580. The state at each end has the kernel's share, too."""
     scene = chain(seed, "cylindrical")
