@@ -46,7 +46,7 @@ SCENES: dict[str, Callable[[], sm.Scene]] = {
 COULOMB: dict[str, Callable[[], sm.Scene]] = {
     **{name: SCENES[name] for name in ("scissor", "cranks")},
     "stewart": lambda: stewart(3),
-    **{f"half{seed}": partial(loops_beside, seed, 0.5) for seed in (0, 3, 4)},
+    **{f"half{seed}": partial(loops_beside, seed, 0.5) for seed in (0, 4)},
 }
 """With Coulomb's law alone; half the joints of random loops rub."""
 
@@ -159,7 +159,7 @@ def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
 
 
 @pytest.mark.default_cases(2)
-@pytest.mark.parametrize("name", ["cranks", "scissor", "stewart", "half0", *map(slow, ["half3", "half4"])])
+@pytest.mark.parametrize("name", ["cranks", "scissor", "stewart", "half0", slow("half4")])
 def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkeypatch, name: str) -> None:
     both = models(monkeypatch, COULOMB[name]())
     for m in both:
