@@ -17,7 +17,7 @@ from trunnion.analysis.static_bounds.norm_program import Program, Row, term_inde
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
-from trunnion.elements.contact.static_friction_capacity import Norm, Pair
+from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
 
 NEVER = 1e-7
 """A freedom without friction moves if its force imbalance, relative to the loads, exceeds this value (round-off is 1e-12)."""
@@ -135,7 +135,7 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
     found = []
     for most, least, b in _states_at_limit(a, i) if pair.limits else _states_by_sense(a, i):
         normal = Interval(_least_force(b, least, pair.static), _extreme(b, _over(most, pair.static), -1.0, a.space.scale))
-        pressed = least is not None and normal.least.certified >= 0.0
+        pressed = least is most or (least is not None and normal.least.certified >= 0.0)
         largest = _extreme(b, own, -1.0, 1.0, least) if pressed else End(None, 1.0, None, 0)
         found.append((normal, Interval(_extreme(b, own, 1.0, 1.0, most, 0.0), largest)))
     normals, share = [n for n, _ in found], [s for _, s in found]
@@ -189,10 +189,16 @@ def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None,
     for c in pair.capacities:
         most = Row(a.none, made[c.sense])
         states = _restricted(a, Row(-c.sense * V)) if c.sense else a
-        terms = [term_index(list(a.program.terms), a.space.norm_vector(pair, n)) for n in c.norms]
-        least = most if c.exact else Row(a.none, dict(zip(terms, c.least, strict=True))) if c.least else None
-        out.append((most, least, states))
+        out.append((most, most if c.exact else _lower_bound(a, pair, c), states))
     return out
+
+
+def _lower_bound(a: AdmissibleStates, pair: Pair, c: Capacity) -> Row | None:
+    """The lower bound of a capacity; None if only an upper bound is known."""
+    if not c.least:
+        return None
+    terms = [term_index(list(a.program.terms), a.space.norm_vector(pair, n)) for n in c.norms]
+    return Row(a.none, dict(zip(terms, c.least, strict=True)))
 
 
 def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, Row, AdmissibleStates]]:
