@@ -13,7 +13,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-BUILD = "import sys, setuptools.build_meta as h; print(getattr(h, 'build_' + sys.argv[1])(sys.argv[2]))"
+BACKEND = "import sys; sys.path.insert(0, 'engine/packaging'); import build_backend as h; "
+BUILD = f"{BACKEND}print(getattr(h, 'build_' + sys.argv[1])(sys.argv[2]))"
+REQUIREMENTS = f"{BACKEND}print(getattr(h, 'get_requires_for_build_' + sys.argv[1])())"
 SCRIPT = """
 import json, trunnion, trunnion.fmu, trunnion.service
 from trunnion.scene.library.model_folders import model_names
@@ -93,3 +95,11 @@ def test_a_users_own_files_of_the_folders_names_hide_nothing(wheel: tuple[Path, 
         (beside / name).write_text("MINE = 1\n")
     ask(python, beside, "-c", "import engine, fmu, service; assert engine.MINE + fmu.MINE + service.MINE == 3\n" + SCRIPT)
     ask(python, beside, "-m", "trunnion", "check", "spherical_pendulum")
+
+
+@pytest.mark.parametrize(("kind", "prebuild", "compiles"), [("wheel", "1", True), ("wheel", "0", False), ("editable", "1", False)])
+def test_only_a_wheel_with_libraries_asks_for_the_compiler(kind: str, prebuild: str, compiles: bool) -> None:
+    env = dict(os.environ, TRUNNION_PREBUILD=prebuild)
+    told = subprocess.run([sys.executable, "-c", REQUIREMENTS, kind], cwd=ROOT, env=env, capture_output=True, text=True, check=True)
+    asked = {name for name in ("casadi", "ziglang", "numpy", "platformdirs") if name in told.stdout.splitlines()[-1]}
+    assert asked == ({"casadi", "ziglang", "numpy", "platformdirs"} if compiles else set())

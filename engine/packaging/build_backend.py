@@ -1,0 +1,44 @@
+"""Build backend of the project: setuptools, which gets the C compiler and the symbolic library only for a wheel with compiled
+libraries. An editable installation has no compiled libraries, and the two packages take 170 MB."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from setuptools import build_meta
+from setuptools.build_meta import (
+    build_editable,
+    build_sdist,
+    build_wheel,
+    get_requires_for_build_editable,
+    get_requires_for_build_sdist,
+    prepare_metadata_for_build_editable,
+    prepare_metadata_for_build_wheel,
+)
+
+__all__ = [
+    "build_editable",
+    "build_sdist",
+    "build_wheel",
+    "get_requires_for_build_editable",
+    "get_requires_for_build_sdist",
+    "get_requires_for_build_wheel",
+    "prepare_metadata_for_build_editable",
+    "prepare_metadata_for_build_wheel",
+]
+
+IMPORTED = ("numpy", "platformdirs")
+"""Dependencies that the code imports while it builds the libraries."""
+
+
+def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
+    """Requirements of a wheel: those of setuptools and, unless TRUNNION_PREBUILD is 0, those that build the libraries."""
+    needed = list(build_meta.get_requires_for_build_wheel(config_settings))
+    if os.environ.get("TRUNNION_PREBUILD") != "0":
+        project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+        needed += project["optional-dependencies"]["compile"]
+        needed += [d for d in project["dependencies"] if d.startswith(IMPORTED)]
+    return needed
