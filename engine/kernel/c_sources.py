@@ -22,7 +22,7 @@ from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
-from trunnion.system.structure.reaction_groups import reaction_groups
+from trunnion.system.structure.redundant_loop_groups import reaction_groups
 
 PREAMBLE = MATH + '#include "tr_abi.h"\n'
 

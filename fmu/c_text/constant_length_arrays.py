@@ -25,8 +25,8 @@ class BoundMissing(ValueError):
 
 @dataclass
 class Function:
-    """A C function. numbers: initial values of its local integers that never change, by name. lengths: original lengths of its
-    arrays, by name."""
+    """A C function. numbers: by name, the expression that initialises each local integer that is not assigned again. lengths: by
+    name, the expression of each array's length in the source."""
 
     name: str
     body: str

@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from trunnion.basics.version import version
 from trunnion.service.api.documents.problem_documents import install_error_handlers
-from trunnion.service.api.routes.registry import ROUTERS
+from trunnion.service.api.routes.router_list import ROUTERS
 from trunnion.service.api.server_state.server_components import Service, create_service
 from trunnion.service.api.transport import request_bodies
 from trunnion.service.api.transport.api_keys_and_rates import FAILURES, Rates

@@ -14,7 +14,7 @@ import pytest
 from trunnion.fmu.c_text.dead_code_and_ascii import definitions
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.shared_libraries import RUNTIME, write_headers
-from trunnion.runtime.abi.tolerances import number
+from trunnion.runtime.abi.header_constants import number
 
 ROOT = Path(__file__).resolve().parents[2]
 UNIT = RUNTIME / "runtime.c"
@@ -175,7 +175,7 @@ SHARED = ("base/tolerances.h", "base/stick_rule.h")
 """Where constants are defined that several files use."""
 ENGINE = ROOT / "engine"
 OTHERS = [*(ENGINE / "kernel").rglob("*.hpp"), *(ROOT / "fmu" / "native").rglob("*.[ch]"), *ENGINE.rglob("*.py")]
-"""Files outside the runtime that may use its constants (Python by ``trunnion.runtime.abi.tolerances.number``)."""
+"""Files outside the runtime that may use its constants (Python by ``trunnion.runtime.abi.header_constants.number``)."""
 
 
 def test_a_number_has_one_name_and_a_name_one_number() -> None:

@@ -169,8 +169,8 @@ class _Ladder:
         return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
 
     def _add_rungs(self, keep: tuple[str, ...], dropped: list[FrictionInfluence]) -> bool:
-        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the error. A large predicted error
-        replaces the run."""
+        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the requested error. If the
+        predicted error is far above the requested one (``SURE``), nothing is run, and the rung has the predicted error."""
         worst = max((i.predicted for i in dropped if math.isfinite(i.predicted)), default=0.0)
         if worst > SURE * self.error:
             self.rungs.append(Rung(keep, self.forms[-1] if keep else None, (), worst, None, predicted=True))

@@ -1,5 +1,5 @@
-"""Shaft of a cylindrical joint (paper §7.2): two contacts at ∓c from the point of the part with the ends. Friction along and
-around the shaft forms one friction pair (theory, "Journal and shaft")."""
+"""Shaft of a cylindrical joint (paper §7.2): two contacts along the axis, at −c and +c from the joint's point on the part that
+``ends`` names. Friction along and around the shaft forms one friction pair (theory, "Journal and shaft")."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trunnion.runtime.abi.tolerances import number
+from trunnion.runtime.abi.header_constants import number
 
 
 @dataclass(frozen=True)

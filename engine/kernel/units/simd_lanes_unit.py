@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
-from trunnion.runtime.abi.tolerances import used_by
+from trunnion.runtime.abi.header_constants import used_by
 from trunnion.runtime.integrators import REGISTRY, Tableau
 from trunnion.runtime.integrators.method_c_code import explicit_text
 

@@ -61,5 +61,5 @@ class CutJointSlots:
         return list(zip(self.joint.ends, ENDS, strict=False))
 
     def row(self, which: str, k: int) -> Slot:
-        """Wrench number k (6) of the wrenches ``which``."""
+        """The six components of wrench k in the block ``which``."""
         return self.blocks[which].slice(6 * k, 6)

@@ -33,7 +33,7 @@ from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_friction_work import is_recursion_shorter
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
-from trunnion.system.structure.reaction_groups import reaction_groups
+from trunnion.system.structure.redundant_loop_groups import reaction_groups
 
 FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot",
              "energy")  # fmt: skip

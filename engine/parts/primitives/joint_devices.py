@@ -45,9 +45,10 @@ def device(what: str) -> Primitive:
 
 @cache
 def latch(what: str) -> Primitive:
-    """Inputs: numbers (``LATCH``), flags (hook, pressed), coordinate, rate. Adds to the output the ``force``, the ``power`` of
-    damping, or the ``potential`` energy. For ``depths``, the inputs are numbers, flags, coordinate and release, and the output has
-    three depths."""
+    """The primitive of one quantity of a latch. what: ``force``, ``power`` (of damping), ``potential`` (energy) or ``depths``.
+
+    ``depths`` has the inputs numbers (``LATCH``), flags (hook, pressed), coordinate and release; its output is three depths. The
+    others have the rate as last input, and add to the output."""
     sym, flags, q, rate, release = PrimitiveSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
     n = ParameterCounter().take(LATCH)
     x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]

@@ -1,5 +1,5 @@
-"""Operands of output columns as slots. There is one method for each operand in ``trunnion.columns.operands``. A pass is written
-when the first column needs this pass."""
+"""Operands of output columns as slots. There is one method for each operand in ``trunnion.columns.operands``. A pass of the
+recursion is added to the program when a column needs it for the first time."""
 
 from __future__ import annotations
 

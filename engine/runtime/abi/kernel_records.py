@@ -172,7 +172,7 @@ int energy : column of energy.residual; -1: none
 int works : whether columns need integrals of the powers
 int wants : bits TR_WANTS_…
 int nloops : cut joints and couplings
-const int *loop_rows : (nloops + 1) first constraint row of each loop (engine/system/structure/reaction_groups.py)
+const int *loop_rows : (nloops + 1) first constraint row of each loop (engine/system/structure/redundant_loop_groups.py)
 const int *loop_group : (nloops) group of each loop; the loops of a group share no joint
 const int *share_start : (nloops + 1) first entry of each loop in share_at
 const int *share_at : scaled reactions that the multipliers of each loop change

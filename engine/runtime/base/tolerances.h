@@ -1,4 +1,4 @@
-/* Constants that several files use (runtime, lanes, FMUs; Python by engine/runtime/abi/tolerances.py), with unit and reason. "× x"
+/* Constants that several files use (runtime, lanes, FMUs; Python by engine/runtime/abi/header_constants.py), with unit and reason. "× x"
  * means that the constant is a factor on x. Constants of a single file are at the top of that file. Thresholds of the stick event
  * are in ``base/stick_rule.h``. */
 #ifndef TR_TOLERANCES_H

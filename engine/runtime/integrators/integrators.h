@@ -3,7 +3,7 @@
 #define TR_INTEGRATORS_H
 #include "evaluate/evaluate.h"
 
-/* Lower limit of the unit in which errors of works are measured, J. most: the largest work, J. */
+/* Smallest scale by which errors of works are divided, J. most: the largest work so far, J. */
 static double tr_smallest_work_unit(const tr_sim *s, double most);
 
 /* Mean squared error of positions and velocities over a step from y to ynew, from the errors `e`, in units of the tolerance.

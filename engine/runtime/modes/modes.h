@@ -14,9 +14,9 @@ static void tr_find_coupled_pairs(tr_sim *s);
  * rates. Leaves maps of (t, y). */
 static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
 
-/* Whether pair i, with several components, is about to stop at (t, y) on the single line that its loops leave. Its speed then
- * passes through zero. Any speed perpendicular to the line comes from loops that the step leaves open. Requires maps of (t, y), and
- * leaves these maps valid. */
+/* Whether pair i, which has several components but slides along one direction only, because loops prevent the others, is about to stop
+ * at (t, y). Its speed then passes through zero. Speed across that direction does not count: it is the step's error in closing the
+ * loops. Requires maps of (t, y), and leaves these maps valid. */
 static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
 
 /* Collect the set-valued pairs at rest in `rest`: stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1: no pair),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from trunnion.scene.composition.part_motions import AXES, Move, move_about, shift_by
+from trunnion.scene.composition.part_placement import AXES, Move, move_about, shift_by
 from trunnion.scene.composition.source_lines import Level
 from trunnion.scene.expressions.expression_arithmetic import Term, is_number, source, three, times
 from trunnion.scene.expressions.parameter_evaluation import Parameters, is_expression

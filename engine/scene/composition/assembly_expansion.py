@@ -8,7 +8,7 @@ from typing import Any
 from trunnion.scene.composition import reference_renaming
 from trunnion.scene.composition.assembly_copies import Copy, copies
 from trunnion.scene.composition.file_includes import merge_includes, part_of_file
-from trunnion.scene.composition.part_motions import move_part
+from trunnion.scene.composition.part_placement import move_part
 from trunnion.scene.composition.source_lines import Level, copy_of
 from trunnion.scene.data_classes.type_tree import keys_at
 from trunnion.scene.findings.findings_and_paths import Path

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trunnion.basics.interrupts import Held, heed, held
-from trunnion.runtime.abi.tolerances import number
+from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.results.audit import Audit, audit_of, judged
-from trunnion.simulation.results.certificate import Certificate, certificate, certificate_notes
 from trunnion.simulation.results.event_decoder import decode
+from trunnion.simulation.results.friction_uniqueness import Certificate, certificate, certificate_notes
 from trunnion.simulation.results.outcome import CANCELLED, DONE, Outcome
 from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy, redundancy_notes
 from trunnion.simulation.results.result import Result

@@ -29,7 +29,7 @@ class Figure:
     """The largest violation of a law in a run.
 
     Attributes:
-        size: violation, relative to the reference that ``trunnion.runtime.abi.Law`` gives for the law; at worst 1.
+        size: violation, divided by the reference that ``trunnion.runtime.abi.Law`` gives for the law.
         time: time of the violation, s; None if unknown.
         joint: name of the joint; "" if the violation belongs to no joint.
     """

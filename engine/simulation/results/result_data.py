@@ -10,9 +10,9 @@ import numpy as np
 
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.results.audit import Audit
-from trunnion.simulation.results.certificate import Certificate
 from trunnion.simulation.results.error_statement import Certainty
 from trunnion.simulation.results.event import Event
+from trunnion.simulation.results.friction_uniqueness import Certificate
 from trunnion.simulation.results.outcome import Outcome
 from trunnion.simulation.results.redundant_reactions import Redundancy
 
