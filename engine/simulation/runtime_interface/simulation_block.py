@@ -22,6 +22,7 @@ from trunnion.system.construction.start_values_and_scales import Numbers
 from trunnion.system.signals.signal_tables import table_block
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
+COUNTERS = tuple(n for n in STATS.names if n != "of_method")
 EVENT_CAPACITY = 1024
 NO_EVENTS = np.zeros(0, EVENT.dtype)
 OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
@@ -68,6 +69,11 @@ class Settings:
             locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, evaluations=self.evaluations,
             iterations=self.iterations, events=self.events, **scales,
         ))  # fmt: skip
+
+
+def address(array: np.ndarray) -> int:
+    """Address of the first number of a writable, contiguous array. (``array.ctypes.data`` takes twice as long.)"""
+    return ctypes.addressof(ctypes.c_double.from_buffer(array))
 
 
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
@@ -127,6 +133,8 @@ class Block:
         """Set parameters, start values, tables and times of kinks of a run of the same structure. ``assemble`` and ``start`` must
         be called afterwards."""
         self.numbers = numbers
+        self._start = np.concatenate([numbers.q, numbers.v, np.zeros(len(self.y) - len(numbers.q) - len(numbers.v))])
+        self._given = np.concatenate([numbers.q_given_by_rate, numbers.v_given, [0.0]]).astype(float)
         self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
         tables = table_block(numbers.tables)
         self._view(Array.TABLES, len(tables))[:] = tables
@@ -152,18 +160,16 @@ class Block:
     def assemble(self, t: float = 0.0) -> int:
         """Change the start values so that the loops are closed at t, s. Returns 1 after success, 0 if positions stay open, and −1
         if velocities stay open."""
-        n = self.numbers
-        self.y[:] = 0.0
-        self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
-        given = [np.ascontiguousarray(a, float) for a in (n.q_given_by_rate, n.v_given)]
+        self.y[:] = self._start
+        by_rate = address(self._given)
         with self.cancellable():
-            return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
+            return self.lib.tr_assemble(self.at, t, by_rate, by_rate + self._given.itemsize * len(self.numbers.q_given_by_rate))
 
     def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
         """Begin a run from t to t_stop with output spacing ``every``, all in s. Writes the first row to ``row`` (width) and returns
         the ``Status``."""
         with self.cancellable():
-            return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
+            return self.lib.tr_start(self.at, t, t_stop, every, address(row))
 
     def cancellable(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
         """Allow ``stop`` and Ctrl-C to end long work of the block (``cancellation.cancellable``)."""
@@ -172,7 +178,7 @@ class Block:
     def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
         """Step towards ``target``, s, by at most ``max_steps`` steps. Returns (``Status``, number of rows written to ``rows``)."""
         count = ctypes.c_long(0)
-        code = self.lib.tr_advance(self.at, target, max_steps, rows.ctypes.data, len(rows), ctypes.addressof(count))
+        code = self.lib.tr_advance(self.at, target, max_steps, address(rows), len(rows), ctypes.addressof(count))
         return code, count.value
 
     def row(self, out: np.ndarray) -> int:
@@ -253,7 +259,7 @@ class Block:
         """The audit of the finished run (``tr_judgement``)."""
         out = np.zeros(1, JUDGEMENT.dtype)
         self.lib.tr_audit_end(self.at)
-        self.lib.tr_judge(self.at, out.ctypes.data)
+        self.lib.tr_judge(self.at, address(out))
         return out[0]
 
     @property
@@ -264,8 +270,9 @@ class Block:
     def statistics(self) -> dict[str, int]:
         """The counters of the run by name: the fields of ``tr_stats``, and the number of steps of each method."""
         stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
-        counted = {n: int(getattr(stats, n)) for n in STATS.names if n != "of_method"}
-        return counted | {n: int(stats.of_method[i]) for n, i in METHODS.items() if n != "auto"}
+        of_method = stats.of_method
+        counted = {n: getattr(stats, n) for n in COUNTERS}
+        return counted | {n: of_method[i] for n, i in METHODS.items() if n != "auto"}
 
     def take_events(self) -> np.ndarray:
         """The events since the last call (n ``tr_event``)."""
