@@ -14,7 +14,7 @@ from trunnion.simulation.results.outcome import Outcome, from_status
 
 WORDS = {v: v.name.lower() for v in Verdict}
 """The word for each verdict."""
-LAW_NAMES = {law: law.name.lower() for law in Law}
+LAW_NAMES = tuple(law.name.lower() for law in Law)
 WORST_FIGURES = JUDGEMENT.at("law")
 """Index of the first ``tr_worst`` in a judgement."""
 VIOLATIONS = {
@@ -87,12 +87,12 @@ class Audit:
         return f"{self.verdict}: {balance}, tolerance {self.tolerance:.1g}"
 
 
-def audit_of(record: np.void, joints: Sequence[str]) -> Audit:
+def audit_of(record: bytes, joints: Sequence[str]) -> Audit:
     """The audit of a run from the runtime's record (``tr_judgement``). joints: names of the joints with friction."""
-    numbers = np.frombuffer(record.tobytes()).tolist()  # one call, because reading a field of a NumPy record takes microseconds
+    numbers = memoryview(record).cast("d").tolist()
     said = dict(zip(JUDGEMENT.names, numbers, strict=False))
     known, verdict = said["judged"] != 0.0, Verdict(int(said["verdict"]))
-    laws = dict(zip(LAW_NAMES, _figures(numbers[WORST_FIGURES:], joints), strict=True))
+    figures = _figures(numbers[WORST_FIGURES:], joints)
     audit = Audit(
         verdict=WORDS[verdict],
         tolerance=said["tolerance"],
@@ -102,12 +102,12 @@ def audit_of(record: np.void, joints: Sequence[str]) -> Audit:
         jump_joint=_joint(said["jump_joint"], joints),
         turned_over=said["turned"] if known else 0.0,
         share=said["share"] if known else 0.0,
-        laws=dict(zip(LAW_NAMES.values(), laws.values(), strict=True)),
+        laws=dict(zip(LAW_NAMES, figures, strict=True)),
     )
     if verdict is Verdict.WITHIN:
         return audit
     notes = [_energy_note(audit)] if known and said["share"] > said["noted_energy"] else []
-    notes += [_law_note(law, f) for law, f in laws.items() if f.size > said["noted"]]
+    notes += [_law_note(law, f) for law, f in zip(Law, figures, strict=True) if f.size > said["noted"]]
     return replace(audit, notes=tuple(notes))
 
 

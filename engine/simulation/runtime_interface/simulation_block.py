@@ -90,6 +90,7 @@ class Block:
         k, o = kernel.address("kernel"), kernel.address("outputs")
         self._sizes = (len(numbers.breaks), len(table_block(numbers.tables)), event_capacity)
         self._has_jacobian = False
+        self._settings: tuple[Settings | None, Numbers, Any] = (None, numbers, None)
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
             raise RuntimeError("the kernel and the runtime belong to different versions of Trunnion: delete the cache of kernels")
@@ -153,8 +154,10 @@ class Block:
 
     def configure(self, s: Settings) -> None:
         """Set tolerances, method and limits of the run."""
-        n = self.numbers
-        settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
+        n, (known, scaled, settings) = self.numbers, self._settings
+        if known is not s or scaled is not n:
+            settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
+            self._settings = (s, n, settings)
         self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
@@ -255,12 +258,12 @@ class Block:
         self.lib.tr_certify_run(self.at, ctypes.addressof(out))
         return out
 
-    def judgement(self) -> np.void:
-        """The audit of the finished run (``tr_judgement``)."""
-        out = np.zeros(1, JUDGEMENT.dtype)
+    def judgement(self) -> bytes:
+        """The audit of the finished run (a ``tr_judgement``)."""
+        out = JUDGEMENT.ctype()
         self.lib.tr_audit_end(self.at)
-        self.lib.tr_judge(self.at, address(out))
-        return out[0]
+        self.lib.tr_judge(self.at, ctypes.addressof(out))
+        return bytes(out)
 
     @property
     def time(self) -> float:
