@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from trunnion.runtime.abi import Law, Status, Verdict
 from trunnion.runtime.abi.run_records import JUDGEMENT
 from trunnion.simulation.results.outcome import Outcome, from_status
