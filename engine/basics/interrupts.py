@@ -7,7 +7,8 @@ thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the 
 
 from __future__ import annotations
 
-import _signal  # the functions of ``signal`` turn handlers into enumerations, which takes ten times as long as the call
+# ``_signal`` is the C part of ``signal``, whose functions turn handlers into enumerations and take ten times as long.
+import _signal  # type: ignore[import-not-found]
 import signal
 import threading
 from collections.abc import Callable, Iterator

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -87,7 +88,7 @@ class Audit:
 
 def audit_of(record: bytes, joints: Sequence[str]) -> Audit:
     """The audit of a run from the runtime's record (``tr_judgement``). joints: names of the joints with friction."""
-    numbers = memoryview(record).cast("d").tolist()
+    numbers = struct.unpack(f"{len(record) // 8}d", record)
     said = dict(zip(JUDGEMENT.names, numbers, strict=False))
     known, verdict = said["judged"] != 0.0, Verdict(int(said["verdict"]))
     figures = _figures(numbers[WORST_FIGURES:], joints)
@@ -117,7 +118,7 @@ def _joint(number: float, joints: Sequence[str]) -> str:
     return joints[int(number) - 1] if number > 0.0 else ""
 
 
-def _figures(worst: list[float], joints: Sequence[str]) -> list[Figure]:
+def _figures(worst: Sequence[float], joints: Sequence[str]) -> list[Figure]:
     """A figure for each ``tr_worst``. worst: all fields of the records."""
     records = zip(worst[::3], worst[1::3], worst[2::3], strict=True)
     return [Figure(size, _time(time), _joint(joint, joints)) if size else NO_VIOLATION for size, time, joint in records]

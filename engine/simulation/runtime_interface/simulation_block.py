@@ -73,7 +73,7 @@ class Settings:
 
 def address(array: np.ndarray) -> int:
     """Address of the first number of a writable, contiguous array. (``array.ctypes.data`` takes twice as long.)"""
-    return ctypes.addressof(ctypes.c_double.from_buffer(array))
+    return ctypes.addressof(ctypes.c_double.from_buffer(array.data))
 
 
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
