@@ -7,11 +7,14 @@ thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the 
 
 from __future__ import annotations
 
+# ``_signal`` is the C part of ``signal``, whose functions turn handlers into enumerations and take ten times as long.
+import _signal  # type: ignore[import-not-found]
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 
 class Held:
@@ -20,6 +23,24 @@ class Held:
     def __init__(self) -> None:
         self.asked = False
         self.lets_through = False
+        self._around: Held | None = None
+        self._handler: Any = None
+
+    def __enter__(self) -> Held:
+        global _in_force
+        around = _in_force
+        handler = _signal.getsignal(_signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+        if handler is signal.default_int_handler or (around is not None and around.lets_through and handler == around.note):
+            _signal.signal(_signal.SIGINT, self.note)
+            self._around, self._handler, _in_force = around, handler, self
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        global _in_force
+        if self._handler is not None:
+            _in_force = self._around
+            _signal.signal(_signal.SIGINT, self._handler)
+            self._handler = None
 
     @property
     def heard(self) -> bool:
@@ -50,24 +71,11 @@ class Held:
             self.lets_through = False
 
 
-@contextmanager
-def held() -> Iterator[Held]:
+def held() -> Held:
     """Hold Ctrl-C back during the block. This has an effect only in the main thread, which gets the signal. Python's default signal
     handler is replaced, and so is the handler of an enclosing ``Held`` whose ``open`` block surrounds this block. A program's own
     handler is not replaced."""
-    global _in_force
-    note, around = Held(), _in_force
-    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
-    if not (handler is signal.default_int_handler or (around is not None and around.lets_through and handler == around.note)):
-        yield note
-        return
-    signal.signal(signal.SIGINT, note.note)
-    _in_force = note
-    try:
-        yield note
-    finally:
-        _in_force = around
-        signal.signal(signal.SIGINT, handler)
+    return Held()
 
 
 _in_force: Held | None = None

@@ -21,7 +21,7 @@ def audits_of(cases: np.ndarray, joints: Sequence[str]) -> list[Audit]:
     out = []
     for i, (tolerance, lost, turned, share) in enumerate(figures):
         if not plain[i]:
-            out.append(audit_of(said[i], joints) if cases["rows"][i] else Audit())
+            out.append(audit_of(said[i].tobytes(), joints) if cases["rows"][i] else Audit())
         elif known[i]:
             out.append(Audit(WORDS[Verdict.WITHIN], tolerance, lost, turned_over=turned, share=share))
         else:

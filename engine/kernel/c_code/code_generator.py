@@ -74,13 +74,15 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """Values that a stage writes: C array, offset, expressions. ``accumulate``: the values are added to the array."""
+    """Values that a stage writes: C array, offset, expressions. ``accumulate``: the values are added to the array. ``optional``:
+    the array may be a null pointer; the stage then skips the operations that only these values need."""
 
     name: str
     offset: int
     values: Sequence[SX] | SX
     stage: int
     accumulate: bool = False
+    optional: bool = False
 
 
 @dataclass
@@ -127,7 +129,7 @@ class _Emitter:
         self.stage, self.uses, self.text = [-1] * n, [0] * n, [""] * n
         self.home: list[Place | None] = [None] * n
         self.order: list[list[list[Instruction]]] = [[[]] for _ in stages]
-        self.writes: dict[Place, list[tuple[str, int]]] = {}
+        self.writes: dict[Place, list[tuple[str, int, str]]] = {}
         self.slot: dict[int, str] = {}
         self.kept = [0] * len(stages)
 
@@ -170,7 +172,8 @@ class _Emitter:
             out = self.outputs[o]
             found = home[v]
             place = found if found and found[0] == out.stage else (out.stage, 0)
-            self.writes.setdefault(place, []).append((f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else ""), v))
+            target = f"{out.name}[{out.offset + i}]" + ("+" if out.accumulate else "")
+            self.writes.setdefault(place, []).append((target, v, out.name if out.optional else ""))
             uses[v] += 1
             if found != place and (found or self._gone(v, out.stage)):
                 outside.add(v)
@@ -190,25 +193,44 @@ class _Emitter:
             self.kept[k] += 1
 
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
-        """Statements of a piece. A value that is used once becomes part of the expression that uses it, up to the nesting
-        ``DEPTH``. This halves the text and the number of variables."""
+        """Statements of a piece. Operations that only optional outputs need come last, after a return if the array is absent."""
         heed()
-        text, uses, slot, body = self.text, self.uses, self.slot, []
+        writes = self.writes.get(place, [])
+        optional = {array for _, _, array in writes if array}
+        needed = self._needed(members, {v for _, v, array in writes if not array}) if optional else {v for _, v, _ in members}
         deep: dict[int, int] = {}
+        body = self._statements([m for m in members if m[1] in needed], deep)
+        body += [f"{target}={self.text[v]};" for target, v, array in writes if not array]
+        body += [f"if({array}==0)return;" for array in optional]
+        body += self._statements([m for m in members if m[1] not in needed], deep)
+        body += [f"{target}={self.text[v]};" for target, v, array in writes if array]
+        for _, v, _ in members:
+            if v in self.slot:
+                self.text[v] = self.slot[v]
+        return body
+
+    def _needed(self, members: list[Instruction], wanted: set[int]) -> set[int]:
+        """Those results of a piece that the values ``wanted`` or other places need."""
+        needed = wanted | self.slot.keys()
+        for _, v, operands in reversed(members):
+            if v in needed:
+                needed |= set(operands)
+        return needed
+
+    def _statements(self, members: list[Instruction], deep: dict[int, int]) -> list[str]:
+        """Statements of some operations of a piece. A value that is used once becomes part of the expression that uses it, up to
+        the nesting ``DEPTH`` (``deep``: nesting of such values). This halves the text and the number of variables."""
+        text, body = self.text, []
         for op, v, operands in members:
             words = FORMS[op] % tuple([text[a] for a in operands])
             depth = 1 + max([deep.get(a, 0) for a in operands])
-            if uses[v] == 1 and v not in slot and depth < DEPTH:
+            if self.uses[v] == 1 and v not in self.slot and depth < DEPTH:
                 text[v], deep[v] = f"({words})", depth
                 continue
             text[v] = f"v{v}"
             body.append(f"double v{v}={words};")
-            if v in slot:
-                body.append(f"{slot[v]}=v{v};")
-        body += [f"{target}={text[v]};" for target, v in self.writes.get(place, ())]
-        for _, v, _ in members:
-            if v in slot:
-                text[v] = slot[v]
+            if v in self.slot:
+                body.append(f"{self.slot[v]}=v{v};")
         return body
 
     def _function(self, k: int) -> str:

@@ -34,15 +34,12 @@ void tr_op_scale(double *const *a, const int *how) {
 }
 
 void tr_op_add_dot(double *const *a, const int *how) {
-  for (int i = 0; i < how[0]; ++i) a[2][0] += how[1] * a[0][i] * a[1][i];
+  a[2][0] += how[1] * dot(how[0], a[0], a[1]);
 }
 
 void tr_op_add_row_dots(double *const *a, const int *how) {
   for (int k = 0; k < how[1]; ++k) {
-    const double *row = a[0] + (size_t)k * how[2];
-    double sum = 0.0;
-    for (int i = 0; i < how[0]; ++i) sum += row[i] * a[1][i];
-    a[2][(size_t)k * how[3]] += sum;
+    a[2][(size_t)k * how[3]] += dot(how[0], a[0] + (size_t)k * how[2], a[1]);
   }
 }
 

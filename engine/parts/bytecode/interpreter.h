@@ -5,7 +5,7 @@
 
 #include "tr_abi.h"
 
-enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, POWER, D, SPACES };
+enum { K, P, C, X, Y, W, MAPS, DY, Z, T, N, R, U, OUT, DN, SPEED, A, EXTRA, POWER, D, NONE, SPACES };
 
 #define MOST_OPERANDS 32 /* largest number of operands of one call */
 #define BASES(...) double *const base[SPACES] = {[K] = (double *)s->constants, __VA_ARGS__}

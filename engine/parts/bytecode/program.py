@@ -9,8 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-import numpy as np
-
 
 class Space(IntEnum):
     """The arrays that contain slots: arguments of a kernel's functions, constants K of the scene, scratch T."""
@@ -35,6 +33,8 @@ class Space(IntEnum):
     EXTRA = 17
     POWER = 18
     D = 19
+    NONE = 20
+    """No array: the op skips this output."""
 
 
 LANES = 4
@@ -54,6 +54,9 @@ class Slot:
         if not 0 <= first <= first + size <= self.size:
             raise IndexError(f"{first}+{size} of {self}")
         return Slot(self.space, self.at + first, size)
+
+
+NOWHERE = Slot(Space.NONE, 0, 0)
 
 
 class Builtin(IntEnum):
@@ -144,6 +147,30 @@ class Program:
         if out.size:
             self.call(Builtin.COPY, [source, out], [out.size])
 
-    def array(self) -> np.ndarray:
-        """The calls as the array of C integers that the interpreter executes."""
-        return np.array(self.code, np.intc)
+    def merged(self) -> list[int]:
+        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are one call."""
+        out: list[int] = []
+        last: list[int] = []
+        first = 0
+        while first < len(self.code):
+            call = self.code[first : first + 3 + 2 * self.code[first + 1] + self.code[first + 2]]
+            first += len(call)
+            both = _joined(last, call)
+            if both:
+                del out[-len(last) :]
+            last = both or call
+            out += last
+        return out
+
+
+def _joined(a: list[int], b: list[int]) -> list[int]:
+    """One call that does the work of two successive calls; empty if there is none. Copies within an array are not joined, because
+    the second may read what the first wrote."""
+    if not a or a[0] != b[0] or a[0] not in (Builtin.ZERO, Builtin.COPY) or a[3:-1:2] != b[3:-1:2]:
+        return []
+    if a[0] == Builtin.COPY and a[3] == a[5]:
+        return []
+    for low, high in ((a, b), (b, a)):
+        if all(at + low[-1] == other for at, other in zip(low[4:-1:2], high[4:-1:2], strict=True)):
+            return [*low[:-1], low[-1] + high[-1]]
+    return []

@@ -9,7 +9,7 @@ from typing import Any
 
 from trunnion.kernel.c_code.code_generator import MATH, literal
 from trunnion.kernel.compilation import c_compiler
-from trunnion.parts.bytecode.program import Builtin, Program
+from trunnion.parts.bytecode.program import Builtin
 from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
 from trunnion.parts.primitives.primitive_cache import build_primitive
 from trunnion.parts.primitives.primitive_keys import VECTOR, Primitive
@@ -105,8 +105,9 @@ def _scene(of: DifferentiatedScene, name: str) -> list[str]:
     out.append(f"static const double {name}_constants[]={{{numbers}}};\n")
     values: dict[str, Any] = dict.fromkeys(SCENE.names, "{0}") | {"nc": s.nc, "directions": 0, "beside": 0}
     for program, code in s.programs.items():
-        out.append(_integers(f"{name}_{program}", code.code))
-        values[program] = _program(f"{name}_{program}", code)
+        calls = code.merged()
+        out.append(_integers(f"{name}_{program}", calls))
+        values[program] = f"{{{len(calls)},{code.scratch},{name}_{program}}}"
     if of.tangents:
         out += [_integers(f"{name}_d_{table}", listed) for table, listed in of.tangents.tables.items()]
         found = of.tangents.sizes | {table: f"{name}_d_{table}" for table in of.tangents.tables}
@@ -118,7 +119,3 @@ def _scene(of: DifferentiatedScene, name: str) -> list[str]:
     values |= {"constants": f"{name}_constants", "op": f"{name}_op"}
     out.append("static " + SCENE.initialiser(name, **values))
     return out
-
-
-def _program(name: str, program: Program) -> str:
-    return f"{{{len(program.code)},{program.scratch},{name}}}"

@@ -41,7 +41,7 @@ def narrowed(
     borne = ca.sparsify(lever).T @ (M - MPi @ V) @ ca.sparsify(lever)
     ins = [Input(at["turned"], turned, stage, transient=True), Input(at["grip"], ca.vec(grip), stage, transient=True),
            Input(at["moves"], moves, stage, transient=True)]  # fmt: skip
-    outs = [Output(at["borne"], 0, ca.vec(borne), stage, True), Output(at["pivot"], 0, pivot, stage)]
+    outs = [Output(at["borne"], 0, ca.vec(borne), stage, True, True), Output(at["pivot"], 0, pivot, stage)]
     inward = _pull(M @ step.w, MPi, step, steady, (rows, inverse, moves), at, stage + 1)
     found = [(ins, outs), inward, _push(M, step, Pi, V, spun, at, stage + 2)]
     return [*found, *(_of_loops(step, Pi, MPi, inverse @ rows, V, at, stage + 3) if looped else [])]
@@ -56,7 +56,7 @@ def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX],
     y = inverse @ (rows @ (F - Mw) + moves * along)
     up = GammaT(step.lever, F - Mw - MPi @ y)
     ins = [Input(at["fc"], handed, stage), Input(at["force"], force, stage), Input(at["yc"], along, stage)]
-    return ins, [Output(at["y"], 0, y, stage), Output(at["F"], 0, F, stage), Output(at["up"], 0, up, stage, True)]
+    return ins, [Output(at["y"], 0, y, stage), Output(at["F"], 0, F, stage), Output(at["up"], 0, up, stage, True, True)]
 
 
 def _push(M: SX, step: Step, Pi: SX, V: SX, spun: SX, at: dict[str, str], stage: int) -> Functions:

@@ -73,7 +73,7 @@ def body_primitive(which: BodyKey) -> Primitive:
     ]  # fmt: skip
     outs = [
         Output(AT["motion"], 0, pack_motion(motion), 1), Output(AT["pose"], 0, _pose(step), 1), Output(AT["bias"], 0, step.w, 1),
-        Output(AT["up"], 0, up, 2, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
+        Output(AT["up"], 0, up, 2, True, True), Output(AT["y"], 0, art.y, 2), Output(AT["F"], 0, art.F, 2),
     ]  # fmt: skip
     more = [_column(art, step), *(_outward(art, step, stage) for stage in (4, 5, 9)), *_balance(mass, motion, step)]
     more += narrowed(mass, step, velocity_force(mass, motion.omega), AT, NARROWS, which.looped, turned) if which.rubbed else []
@@ -134,9 +134,9 @@ def _with_own_operands(which: BodyKey, text: str) -> tuple[str, dict[str, tuple[
         found = re.search(rf"^void {which.name}_(\w+)\(", function, re.MULTILINE)
         if not found:
             continue  # a helper function; the function that calls it follows
-        used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]\[", pieces)})
+        used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]", pieces)})
         number = {str(i): n for n, i in enumerate(used)}
-        out.append(re.sub(r"\ba\[(\d+)\]\[", lambda m, number=number: f"a[{number[m.group(1)]}][", pieces))  # type: ignore[misc]
+        out.append(re.sub(r"\ba\[(\d+)\]", lambda m, number=number: f"a[{number[m.group(1)]}]", pieces))  # type: ignore[misc]
         operands[f"{which.name}_{found.group(1)}"] = tuple(OPERANDS[i] for i in used)
         pieces = ""
     return "".join(out), operands

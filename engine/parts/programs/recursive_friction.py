@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, free_of
-from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction
 from trunnion.parts.programs.operands import coordinate_rates, lengths_of
 from trunnion.parts.programs.recursive_friction_loops import LoopFriction
@@ -59,7 +59,7 @@ class RecursiveFriction:
     def _narrow(self) -> None:
         program, s = self.scene.program("narrow"), self.stepping
         count = len(self.system.bodies)
-        borne, dn = program.scratch_slot(INERTIA * (count + 1)), 0
+        borne, dn = program.scratch_slot(INERTIA * count), 0
         program.zero(borne)
         grips = {}
         for e in s.elements:
@@ -78,7 +78,7 @@ class RecursiveFriction:
             self.scene.body_call(
                 program, i, "narrow", work=s.moving[i].work, turned=borne.slice(INERTIA * i, INERTIA), grip=grips.get(i, self.none),
                 moves=moves, slim=self.slim[i], pivot=Slot(Space.OUT, i, 1),
-                borne=borne.slice(INERTIA * (parent if parent != GROUND else count), INERTIA),
+                borne=borne.slice(INERTIA * parent, INERTIA) if parent != GROUND else NOWHERE,
             )  # fmt: skip
         if self.coupled:
             self.coupled.narrow(program)
@@ -97,13 +97,13 @@ class RecursiveFriction:
         """Write the reaction components N, the accelerations, and the transmitted forces along freedoms minus device forces."""
         program, s, scene = self.scene.program("respond"), self.stepping, self.scene
         count = len(self.system.bodies)
-        handed = program.scratch_slot(6 * (count + 1))
+        handed = program.scratch_slot(6 * count)
         program.zero(handed)
         forces = self.coupled.forces(program) if self.coupled else [m.force for m in s.moving]
         for i in reversed(range(count)):
             j, m, parent = self.system.tree[i], s.moving[i], scene.parent(i)
             along = self._along(program, j, m, self._own(j, Space.U, program) if i in self.element else None)
-            up = handed.slice(6 * (parent if parent != GROUND else count), 6)
+            up = handed.slice(6 * parent, 6) if parent != GROUND else NOWHERE
             scene.body_call(program, i, "pull", work=m.work, slim=self.slim[i], fc=handed.slice(6 * i, 6), force=forces[i],
                             yc=along, y=free_of(self.y, j), F=self.F[i], up=up)  # fmt: skip
         if self.coupled:
@@ -138,6 +138,7 @@ class RecursiveFriction:
                     program.call(Builtin.ADD_DOT, [m.effort.slice(k, 1), self.scene.one, borne], [1, -1])
             else:
                 program.zero(borne)
+        for k in range(j.kind.nv):
             program.copy(self.scene.freedom_acceleration(j, k, m, self.qdd), Slot(Space.A, first + k, 1))
 
     def _answer(self) -> None:

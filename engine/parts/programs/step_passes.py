@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from trunnion.kernel.interface.runtime_tables import HANDED
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, BodySlots, CutJointSlots, free_of
-from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
 from trunnion.parts.layout.maps_layout import Maps
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars
 from trunnion.parts.programs.body_passes import ScenePasses
@@ -14,7 +14,6 @@ from trunnion.parts.programs.operands import lengths_of, write_pin, write_span
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element, any_sets, elements
-from trunnion.system.structure.loop_matrix_fill import fill
 
 
 class StepPasses:
@@ -31,7 +30,7 @@ class StepPasses:
         shared = self.shares.size if self.shares else 0
         self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.elements), nrates, any_sets(s), shared)
         scene.multipliers = len(self.active)
-        scene.bare = not s.neta and bool(fill(s, self.active).below)
+        scene.bare = not s.neta
         self.nw = 0
         program = scene.program("stage1")
         self.moving = scene.outward(program, self.kept_slot)
@@ -64,13 +63,14 @@ class StepPasses:
         body has Ż = 0."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
-        handed = [program.scratch_slot(HANDED) for _ in range(n + 1)]
+        handed = [program.scratch_slot(HANDED) for _ in range(n)]
         for h in handed:
             program.zero(h)
         for i in reversed(range(n)):
             m, j = self.moving[i], self.system.tree[i]
+            up = handed[s.parent(i)] if s.parent(i) != GROUND else NOWHERE
             s.body_call(program, i, "inward", work=m.work, kept=self.kept[i], handed=handed[i],
-                        force=forces[i] if forces else m.force, effort=efforts[i], up=handed[s.parent(i)],
+                        force=forces[i] if forces else m.force, effort=efforts[i], up=up,
                         y=free_of(y, j), F=F[i], known=m.known)  # fmt: skip
         return y, F
 

@@ -14,6 +14,7 @@ from trunnion.parts.programs.operands import coordinate_rates, element_operands
 from trunnion.parts.programs.powers import write_powers
 from trunnion.parts.programs.step_passes import StepPasses
 from trunnion.system.structure.friction_joint_indices import Element
+from trunnion.system.structure.loop_matrix_fill import fill
 
 
 class StepPrograms(StepPasses):
@@ -30,7 +31,7 @@ class StepPrograms(StepPasses):
 
     def _columns(self, program: Program) -> None:
         """Write the columns of all multipliers. If few loops share bodies, a column extends only over the path of its loop."""
-        if self.scene.bare:
+        if self.scene.bare and fill(self.system, self.active).below:
             self.apart: SparseForceColumns | None = SparseForceColumns(self, program)
             return
         self.apart, self.columns = None, self.kept_slot(self.system.nv * self.maps.columns)
@@ -80,8 +81,7 @@ class StepPrograms(StepPasses):
         elif count:
             program.call(Builtin.COMBINE, [self.y, self.columns, Slot(Space.Z, 0, count), y], [nv, count, nv])
         every = range(len(system.bodies))
-        function = "onward" if s.bare else "accelerations"
-        qdd, Z, _ = self.accelerate(program, y, [s.zeros for _ in every], function, every, s.base)
+        qdd, Z, _ = self.accelerate(program, y, [s.zeros for _ in every], "onward", every, s.base)
         self.write_derivative(program, qdd, Z)
 
     def write_derivative(self, program: Program, qdd: Slot, Z: list[Slot]) -> None:

@@ -17,6 +17,8 @@ def assembly_notes(built: Built, block: Block) -> list[str]:
     system, n = built.system, built.numbers
     notes = list(n.ignored)
     q, v = block.y[: system.nq], block.y[system.nq : system.nq + system.nv]
+    if q.tobytes() == n.q.tobytes() and v.tobytes() == n.v.tobytes():
+        return notes
     for j in system.tree:
         states = state_coordinates(j)
         was, now = n.q[j.q0 : j.q0 + len(states)], q[j.q0 : j.q0 + len(states)]

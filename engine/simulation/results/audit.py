@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from trunnion.runtime.abi import Law, Status, Verdict
+from trunnion.runtime.abi.run_records import JUDGEMENT
 from trunnion.simulation.results.outcome import Outcome, from_status
 
 WORDS = {v: v.name.lower() for v in Verdict}
 """The word for each verdict."""
+LAW_NAMES = tuple(law.name.lower() for law in Law)
+WORST_FIGURES = JUDGEMENT.at("law")
+"""Index of the first ``tr_worst`` in a judgement."""
 VIOLATIONS = {
     Law.CLOSURE: "a loop is open (relative to its length)",
     Law.CONE: "friction exceeds the limit of its law (relative to this limit)",
@@ -37,6 +40,9 @@ class Figure:
     size: float = 0.0
     time: float | None = None
     joint: str = ""
+
+
+NO_VIOLATION = Figure()
 
 
 @dataclass(frozen=True)
@@ -80,38 +86,42 @@ class Audit:
         return f"{self.verdict}: {balance}, tolerance {self.tolerance:.1g}"
 
 
-def audit_of(record: np.void, joints: Sequence[str]) -> Audit:
+def audit_of(record: bytes, joints: Sequence[str]) -> Audit:
     """The audit of a run from the runtime's record (``tr_judgement``). joints: names of the joints with friction."""
-    known, verdict = bool(record["judged"]), Verdict(int(record["verdict"]))
-    laws = {law: _figure(record["law"][law], joints) for law in Law}
+    numbers = struct.unpack(f"{len(record) // 8}d", record)
+    said = dict(zip(JUDGEMENT.names, numbers, strict=False))
+    known, verdict = said["judged"] != 0.0, Verdict(int(said["verdict"]))
+    figures = _figures(numbers[WORST_FIGURES:], joints)
     audit = Audit(
         verdict=WORDS[verdict],
-        tolerance=float(record["tolerance"]),
-        energy=float(record["lost"]) if known else None,
-        energy_time=_time(record["lost_time"]),
-        jump_time=_time(record["jump_time"]),
-        jump_joint=_joint(record["jump_joint"], joints),
-        turned_over=float(record["turned"]) if known else 0.0,
-        share=float(record["share"]) if known else 0.0,
-        laws={law.name.lower(): f for law, f in laws.items()},
+        tolerance=said["tolerance"],
+        energy=said["lost"] if known else None,
+        energy_time=_time(said["lost_time"]),
+        jump_time=_time(said["jump_time"]),
+        jump_joint=_joint(said["jump_joint"], joints),
+        turned_over=said["turned"] if known else 0.0,
+        share=said["share"] if known else 0.0,
+        laws=dict(zip(LAW_NAMES, figures, strict=True)),
     )
     if verdict is Verdict.WITHIN:
         return audit
-    notes = [_energy_note(audit)] if known and record["share"] > record["noted_energy"] else []
-    notes += [_law_note(law, f) for law, f in laws.items() if f.size > record["noted"]]
+    notes = [_energy_note(audit)] if known and said["share"] > said["noted_energy"] else []
+    notes += [_law_note(law, f) for law, f in zip(Law, figures, strict=True) if f.size > said["noted"]]
     return replace(audit, notes=tuple(notes))
 
 
 def _time(t: float) -> float | None:
-    return float(t) if t >= 0.0 else None
+    return t if t >= 0.0 else None
 
 
 def _joint(number: float, joints: Sequence[str]) -> str:
     return joints[int(number) - 1] if number > 0.0 else ""
 
 
-def _figure(worst: np.void, joints: Sequence[str]) -> Figure:
-    return Figure(float(worst["size"]), _time(worst["time"]), _joint(worst["joint"], joints))
+def _figures(worst: Sequence[float], joints: Sequence[str]) -> list[Figure]:
+    """A figure for each ``tr_worst``. worst: all fields of the records."""
+    records = zip(worst[::3], worst[1::3], worst[2::3], strict=True)
+    return [Figure(size, _time(time), _joint(joint, joints)) if size else NO_VIOLATION for size, time, joint in records]
 
 
 def _law_note(law: Law, f: Figure) -> str:

@@ -13,6 +13,7 @@ import csv
 import json
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,8 +39,8 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".csv", ".parquet")
 FORMAT = "trunnion result 1"
-AT_ONCE = 250_000
-"""Number of values of a CSV file that are formatted at once, in about 20 ms."""
+AT_ONCE = 20_000
+"""Number of values of a CSV file that are formatted at once, in about 2 ms. Their text fits into the processor's cache."""
 ENCODED = ("scene", "settings", "outcome", "events", "notes", "audit", "certainty")
 """Metadata keys whose values are JSON. The values of all other keys are plain text."""
 
@@ -109,19 +110,31 @@ def _write_csv(result: ResultData, path: Path) -> None:
     lines = [*(" ".join(line.split("\n")) for line in head), f"# units: {units}", ",".join(result.names)]
     with path.open("wb") as f:
         f.write(("\n".join(lines) + "\n").encode())
-        some = max(1, AT_ONCE // result.data.shape[1])
-        for first in range(0, len(result.data), some):
-            rows = result.data[first : first + some]
+        for rows in blocks_of(result.data):
             f.write(lines_of(np.where(np.abs(rows) < ZERO_BELOW, 0.0, rows)))
 
 
-def lines_of(data: np.ndarray) -> bytes:
-    """Rows as lines of a CSV file. Each number has the fewest digits that restore it exactly."""
+def blocks_of(data: np.ndarray) -> Iterator[np.ndarray]:
+    """The rows of ``data`` in blocks of at most ``AT_ONCE`` values. Ctrl-C is heard between two blocks."""
+    some = max(1, AT_ONCE // data.shape[1])
+    return (data[first : first + some] for first in range(0, len(data), some))
+
+
+def lines_of(data: np.ndarray) -> bytes | bytearray:
+    """Rows as lines of a CSV file. Each number has the fewest digits that restore it exactly. data: (n × c), n and c at least 1."""
     if np.isinf(data).any():  # JSON has no infinity
         return "".join(",".join(map(repr, row)) + "\n" for row in data.tolist()).encode()
-    text = orjson.dumps(np.ascontiguousarray(data), option=orjson.OPT_SERIALIZE_NUMPY)
-    text = text[2:-2].replace(b"],[", b"\n") + b"\n"
-    return text.replace(b"null", b"nan") if np.isnan(data).any() else text
+    text = orjson.dumps(data.ravel(), option=orjson.OPT_SERIALIZE_NUMPY)
+    if np.isnan(data).any():
+        text = text.replace(b"null", b"nan")
+    lines = bytearray(text)
+    characters = np.frombuffer(lines, np.uint8)
+    commas = np.flatnonzero(characters == ord(","))
+    characters[commas[data.shape[1] - 1 :: data.shape[1]]] = ord("\n")
+    characters[-1] = ord("\n")  # the list's closing bracket
+    del characters  # a bytearray with a view cannot change its size
+    del lines[:1]
+    return lines
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import threading
+from collections.abc import Callable
 
 from trunnion.basics.interrupts import heed, held
 
@@ -12,31 +12,55 @@ HOST = ctypes.CFUNCTYPE(ctypes.c_int)
 """Type of the function that the runtime calls. The result 1 cancels the work."""
 
 
-@contextmanager
-def cancellable(lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]) -> Iterator[None]:
+class cancellable:  # used like a function
     """Allow the function ``stop`` and Ctrl-C to end long work of a simulation block. at: returns the block's address, which may
     change.
 
     After Ctrl-C, KeyboardInterrupt is raised at the end of the context, unless a caller holds Ctrl-C back. Exceptions of this
     thread's watch (``heed``) are raised at the end, too."""
-    raised: list[BaseException] = []
 
-    def gives_up() -> int:
+    def __init__(self, lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]):
+        self._lib, self._at, self._stop = lib, at, stop
+        self._raised: BaseException | None = None
+        self._interrupt = held()
+
+    def __enter__(self) -> None:
+        self._interrupt.__enter__()
+        self._around, _threads.innermost = _threads.innermost, self
+        self._lib.tr_ask(self._at(), _ADDRESS)
+
+    def __exit__(self, kind: type[BaseException] | None, *exc: object) -> None:
+        self._lib.tr_ask(self._at(), None)
+        _threads.innermost = self._around
+        self._interrupt.__exit__()
+        if kind is None and self._raised is not None:
+            raise self._raised
+        if kind is None and self._interrupt.asked:
+            raise KeyboardInterrupt
+
+    def gives_up(self) -> int:
+        """Whether to end the work of the block."""
         try:
             heed()
-            return int(interrupt.asked or stop())
-        except BaseException as e:  # noqa: BLE001  # an exception cannot pass through C; it is raised below
-            raised.append(e)
+            return int(self._interrupt.asked or self._stop())
+        except BaseException as e:  # noqa: BLE001  # an exception cannot pass through C; it is raised at the end
+            self._raised = self._raised or e
             return 1
 
-    with held() as interrupt:
-        host = HOST(gives_up)
-        lib.tr_ask(at(), ctypes.cast(host, ctypes.c_void_p))
-        try:
-            yield
-        finally:
-            lib.tr_ask(at(), None)
-    if raised:
-        raise raised[0]
-    if interrupt.asked:
-        raise KeyboardInterrupt
+
+class _Threads(threading.local):
+    innermost: cancellable | None = None
+    """The innermost context of this thread."""
+
+
+_threads = _Threads()
+
+
+def _gives_up() -> int:
+    found = _threads.innermost
+    return 0 if found is None else found.gives_up()
+
+
+_HOST = HOST(_gives_up)
+"""The function that C calls. There is only one, because its creation takes longer than a call into C."""
+_ADDRESS = ctypes.cast(_HOST, ctypes.c_void_p)

@@ -22,6 +22,7 @@ from trunnion.system.construction.start_values_and_scales import Numbers
 from trunnion.system.signals.signal_tables import table_block
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
+COUNTERS = tuple(n for n in STATS.names if n != "of_method")
 EVENT_CAPACITY = 1024
 NO_EVENTS = np.zeros(0, EVENT.dtype)
 OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
@@ -70,6 +71,11 @@ class Settings:
         ))  # fmt: skip
 
 
+def address(array: np.ndarray) -> int:
+    """Address of the first number of a writable, contiguous array. (``array.ctypes.data`` takes twice as long.)"""
+    return ctypes.addressof(ctypes.c_double.from_buffer(array.data))
+
+
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
     """Write time t, s, and the values of ``count`` signals at t into the external values x (contiguous). x[1] is a time inside the
     step and selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
@@ -84,6 +90,7 @@ class Block:
         k, o = kernel.address("kernel"), kernel.address("outputs")
         self._sizes = (len(numbers.breaks), len(table_block(numbers.tables)), event_capacity)
         self._has_jacobian = False
+        self._settings: tuple[Settings | None, Numbers, Any] = (None, numbers, None)
         self._allocate(None)
         if not self.lib.tr_init(self.at, k, o, None, *self._sizes):
             raise RuntimeError("the kernel and the runtime belong to different versions of Trunnion: delete the cache of kernels")
@@ -127,6 +134,8 @@ class Block:
         """Set parameters, start values, tables and times of kinks of a run of the same structure. ``assemble`` and ``start`` must
         be called afterwards."""
         self.numbers = numbers
+        self._start = np.concatenate([numbers.q, numbers.v, np.zeros(len(self.y) - len(numbers.q) - len(numbers.v))])
+        self._given = np.concatenate([numbers.q_given_by_rate, numbers.v_given, [0.0]]).astype(float)
         self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
         tables = table_block(numbers.tables)
         self._view(Array.TABLES, len(tables))[:] = tables
@@ -145,25 +154,25 @@ class Block:
 
     def configure(self, s: Settings) -> None:
         """Set tolerances, method and limits of the run."""
-        n = self.numbers
-        settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
+        n, (known, scaled, settings) = self.numbers, self._settings
+        if known is not s or scaled is not n:
+            settings = s.record(length=n.length, rate=n.rate, energy=n.energy)
+            self._settings = (s, n, settings)
         self.lib.tr_configure(self.at, ctypes.addressof(settings))
 
     def assemble(self, t: float = 0.0) -> int:
         """Change the start values so that the loops are closed at t, s. Returns 1 after success, 0 if positions stay open, and −1
         if velocities stay open."""
-        n = self.numbers
-        self.y[:] = 0.0
-        self.y[: len(n.q) + len(n.v)] = np.concatenate([n.q, n.v])
-        given = [np.ascontiguousarray(a, float) for a in (n.q_given_by_rate, n.v_given)]
+        self.y[:] = self._start
+        by_rate = address(self._given)
         with self.cancellable():
-            return self.lib.tr_assemble(self.at, t, given[0].ctypes.data, given[1].ctypes.data)
+            return self.lib.tr_assemble(self.at, t, by_rate, by_rate + self._given.itemsize * len(self.numbers.q_given_by_rate))
 
     def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
         """Begin a run from t to t_stop with output spacing ``every``, all in s. Writes the first row to ``row`` (width) and returns
         the ``Status``."""
         with self.cancellable():
-            return self.lib.tr_start(self.at, t, t_stop, every, row.ctypes.data)
+            return self.lib.tr_start(self.at, t, t_stop, every, address(row))
 
     def cancellable(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
         """Allow ``stop`` and Ctrl-C to end long work of the block (``cancellation.cancellable``)."""
@@ -172,7 +181,7 @@ class Block:
     def advance(self, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:
         """Step towards ``target``, s, by at most ``max_steps`` steps. Returns (``Status``, number of rows written to ``rows``)."""
         count = ctypes.c_long(0)
-        code = self.lib.tr_advance(self.at, target, max_steps, rows.ctypes.data, len(rows), ctypes.addressof(count))
+        code = self.lib.tr_advance(self.at, target, max_steps, address(rows), len(rows), ctypes.addressof(count))
         return code, count.value
 
     def row(self, out: np.ndarray) -> int:
@@ -249,12 +258,12 @@ class Block:
         self.lib.tr_certify_run(self.at, ctypes.addressof(out))
         return out
 
-    def judgement(self) -> np.void:
-        """The audit of the finished run (``tr_judgement``)."""
-        out = np.zeros(1, JUDGEMENT.dtype)
+    def judgement(self) -> bytes:
+        """The audit of the finished run (a ``tr_judgement``)."""
+        out = JUDGEMENT.ctype()
         self.lib.tr_audit_end(self.at)
-        self.lib.tr_judge(self.at, out.ctypes.data)
-        return out[0]
+        self.lib.tr_judge(self.at, ctypes.addressof(out))
+        return bytes(out)
 
     @property
     def time(self) -> float:
@@ -264,8 +273,9 @@ class Block:
     def statistics(self) -> dict[str, int]:
         """The counters of the run by name: the fields of ``tr_stats``, and the number of steps of each method."""
         stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
-        counted = {n: int(getattr(stats, n)) for n in STATS.names if n != "of_method"}
-        return counted | {n: int(stats.of_method[i]) for n, i in METHODS.items() if n != "auto"}
+        of_method = stats.of_method
+        counted = {n: getattr(stats, n) for n in COUNTERS}
+        return counted | {n: of_method[i] for n, i in METHODS.items() if n != "auto"}
 
     def take_events(self) -> np.ndarray:
         """The events since the last call (n ``tr_event``)."""

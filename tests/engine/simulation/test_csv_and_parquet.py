@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from trunnion.basics.problems import SceneError
-from trunnion.simulation.results.csv_and_parquet import load_result_table, to_arrow
+from trunnion.simulation.results.csv_and_parquet import lines_of, load_result_table, to_arrow
 from trunnion.simulation.results.result import Result
 
 
@@ -42,6 +42,24 @@ def test_a_result_without_rows_can_be_saved(pendulum: Result, tmp_path: Path, su
 
     back = load_result_table(replace(pendulum, data=pendulum.data[:0]).save(tmp_path / f"r{suffix}"))
     assert back.data.shape == (0, len(pendulum.names))
+
+
+@pytest.mark.parametrize("columns", [1, 3, 65])
+def test_lines_of_numbers_read_back_to_the_same_bits(columns: int) -> None:
+    bits = np.random.default_rng(7).integers(0, 2**63, 780, dtype=np.uint64)
+    wild = np.concatenate([[0.0, -0.0, 5e-324, 1e22, -1.7976931348623157e308, math.nan], bits.view(float)[:-6]])
+    for data in (wild.reshape(-1, columns), np.where(wild < 1e-3, math.inf, -wild).reshape(-1, columns)):
+        back = [[float(x) for x in line.split(",")] for line in lines_of(data).decode().splitlines()]
+        np.testing.assert_array_equal(np.nan_to_num(back, nan=7.0).view(np.uint64), np.nan_to_num(data, nan=7.0).view(np.uint64))
+
+
+def test_the_size_of_blocks_does_not_change_a_csv_file(
+    pendulum: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = pendulum.save(tmp_path / "a.csv").read_bytes()
+    monkeypatch.setattr("trunnion.simulation.results.csv_and_parquet.AT_ONCE", 3 * len(pendulum.names))
+    assert len(pendulum.data) % 3, "the last block is shorter"
+    assert pendulum.save(tmp_path / "b.csv").read_bytes() == whole
 
 
 def test_pandas_reads_the_csv(pendulum: Result, tmp_path: Path) -> None:
