@@ -14,7 +14,6 @@
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
 #define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
-#define BY_CONE 0.25    /* × s²/|ω|²: a ball closer to its cone may have several roots */
 #define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages, a quarter period apart */
 #define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
 #define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */

@@ -152,10 +152,11 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   return 0;
 }
 
-/* Whether any pair is a ball. The equations of a ball may have several roots, and the root found must not depend on the start. */
-static int tr_has_ball(const tr_sim *s) {
+/* Whether the equations may have several roots, because a sliding ball was near its cone when the laws were last evaluated. The root
+ * found must then not depend on the start. */
+static int tr_may_have_several_roots(const tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_pair_of(s, i)->cone) return 1;
+    if (tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && !(tr_sliding_of(s, i)->cone > BY_CONE)) return 1;
   return 0;
 }
 
@@ -165,8 +166,8 @@ static int tr_newton_recursive(tr_sim *s, int near) {
   const tr_kernel *k = s->k;
   double kept[tr_z_length(s)];
   memcpy(kept, TR_A(s, z), sizeof kept);
-  for (near = near && s->step.loads_known && !tr_has_ball(s); near >= 0; --near) {
-    s->step.recursive = tr_newton_recursive_from(s, near, 0);
+  for (near = near && s->step.loads_known && !tr_may_have_several_roots(s); near >= 0; --near) {
+    s->step.recursive = tr_newton_recursive_from(s, near, 0) && !(near && tr_may_have_several_roots(s));
     if (s->step.recursive) {
       tr_copy(k->nn, tr_stored_loads(s), TR_A(s, NN));
       TR_MADE(s, TR_HAS_SOLUTION);
