@@ -322,13 +322,15 @@ static int tr_is_valid_decision(tr_sim *s, const int *rest, int n) {
 static void tr_residual_recursive(const tr_sim *s, double *r) {
   const tr_kernel *k = s->k;
   const double *eta = TR_A(s, z) + k->active;
-  double acc[2 * (k->neta + k->active)], N[k->nn], law[k->neta];
+  double acc[2 * (k->neta + k->active)], N[k->nn], law[k->neta], slope[3];
+  int at;
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed it = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding};
   tr_recompute_recursive(s, &it, s->friction.held);
   for (int i = 0; i < k->neta; ++i) {
     const int kind = tr_row_kind(s, i);
     r[i] = kind == TR_ROW_LAW ? law[i] - eta[i] : kind == TR_ROW_FREE ? -eta[i] : it.acc[i] / fmax(it.acc_size[i], NO_FORCE) * eta[i];
+    if (kind == TR_ROW_STORED) r[i] = tr_stored_load(s, tr_pair_of_multiplier(s, i, &at), i, N, slope) - eta[i];
   }
 }
 

@@ -16,10 +16,37 @@ static int tr_is_recursive(const tr_sim *s) {
   const int *row = tr_row_kinds(s);
   if (!s->k->begin || f->eased > 0.0 || f->freed >= 0 || f->from_anywhere || s->moreau.h > 0.0 || s->loops.rank < s->k->active) return 0;
   if (!f->held) return 1;
-  if (f->shared || f->impending_laws || s->k->active) return 0;
-  for (int i = 0; i < s->k->neta; ++i)
-    if (row[i] > TR_ROW_FREE) return 0;
+  if (f->impending_laws || (f->shared && !s->k->active)) return 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
+      if (row[j] == TR_ROW_SHARE || (row[j] == TR_ROW_FREE && s->k->active) || (row[j] == TR_ROW_REST && pair->v0 < 0)) return 0;
+  }
   return 1;
+}
+
+/* Whether friction i is a function of the loads of its pair: of a sliding pair, or a stored load. */
+static inline int tr_has_local_law(const tr_sim *s, int i) { return tr_row_kind(s, i) == TR_ROW_LAW || tr_row_kind(s, i) == TR_ROW_STORED; }
+
+/* Evaluate the laws at the loads N, and with `slopes` their derivatives. A stored load is the law of its multiplier. */
+static void tr_evaluate_local_laws(tr_sim *s, const double *N, int slopes) {
+  const tr_kernel *k = s->k;
+  const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
+  double *law = TR_A(s, law), *D = TR_A(s, dn);
+  if (slopes) k->laws(N, rates, x, c, law, D, TR_A(s, sliding));
+  else k->laws_alone(N, rates, x, c, law, TR_A(s, sliding));
+  if (!s->friction.held || !s->friction.shared) return;
+  for (int m = 0; m < k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    const tr_element *el = k->element + pair->element;
+    for (int j = 0; j < pair->neta; ++j) {
+      const int i = pair->eta0 + j;
+      double slope[3];
+      if (tr_row_kinds(s)[i] != TR_ROW_STORED) continue;
+      law[i] = tr_stored_load(s, m, i, N, slope);
+      for (int q = 0; q < el->needs && slopes; ++q) D[el->dn0 + i - el->eta0 + q * el->neta] = q < 3 ? slope[q] : 0.0;
+    }
+  }
 }
 
 /* Factorise the inertias with the laws' derivative `dlaw`, for the freedoms marked in `moves`. Returns the sign of the determinant
@@ -52,7 +79,7 @@ static int tr_factor_with_laws(tr_sim *s) {
   for (int m = 0; m < k->nelements && s->friction.held; ++m) {
     const tr_element *el = k->element + m;
     for (int j = 0; j < el->neta; ++j)
-      if (tr_row_kind(s, el->eta0 + j) != TR_ROW_LAW)
+      if (!tr_has_local_law(s, el->eta0 + j))
         for (int q = 0; q < el->needs; ++q) D[el->dn0 + j + q * el->neta] = 0.0;
   }
   return tr_factor_inertias(s);
@@ -73,7 +100,7 @@ static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double
     const tr_element *el = k->element + m;
     for (int j = 0; j < el->neta; ++j) {
       const int i = el->eta0 + j;
-      double e = tr_row_kind(s, i) == TR_ROW_LAW ? law[i] : 0.0;
+      double e = tr_has_local_law(s, i) ? law[i] : 0.0;
       for (int q = 0; q < el->needs; ++q) e -= D[el->dn0 + j + q * el->neta] * N[el->n0 + q];
       less[i] = -e;
     }
@@ -116,7 +143,7 @@ static int tr_obeys_laws(const tr_sim *s, const double *eta) {
   double gap = 0.0, size = 0.0;
   for (int i = 0; i < s->k->neta; ++i) {
     const double f = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
-    if (tr_row_kind(s, i) == TR_ROW_LAW) gap = tr_max_or_nan(gap, fabs(law[i] - eta[i]) * f);
+    if (tr_has_local_law(s, i)) gap = tr_max_or_nan(gap, fabs(law[i] - eta[i]) * f);
     size = fmax(size, fabs(eta[i]) * f);
   }
   return gap <= NEWTON_EXACT * size;
@@ -126,12 +153,10 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
   double *eta = TR_A(s, z) + k->active, *N = tr_stored_loads(s), old[e], step, size, last = INFINITY;
-  const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
   if (!near && !tr_loads_by_recursion(s, eta)) return 0;
   for (int it = 1, fresh = 1; it <= NEWTON_MAX; ++it) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
-    if (fresh) k->laws(N, rates, x, c, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
-    else k->laws_alone(N, rates, x, c, TR_A(s, law), TR_A(s, sliding));
+    tr_evaluate_local_laws(s, N, fresh);
     if (it > near && !least && tr_obeys_laws(s, eta)) return 1;
     const int sense = fresh ? tr_factor_with_laws(s) : 1;
     if (!sense || sense < least) return 0;
