@@ -73,7 +73,7 @@ static int tr_has_valid_counts(const tr_sim *s) {
   const int pair = k->nsliders - 1, watched = k->nsliders + k->nstops - 1, none = -1, rows = tr_max(TR_DENSE_ROWS, TR_WORK_NODES);
   return tr_is_within(s->clock.next_break, 0, s->clock.nbreaks) && tr_is_within(s->clock.status, TR_OK, TR_CASE_FAILED)
       && tr_is_within(s->set.method, 0, TR_METHODS - 1) && tr_is_within(s->step.method, 0, TR_METHODS - 1)
-      && tr_is_within(s->step.dense_rows, 0, rows) && tr_is_within(s->step.mapped, TR_MAPS_NONE, TR_MAPS_HELD)
+      && tr_is_within(s->step.dense_rows, 0, rows) && tr_is_within(s->step.mapped, TR_MAPS_NONE, TR_MAPS_OF_IMPULSES)
       && tr_is_within(s->pending.kind, TR_NOTHING, TR_IMPULSE_STEP) && tr_is_within(s->pending.which, none, tr_max(watched, 0))
       && tr_is_within(s->loops.rank, 0, k->active) && tr_is_within(s->loops.rank_now, 0, k->active) && tr_is_within(s->loops.open, 0, k->active)
       && tr_is_within(s->friction.held, 0, k->nsliders) && tr_is_within(s->friction.failed, none, tr_max(watched, 0))

@@ -9,6 +9,8 @@
 #define CLEAR_ALONG 1e-7 /* × a row's scale: smallest pivot; 100 × KEEP_PIVOT; pivots of 100 loops in a row reach 1e-6 */
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
 #define NEAR_ROOT 1e-2 /* × the largest friction: largest second step that is accepted after a start from a close state's loads */
+#define STALLS 0.9 /* × the least step so far: a larger step is no progress; small steps without progress are round-off near a fold */
+#define STALLED_MOST 8 /* number of such steps in a row after which maps are used */
 #define STEPS_TO_SLOW 0.1 /* × the last step: if a step is larger, the next step needs a new derivative */
 
 static int tr_is_recursive(const tr_sim *s) {
@@ -152,9 +154,9 @@ static int tr_obeys_laws(const tr_sim *s, const double *eta) {
 static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
-  double *eta = TR_A(s, z) + k->active, *N = tr_stored_loads(s), old[e], step, size, last = INFINITY;
+  double *eta = TR_A(s, z) + k->active, *N = tr_stored_loads(s), old[e], step, size, last = INFINITY, best = INFINITY;
   if (!near && !tr_loads_by_recursion(s, eta)) return 0;
-  for (int it = 1, fresh = 1; it <= NEWTON_MAX; ++it) {
+  for (int it = 1, fresh = 1, stalled = 0; it <= NEWTON_MAX && stalled < STALLED_MOST; ++it) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
     tr_evaluate_local_laws(s, N, fresh);
     if (it > near && !least && tr_obeys_laws(s, eta)) return 1;
@@ -165,9 +167,10 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     tr_compare_frictions(s, old, eta, &step, &size);
     s->stats.newton_iterations++;
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
+    stalled = step < STALLS * best ? 0 : stalled + 1, best = fmin(best, step);
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
     if (near && it == 1) { /* no convergence test here, because laws may jump between the loads of two states */
-    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size)) {
+    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size) || (step <= NEWTON_QUADRATIC * size && stalled > 1)) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
     }
