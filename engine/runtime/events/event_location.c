@@ -193,8 +193,10 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
   return !suspect || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }
 
+/* Whether the friction ratio of pair i, which is stuck, varies by more than round-off over the stages. */
 static int tr_has_varying_load(const tr_sim *s, int i) {
-  return tr_is_set_valued(s, i) && tr_is_stuck(s, i) && tr_pair_of(s, i)->neta == 1 && TR_A(s, smin)[i] < TR_A(s, smax)[i];
+  const double varies = ROUND_OFF_FRICTION / TOL_RELEASE;
+  return tr_is_set_valued(s, i) && tr_is_stuck(s, i) && tr_pair_of(s, i)->neta == 1 && TR_A(s, smin)[i] + varies < TR_A(s, smax)[i];
 }
 
 static int tr_mark_suspect_pairs(tr_sim *s, char *suspect) {
