@@ -201,6 +201,7 @@ typedef struct tr_places {
   int pair_class, class_rates; /* class of coupled pairs (int per pair: 0, or 1 + multiplier of the class); rates of the class */
   int yeval, dyeval; /* the current state, and ẏ there; for the recursion (``friction/newton_recursive.c``) */
   int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
+  int end_acc;      /* accelerations and their absolute terms by the check of the last step's end, for the audit */
   int impending_law, impending_dlaw; /* balls of groups at rest: η by the laws in the impending motion; ∂η/∂N */
   int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */

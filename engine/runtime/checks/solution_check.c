@@ -257,13 +257,14 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   if (s->moreau.h > 0.0) tr_add_end_rates(s, it);
 }
 
-/* As tr_check_solution. brief: a violation that is found without maps is returned, and the check is not repeated with maps. */
+/* As tr_check_solution. brief: a violation that is found without maps is returned, and the check is not repeated with maps; the audit
+ * reads the accelerations of the check. */
 static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int brief) {
   TR_NEED(s, TR_HAS_MAPS);
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
   int a = k->active, e = k->neta, m = k->nn, broken = k->nstops && !rest ? tr_check_stops(s, y) : 0;
-  double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
+  double own[2 * (e + a) + 1], *acc = brief && k->begin ? TR_A(s, end_acc) : own, N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0, 0.0};
   if (e && !s->step.mapped && !(s->moreau.h > 0.0)) {

@@ -134,11 +134,11 @@ TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) 
     }
     tr_store_end_multipliers(s);
     int sure, broken = tr_suspect_end(s, ynew, &sure);
-    tr_audit_laws(s);
+    tr_audit_laws(s, 1);
     if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
     if (broken && !sure && trial->found == TR_NO_EVENT) broken = tr_confirm_end(s, trial->end, ynew);
     if (broken && trial->found == TR_NO_EVENT) {
-      if (tr_find_other_end(s, broken, trial->end, ynew, slope)) tr_audit_laws(s);
+      if (tr_find_other_end(s, broken, trial->end, ynew, slope)) tr_audit_laws(s, 0);
       else trial->err = NAN;
     }
   }
