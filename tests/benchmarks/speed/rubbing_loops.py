@@ -67,7 +67,7 @@ def main() -> None:
         ideal = replace(scene, joints={n: replace(j, friction=None) for n, j in scene.joints.items()})
         models = [Model(s, (f"{next(iter(s.bodies))}.position*",), "parts") for s in (scene, ideal)]
         (rubs, rubs_median), (free, free_median) = evaluation(models)
-        print(f"{name:20s} {rubs * 1e6:7.1f} ({rubs_median * 1e6:.1f}) µs, without friction {free * 1e6:6.1f} ({free_median * 1e6:.1f}), "
+        print(f"{name:20s} {rubs * 1e6:7.1f} ({rubs_median * 1e6:.1f}) µs, without {free * 1e6:6.1f} ({free_median * 1e6:.1f}), "
               f"ratio {rubs / free:.2f} ({rubs_median / free_median:.2f})", flush=True)  # fmt: skip
 
 
