@@ -62,6 +62,12 @@ static void tr_form_maps(tr_sim *s);
  * this call reuses its ẏ without impulses. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
+/* Store y and the time of the signals as the current state. Requires a kernel with recursion. */
+static void tr_store_current_state(tr_sim *s, const double *y);
+
+/* Whether (t, y) is the current state, so that its rates are known. Returns 0 if the kernel has no recursion. */
+static int tr_is_current_state(const tr_sim *s, double t, const double *y);
+
 /* Make y the current state by the kernel's function `begin`, which starts the recursion and forms no maps. Later functions form
  * maps on demand. Requires the signals. */
 static void tr_begin_recursion(tr_sim *s, const double *y, double *dy);

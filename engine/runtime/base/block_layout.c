@@ -33,7 +33,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(lever, e); TR_PLACE(capture_tried, pairs); TR_PLACE(speed_errors, 2 * pairs);
   TR_PLACE(violations, 3 * (pairs + k->nstops));
   const int along = k->begin != 0;
-  TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
+  TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(end_acc, along * 2 * (e + a)); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
   TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
   TR_PLACE(acc, along * (a + e));
   TR_PLACE(indicators, 3 * pairs + 2 * k->nstops + 1); TR_PLACE(end_speed, pairs); TR_PLACE(saved_modes, TR_DOUBLES(tr_mode) * pairs);
@@ -73,7 +73,7 @@ static int tr_has_valid_counts(const tr_sim *s) {
   const int pair = k->nsliders - 1, watched = k->nsliders + k->nstops - 1, none = -1, rows = tr_max(TR_DENSE_ROWS, TR_WORK_NODES);
   return tr_is_within(s->clock.next_break, 0, s->clock.nbreaks) && tr_is_within(s->clock.status, TR_OK, TR_CASE_FAILED)
       && tr_is_within(s->set.method, 0, TR_METHODS - 1) && tr_is_within(s->step.method, 0, TR_METHODS - 1)
-      && tr_is_within(s->step.dense_rows, 0, rows) && tr_is_within(s->step.mapped, TR_MAPS_NONE, TR_MAPS_HELD)
+      && tr_is_within(s->step.dense_rows, 0, rows) && tr_is_within(s->step.mapped, TR_MAPS_NONE, TR_MAPS_OF_IMPULSES)
       && tr_is_within(s->pending.kind, TR_NOTHING, TR_IMPULSE_STEP) && tr_is_within(s->pending.which, none, tr_max(watched, 0))
       && tr_is_within(s->loops.rank, 0, k->active) && tr_is_within(s->loops.rank_now, 0, k->active) && tr_is_within(s->loops.open, 0, k->active)
       && tr_is_within(s->friction.held, 0, k->nsliders) && tr_is_within(s->friction.failed, none, tr_max(watched, 0))

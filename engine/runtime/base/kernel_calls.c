@@ -38,11 +38,20 @@ static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam,
   for (int i = 0; i < k->nv; ++i) dv[i] = f1 > 0.0 ? (f[k->nq + i] - base[k->nq + i]) / f1 : 0.0;
 }
 
+static void tr_store_current_state(tr_sim *s, const double *y) {
+  s->step.mapped_t = tr_moment_of(s)->t;
+  if (y != TR_A(s, yeval)) memcpy(TR_A(s, yeval), y, sizeof(double) * s->ny);
+}
+
+static int tr_is_current_state(const tr_sim *s, double t, const double *y) {
+  return s->k->begin && s->step.mapped_t == t && memcmp(TR_A(s, yeval), y, sizeof(double) * s->ny) == 0;
+}
+
 static void tr_begin_recursion(tr_sim *s, const double *y, double *dy) {
   s->k->begin(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy);
   s->step.mapped = TR_MAPS_NONE, s->step.recursive = 0;
   TR_NEW_STATE(s);
-  if (y != TR_A(s, yeval)) memcpy(TR_A(s, yeval), y, sizeof(double) * s->ny);
+  tr_store_current_state(s, y);
 #ifdef TR_DEBUG
   const int columns = 1 + s->k->active + s->k->neta;
   for (int i = 0; i < s->k->nn * columns; ++i) ((double *)map_N0(s->k, TR_A(s, maps)))[i] = NAN;

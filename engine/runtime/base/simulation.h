@@ -29,8 +29,9 @@ typedef struct tr_clock {
 } tr_clock;
 
 /* Kinds of maps formed for the current state; each kind includes those before. RAW: the kernel's maps. OF_LOADS: also the load
- * maps, with λ eliminated. HELD: also the accelerations of the sliding freedoms, with λ eliminated. */
-enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD };
+ * maps, with λ eliminated. HELD: also the accelerations of the sliding freedoms, with λ eliminated. OF_IMPULSES: as HELD, for an
+ * impulse step. */
+enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD, TR_MAPS_OF_IMPULSES };
 
 /* The present step, and data that it leaves for the next step. */
 typedef struct tr_stepping {
@@ -52,6 +53,7 @@ typedef struct tr_stepping {
   double margin_end;   /* largest violation at the end of the last step, or at the last decision */
   int far_known;       /* whether the violations at the start of the step are stored (``events/event_margin.c``) */
   int mapped;          /* maps that exist for the current state: TR_MAPS_… */
+  double mapped_t;     /* time of the current state, s; only with a kernel's recursion */
   int recursive;       /* whether the solution was found without maps; `acc` and NN then belong to the solution */
   int loads_known;     /* whether the loads that follow the multipliers in z are known (tr_stored_loads) */
   int watch;           /* whether tr_rhs calls tr_update_extremes at each stage */
@@ -199,6 +201,7 @@ typedef struct tr_places {
   int pair_class, class_rates; /* class of coupled pairs (int per pair: 0, or 1 + multiplier of the class); rates of the class */
   int yeval, dyeval; /* the current state, and ẏ there; for the recursion (``friction/newton_recursive.c``) */
   int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
+  int end_acc;      /* accelerations and their absolute terms by the check of the last step's end, for the audit */
   int impending_law, impending_dlaw; /* balls of groups at rest: η by the laws in the impending motion; ∂η/∂N */
   int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */

@@ -45,6 +45,7 @@
 #define NEWTON_SHRINKS 0.1    /* × the last step: NEWTON_QUADRATIC applies only to steps that are not larger */
 #define NO_LOAD 1e-9          /* N or N m: smallest load that serves as a scale for other loads */
 #define CREEP_MOVES 1e3       /* × the last ε of a creep minimisation: a pair with a larger acceleration slides */
+#define BY_CONE 0.25          /* × s²/|ω|²: a ball closer to its cone may have several roots */
 #define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded gear teeth reach this value */
 #define NO_CAPACITY 1e-12     /* N or N m: smallest capacity, so that shares are finite */
 

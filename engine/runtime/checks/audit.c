@@ -51,15 +51,17 @@ static double tr_audit_power(const tr_sim *s, int i) {
   return power;
 }
 
-/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. */
-static void tr_audit_friction(tr_sim *s) {
+/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. checked: as in
+ * tr_audit_laws. */
+static void tr_audit_friction(tr_sim *s, int checked) {
   TR_NEED(s, TR_HAS_SOLUTION);
   const tr_kernel *k = s->k;
   tr_audit *a = &s->audit;
-  double load = LEAST_LOAD * s->set.energy / s->set.length, acc[2 * (k->neta + k->active) + 1], N[k->nn], law[k->neta];
+  double load = LEAST_LOAD * s->set.energy / s->set.length, *acc = TR_A(s, end_acc), N[k->nn], law[k->neta];
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed again = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding}, *it = 0;
-  if (s->step.recursive && !s->step.mapped && tr_has_stuck_pair(s)) tr_recompute_recursive(s, it = &again, 1);
+  if (s->step.recursive && !s->step.mapped && tr_has_stuck_pair(s)) it = &again;
+  if (it && !checked) tr_recompute_recursive(s, it, 1);
   if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes evaluated them */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
@@ -74,12 +76,12 @@ static void tr_audit_friction(tr_sim *s) {
   }
 }
 
-static void tr_audit_laws(tr_sim *s) {
+static void tr_audit_laws(tr_sim *s, int checked) {
   tr_audit *a = &s->audit;
   if (s->k->active + s->k->neta == 0) return; /* only the energy balance applies */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
-  if (s->k->neta) tr_audit_friction(s);
+  if (s->k->neta) tr_audit_friction(s, checked);
 }
 
 /* Energies and works at the state y. Requires the signals of y. */
@@ -153,7 +155,7 @@ void tr_audit_end(tr_sim *s) {
   double y[tr_state_width(s)];
   memcpy(y, TR_A(s, y), sizeof y);
   if (tr_project(s, s->clock.t, y) && tr_rhs(s, s->clock.t, y, TR_A(s, dy))) {
-    tr_audit_laws(s);
+    tr_audit_laws(s, 0);
     if (s->k->neta) tr_certify(s), tr_audit_record(&s->audit, TR_LAW_FRICTION, s->audit.complement, -1);
     tr_audit_step(s, s->clock.t, y);
     if (s->audit.known) tr_audit_balance(s, s->clock.t, y);

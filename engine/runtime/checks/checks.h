@@ -36,8 +36,9 @@ static void tr_certify(tr_sim *s);
 /* Tolerance used in the judgement of the run. */
 static double tr_audit_tolerance(const tr_sim *s);
 
-/* Compute the figures of all laws at the end of the last step. Requires the solution at this end. */
-static void tr_audit_laws(tr_sim *s);
+/* Compute the figures of all laws at the end of the last step. Requires the solution at this end. checked: whether tr_suspect_end was
+ * the last call, whose accelerations then serve again. */
+static void tr_audit_laws(tr_sim *s, int checked);
 
 /* Add the figures of the accepted step that ends at (t, y) to the judgement. Every EVERY_STEPS-th step also balances the energy. */
 static void tr_audit_step(tr_sim *s, double t, const double *y);

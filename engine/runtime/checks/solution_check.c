@@ -257,13 +257,14 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   if (s->moreau.h > 0.0) tr_add_end_rates(s, it);
 }
 
-/* As tr_check_solution. brief: a violation that is found without maps is returned, and the check is not repeated with maps. */
+/* As tr_check_solution. brief: a violation that is found without maps is returned, and the check is not repeated with maps; the audit
+ * reads the accelerations of the check. */
 static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int brief) {
   TR_NEED(s, TR_HAS_MAPS);
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps), *z = TR_A(s, z);
   int a = k->active, e = k->neta, m = k->nn, broken = k->nstops && !rest ? tr_check_stops(s, y) : 0;
-  double acc[2 * (e + a) + 1], N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
+  double own[2 * (e + a) + 1], *acc = brief && k->begin ? TR_A(s, end_acc) : own, N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0, 0.0};
   if (e && !s->step.mapped && !(s->moreau.h > 0.0)) {
@@ -322,13 +323,15 @@ static int tr_is_valid_decision(tr_sim *s, const int *rest, int n) {
 static void tr_residual_recursive(const tr_sim *s, double *r) {
   const tr_kernel *k = s->k;
   const double *eta = TR_A(s, z) + k->active;
-  double acc[2 * (k->neta + k->active)], N[k->nn], law[k->neta];
+  double acc[2 * (k->neta + k->active)], N[k->nn], law[k->neta], slope[3];
+  int at;
   tr_sliding sliding[k->nsliders + 1];
   tr_recomputed it = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding};
   tr_recompute_recursive(s, &it, s->friction.held);
   for (int i = 0; i < k->neta; ++i) {
     const int kind = tr_row_kind(s, i);
     r[i] = kind == TR_ROW_LAW ? law[i] - eta[i] : kind == TR_ROW_FREE ? -eta[i] : it.acc[i] / fmax(it.acc_size[i], NO_FORCE) * eta[i];
+    if (kind == TR_ROW_STORED) r[i] = tr_stored_load(s, tr_pair_of_multiplier(s, i, &at), i, N, slope) - eta[i];
   }
 }
 

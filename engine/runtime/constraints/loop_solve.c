@@ -148,6 +148,7 @@ static void tr_update_rank(tr_sim *s) {
   if (k->active == 0) return;
   tr_form_maps(s);
   TR_SPOILT(s, TR_HAS_FACTOR);
+  s->step.mapped = TR_MAPS_RAW;
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
   if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
@@ -222,7 +223,7 @@ static void tr_form_held_maps(tr_sim *s, const double *lam0) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps);
   int a = k->active, e = k->neta;
-  s->step.mapped = TR_MAPS_HELD;
+  s->step.mapped = s->moreau.h > 0.0 ? TR_MAPS_OF_IMPULSES : TR_MAPS_HELD;
   TR_NEED(s, TR_HAS_LOADS), TR_MADE(s, TR_HAS_HELD);
   double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
   memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
@@ -254,6 +255,10 @@ static void tr_eliminate_loops(tr_sim *s, double *lam0) {
 
 static void tr_form_maps_without_loops(tr_sim *s, int held) {
   double lam0[s->k->active + 1];
+  if (s->k->begin && !(s->moreau.h > 0.0) && (s->step.mapped == TR_MAPS_HELD || (!held && s->step.mapped == TR_MAPS_OF_LOADS))) {
+    s->step.recursive = 0; /* maps do not depend on modes */
+    return;
+  }
   if (s->k->active) tr_factor_loops(s);
   tr_eliminate_loops(s, lam0);
   if (held) tr_form_held_maps(s, lam0);

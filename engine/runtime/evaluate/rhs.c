@@ -46,6 +46,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
   s->step.mapped = TR_MAPS_RAW, s->step.recursive = 0;
   TR_NEW_STATE(s);
+  if (k->begin) tr_store_current_state(s, y);
   if (k->active + k->neta == 0) {
     tr_append_powers(s, dy);
     TR_MADE(s, TR_HAS_SOLUTION);

@@ -75,12 +75,12 @@ static int tr_switch_crossed_balls(tr_sim *s) {
   return crossed;
 }
 
-/* Decide the modes of the n pairs `rest` at (t, y), and evaluate the solution. Repeats while balls change branch, because forces
+/* Decide the modes of the n pairs `rest` at (t, y), the current state, and evaluate the solution. Repeats while balls change branch, because forces
  * and branches depend on each other. *decided receives the result of tr_decide_modes. Returns a status. */
 static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
   for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
     if (n) {
-      tr_evaluate_maps(s, y);
+      if (turn) tr_evaluate_maps(s, y);
       if (!(*decided = tr_decide_modes(s, rest, n, released))) return TR_FAIL_MODES;
       tr_record_other_answers(s, t, rest, n, ANSWERS_LATER);
     }

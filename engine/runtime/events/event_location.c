@@ -8,13 +8,13 @@
 #define ROOT_STEPS_BOUNDED 4
 #define CLOSE_ROOT 1e6     /* violation that a bounded step accepts, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
 #define CLOSE_STOP 500.0   /* the same for a pair of several components, whose speed is then below NEAR_MISS */
-#define ROOT_STEPS 80     /* largest number of iterations on θ: secants up to SECANT_STEPS, then halvings, which always converge */
-#define SECANT_STEPS 60
-#define JUST_BEYOND 0.01 /* × the tolerance: the secant aims this far beyond the root, once its start is within the tolerance of it */
+#define ROOT_STEPS 80     /* largest number of iterations on θ: interpolation up to SECANT_STEPS, then halvings, which always converge */
+#define SECANT_STEPS 40
+#define START_HALVES 2    /* halvings before a point next to the step's start is tried, where the violation may be positive already */
+#define JUST_BEYOND 0.01 /* × the tolerance: the search aims this far beyond the root, once its start is within the tolerance of it */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
 #define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
-#define BY_CONE 0.25    /* × s²/|ω|²: a ball closer to its cone may have several roots */
 #define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages, a quarter period apart */
 #define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
 #define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */
@@ -41,44 +41,64 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* First θ in (a, b] with a positive violation, given ga ≤ 0 < gb, by a safeguarded secant (Illinois). The secant is that of the pair
- * or stop with the largest violation at b (*which), because the maximum over all pairs and stops has kinks. at_a: violations minus 1
- * at a; null pointer: unknown. If the violation at a new point is farther from zero than at the end that the point replaces, the
- * curve bends inside the bracket, and the next point halves it. near: multipliers at a, which are followed to the root; null pointer:
- * multipliers are not followed. Returns NaN if the solution itself ends there. */
-static double tr_find_first_root(tr_sim *s, double a, double b, double ga, double gb, const double *at_a, double *near,
-                                 int *which) {
+/* The bracket of a root, as fractions of the step. `f` are violations, minus 1, of the pair or stop that is searched: the one with the
+ * largest violation at b. The largest of all violations has kinks, so it gives signs, but no interpolation. */
+typedef struct tr_root_search {
+  double a, b;        /* no violation is positive at a; a violation is positive at b */
+  double ga, gb;      /* largest violation, minus 1, at a and b */
+  double fa, fb;      /* f at a and b */
+  double left, f_left; /* the end that the newest end replaced, and f there; NaN: unknown */
+  int at_b;           /* whether b is the newest end */
+  const double *at_a; /* violations, minus 1, of all pairs and stops at a; null pointer: unknown */
+  double *near;       /* multipliers at a, which are followed to the root; null pointer: multipliers are not followed */
+} tr_root_search;
+
+/* The next point of a search, after `it` points. Inverse quadratic interpolation through both ends and the replaced end is used where
+ * Chandrupatla's criterion guarantees its progress, otherwise halving. least: smallest width of the bracket. */
+static double tr_next_root_point(const tr_root_search *r, int it, double least) {
+  const double half = 0.5 * (r->a + r->b), aim = r->fa > -1.0 ? JUST_BEYOND : 0.0;
+  const double x1 = r->at_b ? r->b : r->a, x2 = r->at_b ? r->a : r->b, x3 = r->left;
+  const double f1 = (r->at_b ? r->fb : r->fa) - aim, f2 = (r->at_b ? r->fa : r->fb) - aim, f3 = r->f_left - aim;
+  if (!(r->fa < 0.0)) return it == START_HALVES ? r->a + least : half; /* probably positive at a: no root inside */
+  double part = f1 / (f1 - f2);
+  if (f3 == f3) {
+    const double width = (x1 - x2) / (x3 - x2), rise = (f1 - f2) / (f3 - f2);
+    if (it >= SECANT_STEPS || !(1.0 - sqrt(1.0 - width) < rise && rise < sqrt(width))) return half;
+    part = part * f3 / (f3 - f2) - (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f2 - f3);
+  }
+  const double m = x1 + part * (x2 - x1); /* with `aim`, a point this close to the root ends the search if it is beyond the root */
+  return m > r->a && m < r->b ? m : half;
+}
+
+/* First θ in (a, b] with a positive violation of the pair or stop *which, or of another one, which *which then becomes. Returns NaN if
+ * the solution itself ends there. */
+static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
-  int side = 0, bends = 0;
-  double own[watched + 1], fa = ga, fb = gb;
-  if (s->bound.evaluations) return tr_find_root_bounded(s, a, b, ga, gb, which);
-  for (int i = 0; i < watched; ++i) own[i] = at_a ? at_a[i] : NAN;
-  if (own[*which] < 0.0) fa = own[*which];
-  for (int it = 0; it < ROOT_STEPS && b - a > ROOT_ROUND_OFF; ++it) {
-    const double aim = fa > -1.0 ? JUST_BEYOND : 0.0; /* a point this close to the root ends the search if it is beyond the root */
-    double m = fa < 0.0 && it < SECANT_STEPS && !bends ? a + (aim - fa) / (fb - fa) * (b - a) : 0.5 * (a + b);
-    if (!(m > a && m < b)) m = 0.5 * (a + b);
+  const double least = fmax(ROOT_ROUND_OFF, TIME_ROUND_OFF * fabs(s->step.t0) / s->step.size);
+  double own[watched + 1];
+  if (s->bound.evaluations) return tr_find_root_bounded(s, r.a, r.b, r.ga, r.gb, which);
+  for (int i = 0; i < watched; ++i) own[i] = r.at_a ? r.at_a[i] : NAN;
+  r.fa = own[*which] < 0.0 ? own[*which] : r.ga, r.fb = r.gb, r.f_left = NAN;
+  for (int it = 0; it < ROOT_STEPS && r.b - r.a > least; ++it) {
+    const double m = tr_next_root_point(&r, it, least);
     int w = *which;
-    double g = tr_violation_at_from(s, m, near, &w);
-    if (!(g <= 0.0)) {
-      bends = !near && !(g < gb);
-      if (w != *which) fa = own[w] < 0.0 ? own[w] : ga;
-      else if (side == 1) fa *= 0.5;
-      b = m, gb = fb = g, *which = w, side = 1;
+    const double g = tr_violation_at_from(s, m, r.near, &w);
+    r.at_b = !(g <= 0.0);
+    if (r.at_b) {
+      r.left = r.b, r.f_left = w == *which ? r.fb : NAN;
+      if (w != *which) r.fa = own[w] < 0.0 ? own[w] : r.ga;
+      r.b = m, r.gb = r.fb = g, *which = w;
       if (g < 1.0) break; /* the violation at m is below two tolerances */
     } else {
       for (int i = 0; i < watched; ++i) own[i] = tr_violations_at(s, TR_NOW)[i] - 1.0;
-      bends = !near && own[*which] <= fa;
-      a = m, ga = g, fa = own[*which];
-      if (near) tr_copy(nz, TR_A(s, z), near);
-      if (side == -1) fb *= 0.5;
-      side = -1;
+      r.left = r.a, r.f_left = r.fa;
+      r.a = m, r.ga = g, r.fa = own[*which];
+      if (r.near) tr_copy(nz, TR_A(s, z), r.near);
     }
   }
-  if (near) { /* interpolated multipliers must lie on the branch that ends at the root */
-    for (int i = 0; i < nz; ++i) TR_A(s, zend)[i] = TR_A(s, zstart)[i] + (near[i] - TR_A(s, zstart)[i]) / b;
-  }
-  return gb == gb ? b : NAN;
+  for (int i = 0; i < nz && r.near; ++i) /* interpolated multipliers must lie on the branch that ends at the root */
+    TR_A(s, zend)[i] = TR_A(s, zstart)[i] + (r.near[i] - TR_A(s, zstart)[i]) / r.b;
+  return r.gb == r.gb ? r.b : NAN;
 }
 
 /* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A smaller step is required if a pair of several components
@@ -163,7 +183,8 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
     if (b.right.all > 0.0) {
       *which = b.which;
       const double *at_left = q > first && b.left.x == x[q - 1] && !at.sided ? own + (q - 1) * tr_sample_width(s) : 0;
-      *theta = tr_find_first_root(s, b.left.x, b.right.x, b.left.all, b.right.all, at_left, near, which);
+      const tr_root_search bracket = {.a = b.left.x, .b = b.right.x, .ga = b.left.all, .gb = b.right.all, .at_a = at_left, .near = near};
+      *theta = tr_find_first_root(s, bracket, which);
       return tr_classify_event(s, *theta, which);
     }
   }
@@ -172,8 +193,10 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
   return !suspect || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }
 
+/* Whether the friction ratio of pair i, which is stuck, varies by more than round-off over the stages. */
 static int tr_has_varying_load(const tr_sim *s, int i) {
-  return tr_is_set_valued(s, i) && tr_is_stuck(s, i) && tr_pair_of(s, i)->neta == 1 && TR_A(s, smin)[i] < TR_A(s, smax)[i];
+  const double varies = ROUND_OFF_FRICTION / TOL_RELEASE;
+  return tr_is_set_valued(s, i) && tr_is_stuck(s, i) && tr_pair_of(s, i)->neta == 1 && TR_A(s, smin)[i] + varies < TR_A(s, smax)[i];
 }
 
 static int tr_mark_suspect_pairs(tr_sim *s, char *suspect) {

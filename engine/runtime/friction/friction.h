@@ -130,6 +130,10 @@ static inline double tr_direction_violation(const tr_sim *s, int i) { return tr_
  * requirements of tr_set_valued_violation. */
 static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 
+/* Stored load of multiplier i of pair m under the loads N. A ball keeps only the part of its load that is perpendicular to its force
+ * f. slope (3): derivative by f, which is zero for other pairs. */
+static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope);
+
 /* In the residual r and the Jacobian J, replace the rows of held pairs by their equations. These are zero acceleration, zero
  * friction (prescribed motion), a share, or a stored load. Requires held maps and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
@@ -180,8 +184,8 @@ static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c);
  * to z. law: see tr_creep_update_loads. */
 static void tr_creep_minimise(tr_sim *s, tr_creep_problem *c, const int *law);
 
-/* Whether the recursion can find friction in the modes in force. Every pair must slide, be held independently of other pairs, or
- * have no friction. With loops, every pair must slide, and no row may be redundant. */
+/* Whether the recursion can find friction in the modes in force. Every pair must slide, store its load, be held by its own freedoms
+ * of the tree, or (in a tree) have no friction. No row of loops may be redundant. */
 static int tr_is_recursive(const tr_sim *s);
 
 /* Factorise the inertias of the recursion without friction and with all freedoms, to close many loops. Returns the sign of the

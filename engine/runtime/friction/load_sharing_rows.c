@@ -86,19 +86,27 @@ static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *e
   return load * part - eta[i];
 }
 
-/* Residual of multiplier i of pair m, which keeps its stored load; also writes row i of J. A ball keeps only the part of its load
- * that is perpendicular to its force. */
+static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope) {
+  const int j = i - tr_pair_of(s, m)->eta0;
+  const double *kept = TR_A(s, share) + tr_pair_of(s, m)->eta0, *f = N + s->k->element[tr_pair_of(s, m)->element].n0;
+  slope[0] = slope[1] = slope[2] = 0.0;
+  if (!tr_pair_of(s, m)->cone) return kept[j];
+  const double F = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + NO_FORCE, along = (f[0] * kept[0] + f[1] * kept[1] + f[2] * kept[2]) / F;
+  for (int q = 0; q < 3; ++q) slope[q] = -(q == j) * along - f[j] * (kept[q] - 2.0 * along * f[q]) / F;
+  return kept[j] - along * f[j];
+}
+
+/* Residual of multiplier i of pair m, which keeps its stored load; also writes row i of J. */
 static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *eta, double *J) {
-  const int e = s->k->neta, nn = s->k->nn, first = tr_pair_of(s, m)->eta0, n0 = s->k->element[tr_pair_of(s, m)->element].n0;
-  const double *kept = TR_A(s, share) + first, *f = TR_A(s, NN) + n0, *Ne = tr_loads_by_friction(s) + n0;
-  for (int j = 0; j < e; ++j) J[i + j * e] = i == j;
-  if (!tr_pair_of(s, m)->cone) return kept[i - first] - eta[i];
-  double F = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + NO_FORCE, along = (f[0] * kept[0] + f[1] * kept[1] + f[2] * kept[2]) / F;
-  for (int j = 0; j < e; ++j, Ne += nn) {
-    double turn = (kept[0] * Ne[0] + kept[1] * Ne[1] + kept[2] * Ne[2] - 2.0 * along * (f[0] * Ne[0] + f[1] * Ne[1] + f[2] * Ne[2])) / F;
-    J[i + j * e] += turn * f[i - first] + along * Ne[i - first];
+  const int e = s->k->neta;
+  const double *Ne = tr_loads_by_friction(s) + s->k->element[tr_pair_of(s, m)->element].n0;
+  double slope[3];
+  const double kept = tr_stored_load(s, m, i, TR_A(s, NN), slope);
+  for (int j = 0; j < e; ++j, Ne += s->k->nn) {
+    J[i + j * e] = i == j;
+    for (int q = 0; q < 3 && tr_pair_of(s, m)->cone; ++q) J[i + j * e] -= slope[q] * Ne[q];
   }
-  return kept[i - first] - along * f[i - first] - eta[i];
+  return kept - eta[i];
 }
 
 /* Reverse the impending motion of groups in which the solution's friction has the opposite sign. Returns 1 if a reversed group has

@@ -9,6 +9,8 @@
 #define CLEAR_ALONG 1e-7 /* × a row's scale: smallest pivot; 100 × KEEP_PIVOT; pivots of 100 loops in a row reach 1e-6 */
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
 #define NEAR_ROOT 1e-2 /* × the largest friction: largest second step that is accepted after a start from a close state's loads */
+#define STALLS 0.9 /* × the least step so far: a larger step is no progress; small steps without progress are round-off near a fold */
+#define STALLED_MOST 8 /* number of such steps in a row after which maps are used */
 #define STEPS_TO_SLOW 0.1 /* × the last step: if a step is larger, the next step needs a new derivative */
 
 static int tr_is_recursive(const tr_sim *s) {
@@ -16,10 +18,37 @@ static int tr_is_recursive(const tr_sim *s) {
   const int *row = tr_row_kinds(s);
   if (!s->k->begin || f->eased > 0.0 || f->freed >= 0 || f->from_anywhere || s->moreau.h > 0.0 || s->loops.rank < s->k->active) return 0;
   if (!f->held) return 1;
-  if (f->shared || f->impending_laws || s->k->active) return 0;
-  for (int i = 0; i < s->k->neta; ++i)
-    if (row[i] > TR_ROW_FREE) return 0;
+  if (f->impending_laws || (f->shared && !s->k->active)) return 0;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
+      if (row[j] == TR_ROW_SHARE || (row[j] == TR_ROW_FREE && s->k->active) || (row[j] == TR_ROW_REST && pair->v0 < 0)) return 0;
+  }
   return 1;
+}
+
+/* Whether friction i is a function of the loads of its pair: of a sliding pair, or a stored load. */
+static inline int tr_has_local_law(const tr_sim *s, int i) { return tr_row_kind(s, i) == TR_ROW_LAW || tr_row_kind(s, i) == TR_ROW_STORED; }
+
+/* Evaluate the laws at the loads N, and with `slopes` their derivatives. A stored load is the law of its multiplier. */
+static void tr_evaluate_local_laws(tr_sim *s, const double *N, int slopes) {
+  const tr_kernel *k = s->k;
+  const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
+  double *law = TR_A(s, law), *D = TR_A(s, dn);
+  if (slopes) k->laws(N, rates, x, c, law, D, TR_A(s, sliding));
+  else k->laws_alone(N, rates, x, c, law, TR_A(s, sliding));
+  if (!s->friction.held || !s->friction.shared) return;
+  for (int m = 0; m < k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    const tr_element *el = k->element + pair->element;
+    for (int j = 0; j < pair->neta; ++j) {
+      const int i = pair->eta0 + j;
+      double slope[3];
+      if (tr_row_kinds(s)[i] != TR_ROW_STORED) continue;
+      law[i] = tr_stored_load(s, m, i, N, slope);
+      for (int q = 0; q < el->needs && slopes; ++q) D[el->dn0 + i - el->eta0 + q * el->neta] = q < 3 ? slope[q] : 0.0;
+    }
+  }
 }
 
 /* Factorise the inertias with the laws' derivative `dlaw`, for the freedoms marked in `moves`. Returns the sign of the determinant
@@ -52,7 +81,7 @@ static int tr_factor_with_laws(tr_sim *s) {
   for (int m = 0; m < k->nelements && s->friction.held; ++m) {
     const tr_element *el = k->element + m;
     for (int j = 0; j < el->neta; ++j)
-      if (tr_row_kind(s, el->eta0 + j) != TR_ROW_LAW)
+      if (!tr_has_local_law(s, el->eta0 + j))
         for (int q = 0; q < el->needs; ++q) D[el->dn0 + j + q * el->neta] = 0.0;
   }
   return tr_factor_inertias(s);
@@ -73,7 +102,7 @@ static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double
     const tr_element *el = k->element + m;
     for (int j = 0; j < el->neta; ++j) {
       const int i = el->eta0 + j;
-      double e = tr_row_kind(s, i) == TR_ROW_LAW ? law[i] : 0.0;
+      double e = tr_has_local_law(s, i) ? law[i] : 0.0;
       for (int q = 0; q < el->needs; ++q) e -= D[el->dn0 + j + q * el->neta] * N[el->n0 + q];
       less[i] = -e;
     }
@@ -116,7 +145,7 @@ static int tr_obeys_laws(const tr_sim *s, const double *eta) {
   double gap = 0.0, size = 0.0;
   for (int i = 0; i < s->k->neta; ++i) {
     const double f = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
-    if (tr_row_kind(s, i) == TR_ROW_LAW) gap = tr_max_or_nan(gap, fabs(law[i] - eta[i]) * f);
+    if (tr_has_local_law(s, i)) gap = tr_max_or_nan(gap, fabs(law[i] - eta[i]) * f);
     size = fmax(size, fabs(eta[i]) * f);
   }
   return gap <= NEWTON_EXACT * size;
@@ -125,13 +154,11 @@ static int tr_obeys_laws(const tr_sim *s, const double *eta) {
 static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
-  double *eta = TR_A(s, z) + k->active, *N = tr_stored_loads(s), old[e], step, size, last = INFINITY;
-  const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
+  double *eta = TR_A(s, z) + k->active, *N = tr_stored_loads(s), old[e], step, size, last = INFINITY, best = INFINITY;
   if (!near && !tr_loads_by_recursion(s, eta)) return 0;
-  for (int it = 1, fresh = 1; it <= NEWTON_MAX; ++it) {
+  for (int it = 1, fresh = 1, stalled = 0; it <= NEWTON_MAX && stalled < STALLED_MOST; ++it) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
-    if (fresh) k->laws(N, rates, x, c, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
-    else k->laws_alone(N, rates, x, c, TR_A(s, law), TR_A(s, sliding));
+    tr_evaluate_local_laws(s, N, fresh);
     if (it > near && !least && tr_obeys_laws(s, eta)) return 1;
     const int sense = fresh ? tr_factor_with_laws(s) : 1;
     if (!sense || sense < least) return 0;
@@ -140,9 +167,10 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     tr_compare_frictions(s, old, eta, &step, &size);
     s->stats.newton_iterations++;
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
+    stalled = step < STALLS * best ? 0 : stalled + 1, best = fmin(best, step);
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
     if (near && it == 1) { /* no convergence test here, because laws may jump between the loads of two states */
-    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size)) {
+    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size) || (step <= NEWTON_QUADRATIC * size && stalled > 1)) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
     }
@@ -152,10 +180,11 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   return 0;
 }
 
-/* Whether any pair is a ball. The equations of a ball may have several roots, and the root found must not depend on the start. */
-static int tr_has_ball(const tr_sim *s) {
+/* Whether the equations may have several roots, because a sliding ball was near its cone when the laws were last evaluated. The root
+ * found must then not depend on the start. */
+static int tr_may_have_several_roots(const tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i)
-    if (tr_pair_of(s, i)->cone) return 1;
+    if (tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && !(tr_sliding_of(s, i)->cone > BY_CONE)) return 1;
   return 0;
 }
 
@@ -165,8 +194,8 @@ static int tr_newton_recursive(tr_sim *s, int near) {
   const tr_kernel *k = s->k;
   double kept[tr_z_length(s)];
   memcpy(kept, TR_A(s, z), sizeof kept);
-  for (near = near && s->step.loads_known && !tr_has_ball(s); near >= 0; --near) {
-    s->step.recursive = tr_newton_recursive_from(s, near, 0);
+  for (near = near && s->step.loads_known && !tr_may_have_several_roots(s); near >= 0; --near) {
+    s->step.recursive = tr_newton_recursive_from(s, near, 0) && !(near && tr_may_have_several_roots(s));
     if (s->step.recursive) {
       tr_copy(k->nn, tr_stored_loads(s), TR_A(s, NN));
       TR_MADE(s, TR_HAS_SOLUTION);

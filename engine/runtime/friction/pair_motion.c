@@ -39,7 +39,7 @@ static void tr_rates_of_state(tr_sim *s, int i, double *rates) {
   const double *from = TR_A(s, y) + s->k->nq + pair->v0;
   if (pair->v0 < 0) {
     tr_set_time(s, s->clock.t);
-    tr_evaluate_maps(s, TR_A(s, y));
+    if (!s->step.have_k1 || !tr_is_current_state(s, s->clock.t, TR_A(s, y))) tr_evaluate_maps(s, TR_A(s, y));
     from = map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   }
   memcpy(rates, from, sizeof(double) * pair->nrates);

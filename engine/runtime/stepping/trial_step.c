@@ -134,11 +134,11 @@ TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) 
     }
     tr_store_end_multipliers(s);
     int sure, broken = tr_suspect_end(s, ynew, &sure);
-    tr_audit_laws(s);
+    tr_audit_laws(s, 1);
     if (s->events.chatter <= CHATTER_MAX) trial->found = tr_find_event(s, &trial->which, &trial->theta);
     if (broken && !sure && trial->found == TR_NO_EVENT) broken = tr_confirm_end(s, trial->end, ynew);
     if (broken && trial->found == TR_NO_EVENT) {
-      if (tr_find_other_end(s, broken, trial->end, ynew, slope)) tr_audit_laws(s);
+      if (tr_find_other_end(s, broken, trial->end, ynew, slope)) tr_audit_laws(s, 0);
       else trial->err = NAN;
     }
   }
@@ -176,6 +176,7 @@ TR_INLINE int tr_remake_to_corner(tr_sim *s, tr_trial *trial) {
 TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
   const int which = trial->which, pair = which >= 0 && which < s->k->nsliders;
   if (which < 0 || (pair && !tr_is_set_valued(s, which))) return 0;
+  if (trial->theta * trial->h <= TIME_ROUND_OFF * fabs(s->clock.t)) return 0; /* the event is at the start */
   if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* Newton's method might find other shares */
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }

@@ -4,51 +4,26 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import trunnion
+from tests.engine.checks.debug_runtime import in_place_of_the_runtime
 from tests.reference.scenes.random_friction_scenes import rubbing
-from trunnion.kernel.compilation import c_compiler, library_cache
-from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers
 from trunnion.runtime.abi.enumerations import Status
 from trunnion.scene import load_scene
 from trunnion.simulation.execution.runnable_model import Model
-from trunnion.simulation.runtime_interface import c_signatures
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
-WRONG = """#include "runtime.c"
-/* Reads what pair 0 can hold, which nobody has asked for at this state. */
-double tr_wrong(tr_sim *s) { TR_SPOILT(s, TR_HAS_CAPACITY); return tr_friction_ratio(s, 0); }
-"""
 STEPS = 150
 
 
-def built() -> Path:
-    """The debug build, with one function that breaks a rule."""
-
-    def make(folder: Path) -> None:
-        write_headers(folder)
-        (folder / "debug.c").write_text(WRONG)
-        to = folder / f"debug{c_compiler.library_suffix()}"
-        c_compiler.build_library([folder / "debug.c"], to, [RUNTIME, folder], library_cache.cache_folder(), ("-DTR_DEBUG", "-O1"))
-
-    folder, _ = library_cache.entry(f"debug-{library_cache.digest(runtime_key(), WRONG)}", make)
-    return folder / f"debug{c_compiler.library_suffix()}"
-
-
 @pytest.fixture
-def debug(monkeypatch: pytest.MonkeyPatch) -> Iterator[ctypes.CDLL]:
+def debug() -> Iterator[ctypes.CDLL]:
     """The debug build in the place of the runtime."""
-    made = ctypes.CDLL(str(built()))
-    made.tr_failed_check.restype = ctypes.c_long
-    monkeypatch.setattr(c_signatures, "runtime", lambda: made)
-    c_signatures.library.cache_clear()
-    made.tr_forget_checks()
-    yield made
-    c_signatures.library.cache_clear()
+    with in_place_of_the_runtime() as made:
+        yield made
 
 
 def running(scene: str) -> Model:

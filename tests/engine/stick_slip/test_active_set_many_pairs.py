@@ -3,9 +3,12 @@ does not grow with their number. A decision that is neither found nor excluded i
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 import pytest
 
+from tests.engine.checks.debug_runtime import in_place_of_the_runtime
 from tests.engine.mechanisms.stewart_platform import stewart
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
@@ -47,9 +50,9 @@ def rough(seed: int, count: int = 10) -> sm.Scene:
     return sm.Scene(scene.bodies, joints, scene.name, gravity=scene.gravity)
 
 
-def begun(scene: sm.Scene, outputs: str) -> tuple[Model, int, np.ndarray]:
+def begun(scene: sm.Scene, outputs: str, kernel: str | None = None) -> tuple[Model, int, np.ndarray]:
     """A model at its start: how that ended, and its first row."""
-    model, settings = Model(scene, outputs), bl.Settings()
+    model, settings = Model(scene, outputs, kernel), bl.Settings()
     model.block.configure(settings)
     assert model.block.assemble() == 1
     row = np.zeros(model.block.width)
@@ -80,6 +83,26 @@ def test_pairs_that_do_not_feel_each_other_are_decided_as_each_would_be_alone(co
         assert (abs(row[1 + names.index(f"{name}.qdd[1]")]) <= 1e-9) == rests[-1]
     assert 0 < sum(rests) < count
     assert work(model) <= STEPS
+
+
+def decided(model: Model, debug: ctypes.CDLL, by_cones: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Frictions and modes of pairs with one component, decided in one way."""
+    eta, flags = np.zeros(model.system.neta), np.zeros(model.system.neta)
+    at, *out = (ctypes.c_void_p(a) for a in (model.block.at, eta.ctypes.data, flags.ctypes.data))
+    assert debug.tr_decide_one_way(at, int(by_cones), *out)
+    return eta, flags
+
+
+def test_neighbouring_modes_and_the_cone_equations_decide_alike() -> None:
+    """The search through neighbouring modes is tried first. The cone equations share no code with its choice of modes."""
+    with in_place_of_the_runtime() as debug:
+        for seed in range(3):
+            model, status, _ = begun(links(12, seed, "revolute", apart=False), "j0.q[*]", "parts")
+            assert status == Status.OK
+            (nearby, modes), (cones, others) = (decided(model, debug, by_cones) for by_cones in (False, True))
+            assert 0 < np.count_nonzero(modes) < len(modes)
+            assert list(modes) == list(others)
+            assert np.abs(nearby - cones).max() <= 1e-9 * np.abs(cones).max()
 
 
 @pytest.mark.parametrize(("kind", "count"), [("revolute", 24), ("spherical", 10)])
