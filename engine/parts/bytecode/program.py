@@ -5,6 +5,7 @@ and the offset of each operand follow, and then the integers. ``interpreter.c`` 
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -119,15 +120,15 @@ BUILTINS = len(Builtin)
 class Program:
     """The calls of one function of a scene. scratch: number of doubles in T."""
 
-    code: list[int] = field(default_factory=list)
+    code: array[int] = field(default_factory=lambda: array("i"))
     scratch: int = 0
 
     def call(self, function: int, operands: Sequence[Slot], numbers: Sequence[int] = ()) -> None:
         """Append a call of an op."""
-        self.code += [function, len(operands), len(numbers)]
+        self.code.extend((function, len(operands), len(numbers)))
         for b in operands:
-            self.code += [b.space, b.at]
-        self.code += numbers
+            self.code.extend((b.space, b.at))
+        self.code.extend(numbers)
 
     def scratch_slot(self, size: int) -> Slot:
         """Allocate a slot in T. Its values are valid during one execution of the program."""
@@ -144,6 +145,6 @@ class Program:
         if out.size:
             self.call(Builtin.COPY, [source, out], [out.size])
 
-    def array(self) -> np.ndarray:
+    def integers(self) -> np.ndarray:
         """The calls as the array of C integers that the interpreter executes."""
         return np.array(self.code, np.intc)

@@ -65,7 +65,7 @@ def _scene(of: DifferentiatedScene, keep: list[Any]) -> Any:
     s, constants, ops = of.scene, np.array([*of.scene.constants, 0.0]), _addresses(of.scene)
     made = SCENE.ctype(nc=s.nc, constants=constants.ctypes.data, op=ctypes.addressof(ops))
     for name, program in s.programs.items():
-        code = program.array()
+        code = program.integers()
         allocate = getattr(made, name)
         allocate.length, allocate.scratch, allocate.code = len(code), program.scratch, code.ctypes.data
         keep.append(code)
