@@ -33,7 +33,7 @@ def _extras() -> dict[str, set[str]]:
 
 
 def _module(package: str) -> str:
-    """Import name of a package. For all packages that Trunnion requires, the import name differs from the package's name only in
+    """Import name of a package. For all packages of the extras, the import name differs from the package's name only in
     case and dashes."""
     return re.sub(r"[-.]", "_", package).lower()
 

@@ -24,8 +24,11 @@ class CommandGroup(TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names for the help text."""
-        own = [n.removeprefix(self.prefix).split()[0] for n in COMMANDS if n.startswith(self.prefix)]
-        return list(dict.fromkeys([*own, *sorted([] if self.prefix else registered())]))
+        return list(dict.fromkeys([*self.own_commands(), *sorted([] if self.prefix else registered())]))
+
+    def own_commands(self) -> list[str]:
+        """Names without those of other packages."""
+        return [n.removeprefix(self.prefix).split()[0] for n in COMMANDS if n.startswith(self.prefix)]
 
     def get_command(self, ctx: Any, name: str) -> Any:
         """A command by name; None for an unknown name. For a command of another package: its description, without an import of the
@@ -40,12 +43,19 @@ class CommandGroup(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write each command with its whole description."""
         with formatter.section("Commands"):
-            formatter.write_dl([(n, " ".join(self.get_command(ctx, n).help.split())) for n in self.list_commands(ctx)])
+            formatter.write_dl([(n, " ".join(self.description(ctx, n).split())) for n in self.list_commands(ctx)])
+
+    def description(self, ctx: Any, name: str) -> str:
+        """The help of a command. A command of Trunnion is not built for it, which would take most of the time of ``--help``."""
+        full = self.prefix + name
+        if full in COMMANDS and full not in GROUPS:
+            return str(import_module(COMMANDS[full]).command.__doc__)
+        return str(self.get_command(ctx, name).help)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """(name of the command, the command, the words after its name). SceneError for an unknown command."""
-        name, names = args[0], self.list_commands(ctx)
-        if name not in names:
+        name = args[0]
+        if name not in self.own_commands() and name not in (names := self.list_commands(ctx)):
             near = get_close_matches(name, names, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"see {ctx.command_path} --help"
             raise SceneError([Problem(ctx.command_path, f"there is no command {name!r}", hint)])

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from trunnion.basics.problems import Problem, SceneError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "trunnion.commands"
 
 
 @lru_cache(maxsize=1)
 def registered() -> dict[str, EntryPoint]:
-    """Entry points of commands, by name."""
+    """Entry points of commands, by name. They are read from the metadata of all installed packages, which takes longer than to find
+    a command of Trunnion."""
+    from importlib.metadata import entry_points
+
     return {e.name: e for e in entry_points(group=GROUP)}
 
 

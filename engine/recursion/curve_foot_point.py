@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from trunnion.recursion.vector_algebra import SX
-from trunnion.system.structure.joint_couplings import ENDLESS, FOOT, NODES, WEIGHTS, Curve
+from trunnion.system.structure.joint_couplings import ENDLESS, FOOT, Curve, gauss_points
 
 ROUNDS, STEPS = 3, 3
 """The foot is searched in ROUNDS rounds. A round takes STEPS Newton steps, and then searches for the piece that contains the
@@ -35,7 +35,7 @@ def refine_foot(foot: Sequence[SX], p: SX) -> SX:
 def arc_length(foot: Sequence[SX]) -> SX:
     """Arc length of the curve up to a foot, m."""
     half, out = 0.5 * (foot[-1] - foot[0]), foot[1]
-    for x, weight in zip(NODES, WEIGHTS, strict=True):
+    for x, weight in zip(*gauss_points(), strict=True):
         _, way, _ = evaluate_curve([*foot[:-1], foot[0] + half * (1 + x)])
         out += half * weight * ca.norm_2(way)
     return out

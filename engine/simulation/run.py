@@ -9,7 +9,6 @@ from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.execution.run_loop import OneRun, Progress
 from trunnion.simulation.execution.runnable_model import Model, pattern_problems
-from trunnion.simulation.global_error.tolerance_search import ErrorRequest, run_with_error
 from trunnion.simulation.results.outcome import CANCELLED
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface import simulation_block as bl
@@ -66,6 +65,8 @@ def simulate(
     patterns = names_given(loaded.outputs if outputs is None else outputs)
     check_settings(end, spacing, settings, loaded, patterns, fixed)
     if certify or accuracy is not None:
+        from trunnion.simulation.global_error.tolerance_search import ErrorRequest, run_with_error
+
         request = ErrorRequest(end, spacing, settings, accuracy, rtol is not None)
         return run_with_error(loaded, patterns, own.kernel, request, progress)
     return OneRun(Model(loaded, patterns, own.kernel), end, spacing, settings, progress).result()

@@ -102,8 +102,9 @@ class Search:
         if low >= self.value - self._close():
             return
         self._attain(answer.X)
-        if self.cells < 8 or self.cells % 8 == 0 or not np.isfinite(self.value):
-            climbed = self.linear.climb(answer.X)
+        lowest = min(low, self.heap[0][0]) if self.heap else low
+        if lowest < self.value - self._close() and (self.cells < 8 or self.cells % 8 == 0 or not np.isfinite(self.value)):
+            climbed = self.linear.climb(answer.X, lowest, self._close())
             if climbed is not None:
                 self._attain(climbed)
         if low < self.value - self._close():

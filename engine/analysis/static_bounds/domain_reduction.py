@@ -25,14 +25,13 @@ def limit_norms(program: Program, effort: Effort) -> Program:
     """The program, with an upper bound added for each norm whose overestimate would relax the program. The relaxations of the
     result are bounded. When the time is used up, only the bounds found so far are added.
     """
-    rows = []
+    rows, relaxation = [], Relaxation(program, effort.is_over)
     for j, helps in enumerate(program.concave()):
         if helps == 0.0 or effort.is_over():
             continue
-        square = 0.0
-        for V in program.terms[j]:
-            ends = [Relaxation(program.with_objective(Row(s * V)), effort.is_over).solve({}) for s in (1.0, -1.0)]
-            square += max((abs(e.value) for e in ends if e is not None), default=0.0) ** 2
+        ends = list(relaxation.solutions({}, [Row(s * v) for v in program.terms[j] for s in (1.0, -1.0)]))
+        pairs = zip(ends[::2], ends[1::2], strict=True)
+        square = sum(max((abs(e.value) for e in both if e is not None), default=0.0) ** 2 for both in pairs)
         linear = np.zeros(program.width)
         linear[-1] = -float(np.sqrt(square)) * CAP
         rows.append(Row(linear, {j: 1.0}))
@@ -42,36 +41,36 @@ def limit_norms(program: Program, effort: Effort) -> Program:
 def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
     """Cones that contain the vectors of the terms in every state of the program. X: one state of the program."""
     cell: Cell = {}
+    relaxation = Relaxation(program, effort.is_over)
     for _ in range(ROUNDS):
         before = {j: G.copy() for j, G in cell.items()}
         for j, helps in enumerate(program.concave()):
             if helps > 0.0 and not effort.is_over():
-                _narrow(program, j, program.terms[j] @ X, cell, effort)
+                _narrow(relaxation, j, program.terms[j] @ X, cell)
         if all(j in before and np.abs(before[j] - G).max() < 0.1 * _opening(G) for j, G in cell.items()):
             break
     return cell
 
 
-def _narrow(program: Program, j: int, v: np.ndarray, cell: Cell, effort: Effort) -> None:
+def _narrow(relaxation: Relaxation, j: int, v: np.ndarray, cell: Cell) -> None:
     """Add or narrow the cone of term j in the cell, if the vector of the term stays within a half space."""
-    size, V = float(np.linalg.norm(v)), program.terms[j]
+    size, V = float(np.linalg.norm(v)), relaxation.program.terms[j]
     if size < NARROW:
         return
     u = v / size
-    if not _is_positive(program, u @ V, cell, effort) or effort.is_over():
+    least = next(relaxation.solutions(cell, [Row(u @ V)]))
+    if least is None or least.value < NARROW or relaxation.is_over():
         return
     if len(v) == 1:
         cell[j] = u[None, :]
         return
     across = np.linalg.svd(u[None, :])[2][1:]
-    spans = []
-    for w in across:
-        asked = [program.with_objective(Row(s * w @ V), normal=Row(u @ V)) for s in (1.0, -1.0)]
-        ends = [Relaxation(p, effort.is_over).solve(cell) for p in asked]
-        if ends[0] is None or ends[1] is None:
+    ends = []
+    for end in relaxation.solutions(cell, [Row(s * w @ V) for w in across for s in (1.0, -1.0)], Row(u @ V)):
+        if end is None:
             return
-        spans.append((ends[0].value - NARROW, -ends[1].value + NARROW))
-    sides = [u + corner @ across for corner in _corners(spans)]
+        ends.append(end.value - NARROW)
+    sides = [u + corner @ across for corner in _corners([(a, -b) for a, b in zip(ends[::2], ends[1::2], strict=True)])]
     cell[j] = np.column_stack([s / np.linalg.norm(s) for s in sides])
 
 
@@ -80,12 +79,6 @@ def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
     triangle with twice the sides of the box."""
     low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
     return [low, *(low + row for row in np.diag(size))]
-
-
-def _is_positive(program: Program, row: np.ndarray, cell: Cell, effort: Effort) -> bool:
-    """Whether one linear program proves that a linear function is positive in every state."""
-    least = Relaxation(program.with_objective(Row(row)), effort.is_over).solve(cell)
-    return least is not None and least.value >= NARROW
 
 
 def _opening(G: np.ndarray) -> float:

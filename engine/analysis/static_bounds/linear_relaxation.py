@@ -7,25 +7,22 @@ opening of the cone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.analysis.static_bounds.linear_program import Failed, LinearProgram
 from trunnion.analysis.static_bounds.norm_program import FAR, Program, Row
-from trunnion.basics.optional_packages import brought
 
-optimize = brought("scipy.optimize", "analysis", "the analysis of friction bounds")
-LINEAR = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False}
-"""The smallest tolerances of the solver, relative to the loads. These tolerances limit the accuracy of certified values. Presolving
-is off, because for small programs it costs more time than it saves."""
-SOLVED, NONE = 0, 2
-"""Statuses of ``linprog``: solved, infeasible."""
 FEASIBLE = 1e-9
 """Largest violation of a row, relative to the loads, at which a state counts as attained."""
 BREAKING = 1e3
 """Penalty for a violated row in a descent. The largest multiplier observed was 10."""
-OLD = 40
+STALLED, STALLS = 0.9, 3
+"""A descent towards admissible states ends after STALLS steps that each leave more than the fraction STALLED of the largest
+violation. Near an admissible state, a step leaves its square."""
+OLD = 12
 """A cut is dropped if this number of successive linear programs did not need it."""
 Cell = dict[int, np.ndarray]
 """{term: matrix G (k × k) of its cone}."""
@@ -41,7 +38,8 @@ class Answer:
 
 
 class Relaxation:
-    """The linear programs that relax one program with norms. A cut t ≥ u·v is valid in every cell, so other cells reuse it.
+    """The linear programs that relax one program with norms. A cut t ≥ u·v is valid in every cell and for every objective, so other
+    solutions reuse it.
 
     over: returns whether to stop adding cuts. Certified values are valid with any number of cuts.
     """
@@ -49,200 +47,201 @@ class Relaxation:
     def __init__(self, program: Program, over: Callable[[], bool] = lambda: False):
         self.program, self.is_over = program, over
         self.n, self.m = program.width, len(program.terms)
-        self.cuts: list[np.ndarray] = []
-        self.ages: list[int] = []
-        self.solved = 0
-        for j, V in enumerate(program.terms):
-            for u in _first_directions(len(V)):
-                self.cut(j, u)
-        self.first = len(self.cuts)
-        span: tuple[float, float | None] = (-FAR, FAR)
-        far = np.append(np.full(self.n - 1, FAR), 1.0 if program.normal is None else FAR)
-        most = [float(np.linalg.norm(np.abs(V) @ far)) + 1.0 for V in program.terms]
-        tau: tuple[float, float | None] = (1.0, 1.0) if program.normal is None else (0.0, FAR)
-        self.box: list[tuple[float, float | None]] = [span] * (self.n - 1) + [tau] + [(0.0, b) for b in most]
-        self.free: list[tuple[float, float | None]] = [span] * (self.n - 1) + [tau] + [(-b, b) for b in most]
+        self.linear = LinearProgram()
+        self.first = np.vstack(
+            [np.zeros((0, self.n + self.m)), *(self._cut(j, _first_directions(len(V))) for j, V in enumerate(program.terms))]
+        )
+        self.cuts, self.ages = self.first[:0], np.zeros(0, int)
 
-    def cut(self, j: int, u: np.ndarray) -> None:
-        """Add the cut t_j ≥ u·v_j."""
-        row = np.zeros(self.n + self.m)
-        row[: self.n], row[self.n + j] = u @ self.program.terms[j], -1.0
-        self.cuts.append(row)
-        self.ages.append(0)
+    def _cut(self, j: int, u: np.ndarray) -> np.ndarray:
+        """The cuts t_j ≥ u·v_j for the rows u."""
+        rows = np.zeros((len(u), self.n + self.m))
+        rows[:, : self.n], rows[:, self.n + j] = u @ self.program.terms[j], -1.0
+        return rows
+
+    def _keep(self, cuts: np.ndarray) -> None:
+        self.cuts, self.ages = np.vstack([self.cuts, cuts]), np.append(self.ages, np.zeros(len(cuts), int))
+
+    def _box(self, normal: Row | None) -> tuple[np.ndarray, np.ndarray]:
+        """The limits of [X; t] of the relaxation."""
+        far = np.append(np.full(self.n - 1, FAR), 1.0 if normal is None else FAR)
+        V, first = self.program.stacked
+        most = np.sqrt(np.add.reduceat((np.abs(V) @ far) ** 2, first)) if self.m else np.zeros(0)
+        low = np.append(-far, np.zeros(self.m))
+        low[self.n - 1] = 1.0 if normal is None else 0.0
+        return low, np.append(far, most + 1.0)
 
     def solve(self, cell: Cell) -> Answer | None:
         """The solution of the relaxation over a cell, with cuts added as needed; None if it is infeasible."""
-        found = None
+        return next(self.solutions(cell, [self.program.objective], self.program.normal))
+
+    def solutions(self, cell: Cell, objectives: list[Row], normal: Row | None = None) -> Iterator[Answer | None]:
+        """As ``solve``, for several objectives over one cell. The program is homogeneous if ``normal`` is given."""
+        costs = self.program.wide(tuple(objectives))
         upper, equal = self._rows(cell)
-        normal = None if self.program.normal is None else self._relaxed_row(self.program.normal)
+        right = np.zeros(len(equal) + (normal is not None) + len(upper))
+        if normal is not None:
+            equal = np.vstack([equal, self.program.wide((normal,))])
+            right[len(equal) - 1] = 1.0
+        rows = np.vstack([equal, upper, self.first, self.cuts])
+        right = np.append(right, np.zeros(len(rows) - len(right)))
+        self.linear.load(costs[0], rows, right, len(equal), *self._box(normal))
+        for k, cost in enumerate(costs):
+            if k:
+                self.linear.set_cost(cost)
+            yield self._solution()
+
+    def _solution(self) -> Answer | None:
+        """The solution of the loaded program, with cuts added as needed."""
+        found = None
         for _ in range(12):
-            found = self._linear(self._relaxed_row(self.program.objective), [*upper, *self.cuts], equal, normal, self.box)
-            if found is None or self.is_over() or not self._cut_off(found):
+            found = self._solve()
+            if found is None or self.is_over() or not len(cuts := self._cut_off(found)):
                 return found
+            self._keep(cuts)
+            self.linear.add(cuts)
         return found
 
-    def _cut_off(self, a: Answer) -> bool:
-        """Add cuts where the solution underestimates a norm. Returns whether a cut was added."""
-        more = False
-        for j, V in enumerate(self.program.terms):
-            v = V @ a.X
-            size = float(np.linalg.norm(v))
-            if size - a.t[j] > 1e-10 * max(1.0, size) and len(v) > 1:
-                self.cut(j, v / size)
-                more = True
-        return more
+    def _cut_off(self, a: Answer) -> np.ndarray:
+        """Cuts where the solution underestimates a norm."""
+        size = self.program.norms(a.X)
+        return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 
-    def climb(self, X: np.ndarray, rounds: int = 20) -> np.ndarray | None:
-        """The best state of a descent from X; None if no admissible state is found.
+    def _tangents(self, X: np.ndarray, terms: np.ndarray) -> np.ndarray:
+        """The cuts that touch the norms of these terms (mask) at X. A norm that is zero, or of one component, has none."""
+        V, first = self.program.stacked
+        at = np.flatnonzero(terms & (self.program.norms(X) > 0.0) & (np.diff(np.append(first, len(V))) > 1))
+        cuts = np.zeros((len(at), self.n + self.m))
+        cuts[:, : self.n] = self.program.slopes(X)[at]
+        cuts[np.arange(len(at)), self.n + at] = -1.0
+        return cuts
+
+    def climb(self, X: np.ndarray, low: float, close: float, rounds: int = 20) -> np.ndarray | None:
+        """The best state of a descent from X; None if no admissible state is found. low: no state has a lower value. close: the
+        descent ends if it gains less.
 
         The linear programs of the descent replace norms that must be large by their tangents. A tangent never exceeds its norm, so
         the solutions are admissible.
         """
-        best, value, p = None, np.inf, self.program
+        best, value, missed, stalls, p = None, np.inf, np.inf, 0, self.program
         if float(np.abs(X).max()) < 1e-9:  # a norm has no tangent at zero
             X = np.append(np.zeros(self.n - 1), 1.0)
         for _ in range(rounds):
             if self.is_over():
                 break
-            normal = None if p.normal is None else self._tangent_row(replace(p.normal, equal=True), X)
-            found = self._elastic(self._tangent_row(p.objective, X), self._tangent(X), normal)
+            found = self._descend(X)
             at = None if found is None else p.scaled(found.X)
             if at is None:
                 break
-            now = p.objective.value(at, p.norms(at)) if p.violation(at) <= FEASIBLE else np.inf
-            moved = float(np.abs(at - X).max())
-            X = at
-            if now < value:
-                best, value = at, now
-            if moved <= 1e-12 * max(1.0, float(np.abs(X).max())):
+            moved, misses, X = float(np.abs(at - X).max()), p.violation(at), at
+            if misses <= FEASIBLE:
+                now, before = p.objective.value(at, p.norms(at)), value
+                if now < value:
+                    best, value = at, now
+                if value - low <= close or now >= before - close:
+                    break
+            stalls = 0 if misses <= STALLED * missed else stalls + 1
+            missed = misses
+            if stalls == STALLS or moved <= 1e-12 * max(1.0, float(np.abs(X).max())):
                 break
         return best
 
-    def _elastic(self, cost: np.ndarray, rows: list[np.ndarray], normal: np.ndarray | None) -> Answer | None:
-        """One linear program of the descent. A common slack variable with a penalty relaxes the rows, so that any X is a valid
+    def _descend(self, X: np.ndarray) -> Answer | None:
+        """One linear program of the descent at X. A common slack variable with a penalty relaxes the rows, so that any X is a valid
         start."""
-        wide = [np.append(r, -1.0) for r in rows] + [np.append(r, 0.0) for r in self.cuts]
-        scale = None if normal is None else np.append(normal, 0.0)
-        return self._linear(np.append(cost, BREAKING), wide, [], scale, [*self.free, (0.0, None)])
+        p = self.program
+        self._keep(self._tangents(X, np.ones(self.m, bool)))
+        rows = self._tangent(X)
+        cuts = np.vstack([self.first, self.cuts])
+        wide = np.column_stack([np.vstack([rows, cuts]), np.append(np.full(len(rows), -1.0), np.zeros(len(cuts)))])
+        cost = np.append(self._tangent_rows((p.objective,), X)[0], BREAKING)
+        right, equal = np.zeros(len(wide)), 0
+        if p.normal is not None:
+            scale = self._tangent_rows((p.normal,), X, every=True)
+            wide, right, equal = np.vstack([np.append(scale[0], 0.0), wide]), np.append(1.0, right), 1
+        low, high = self._box(p.normal)
+        low[self.n :] = -high[self.n :]
+        self.linear.load(cost, wide, right, equal, np.append(low, 0.0), np.append(high, np.inf))
+        return self._solve()
 
-    def _tangent(self, X: np.ndarray) -> list[np.ndarray]:
+    def _tangent(self, X: np.ndarray) -> np.ndarray:
         """Rows ≤ 0 of the descent at X. A variable t with cuts replaces a norm that must be small; u·v replaces a norm that must
         be large."""
         p = self.program
-        upper: list[np.ndarray] = []
-        equal: list[np.ndarray] = []
-        self._cut_at(X)
-        for row in p.rows:
-            if row.when is not None and row.when[1] * float(p.terms[row.when[0]][0] @ X) < 0.0:
-                continue
-            (equal if row.equal else upper).append(self._tangent_row(row, X))
-            if row.when is not None:
-                sign = np.zeros(self.n + self.m)
-                sign[: self.n] = -row.when[1] * p.terms[row.when[0]][0]
-                upper.append(sign)
-        for a in p.across:
-            sign = np.zeros(self.n + self.m)
-            sign[: self.n] = (p.terms[a.force] @ X) @ p.terms[a.moment] + (p.terms[a.moment] @ X) @ p.terms[a.force]
-            sign[self.n - 1] -= float((p.terms[a.force] @ X) @ (p.terms[a.moment] @ X))
-            equal.append(sign / max(float(np.linalg.norm(p.terms[a.force] @ X)), 1e-9))
-        return [*upper, *equal, *(-e for e in equal)]
+        applies = p.senses(X) >= 0.0
+        rows, equal = self._tangent_rows(p.rows, X)[applies], p.equal[applies]
+        when = [r.when for r, a in zip(p.rows, applies, strict=True) if a and r.when is not None]
+        signs, across = np.zeros((len(when), self.n + self.m)), np.zeros((len(p.across), self.n + self.m))
+        for row, (j, sign) in zip(signs, when, strict=True):
+            row[: self.n] = -sign * p.terms[j][0]
+        for row, a in zip(across, p.across, strict=True):
+            force, moment = p.terms[a.force] @ X, p.terms[a.moment] @ X
+            row[: self.n] = force @ p.terms[a.moment] + moment @ p.terms[a.force]
+            row[self.n - 1] -= float(force @ moment)
+            row /= max(float(np.linalg.norm(force)), 1e-9)
+        return np.vstack([rows[~equal], signs, rows[equal], across, -rows[equal], -across])
 
-    def _cut_at(self, X: np.ndarray) -> None:
-        for j, V in enumerate(self.program.terms):
-            v = V @ X
-            if len(v) > 1 and (size := float(np.linalg.norm(v))) > 0.0:
-                self.cut(j, v / size)
+    def _tangent_rows(self, rows: tuple[Row, ...], X: np.ndarray, every: bool = False) -> np.ndarray:
+        """Rows in which the tangents u·v at X replace the norms that must be large; all norms, if ``every``."""
+        p = self.program
+        wide = p.weights.copy() if rows is p.rows else p.wide(rows)
+        equal = np.array([every or r.equal for r in rows], bool)
+        large = np.where(equal[:, None] | (wide[:, self.n :] < 0.0), wide[:, self.n :], 0.0)
+        wide[:, : self.n] += large @ p.slopes(X)
+        wide[:, self.n :] -= large
+        return wide
 
-    def _tangent_row(self, row: Row, X: np.ndarray) -> np.ndarray:
-        out = np.zeros(self.n + self.m)
-        out[: self.n] = row.linear
-        for j, c in row.norms.items():
-            if row.equal or c < 0.0:
-                v = self.program.terms[j] @ X
-                out[: self.n] += c * _unit(v) @ self.program.terms[j]
-            else:
-                out[self.n + j] += c
-        return out
-
-    def _rows(self, cell: Cell) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    def _rows(self, cell: Cell) -> tuple[np.ndarray, np.ndarray]:
         """(rows ≤ 0, rows = 0) of the relaxation over a cell."""
-        upper: list[np.ndarray] = []
-        equal: list[np.ndarray] = []
-        for row in self.program.rows:
-            if row.when is not None and not (row.when[0] in cell and cell[row.when[0]][0, 0] == row.when[1]):
-                continue
-            (equal if row.equal else upper).append(self._relaxed_row(row))
+        p = self.program
+        applies = np.array([r.when is None or (r.when[0] in cell and cell[r.when[0]][0, 0] == r.when[1]) for r in p.rows], bool)
+        upper = [p.weights[applies & ~p.equal]]
         for j, G in cell.items():
-            inside = np.linalg.solve(G, self.program.terms[j])
-            for a in -inside:
-                upper.append(np.append(a, np.zeros(self.m)))
-            above = np.append(-inside.sum(axis=0), np.zeros(self.m))
-            above[self.n + j] = 1.0
-            upper.append(above)
-        for a in self.program.across:
-            if a.force in cell:
-                upper += self._perpendicular_rows(cell[a.force], a.force, a.moment, a.most)
-        return upper, equal
+            inside = np.zeros((len(G) + 1, self.n + self.m))
+            inside[:-1, : self.n] = -np.linalg.solve(G, p.terms[j])
+            inside[-1, : self.n] = inside[:-1, : self.n].sum(axis=0)
+            inside[-1, self.n + j] = 1.0
+            upper.append(inside)
+        upper += [self._perpendicular_rows(cell[a.force], a.force, a.moment, a.most) for a in p.across if a.force in cell]
+        return np.vstack(upper), p.weights[applies & p.equal]
 
-    def _perpendicular_rows(self, G: np.ndarray, force: int, moment: int, most: float) -> list[np.ndarray]:
+    def _perpendicular_rows(self, G: np.ndarray, force: int, moment: int, most: float) -> np.ndarray:
         """Rows for a moment perpendicular to a force in the cone G. The moment's component along the axis of the cone is at most
         sin(opening) times ``most`` times the norm of the force."""
         u = G.sum(axis=1)
         u /= np.linalg.norm(u)
         sine = float(np.sqrt(max(0.0, 1.0 - float((u @ G).min()) ** 2)))
-        out = []
-        for s in (1.0, -1.0):
-            row = np.append(s * u @ self.program.terms[moment], np.zeros(self.m))
-            row[self.n + force] = -sine * most
-            out.append(row)
+        out = np.zeros((2, self.n + self.m))
+        out[:, : self.n] = np.outer((1.0, -1.0), u @ self.program.terms[moment])
+        out[:, self.n + force] = -sine * most
         return out
 
-    def _relaxed_row(self, row: Row) -> np.ndarray:
-        out = np.append(row.linear, np.zeros(self.m))
-        for j, c in row.norms.items():
-            out[self.n + j] += c
-        return out
-
-    def _linear(
-        self, cost: np.ndarray, upper: list[np.ndarray], equal: list[np.ndarray], normal: np.ndarray | None,
-        box: list[tuple[float, float | None]],
-    ) -> Answer | None:  # fmt: skip
-        """The solution of one linear program; None if it is infeasible.
+    def _solve(self) -> Answer | None:
+        """The solution of the loaded program; None if it is infeasible.
 
         If the solver fails, the value is −∞ and the norms are large, so that the search cuts the cell.
         """
-        rows = equal if normal is None else [*equal, normal]
-        right = [0.0] * len(equal) if normal is None else [*[0.0] * len(equal), 1.0]
-        self.solved += 1
-        A, b = (np.array(upper), np.zeros(len(upper))) if upper else (None, None)
-        E, e = (np.array(rows), right) if rows else (None, None)
-        for how in (LINEAR, {**LINEAR, "presolve": True}):
-            found = optimize.linprog(cost, A, b, E, e, box, "highs-ds", options=how)
-            if found.status in (SOLVED, NONE):
-                break
-        if found.status == NONE:
-            return None
-        if found.status != SOLVED:
+        try:
+            found = self.linear.solve()
+        except Failed:
             return Answer(-np.inf, np.append(np.zeros(self.n - 1), 1.0), np.full(self.m, FAR))
-        self._forget(found.x[: self.n + self.m])
-        return Answer(float(found.fun), found.x[: self.n], found.x[self.n : self.n + self.m])
+        if found is None:
+            return None
+        value, x = found
+        self._forget(x[: self.n + self.m])
+        return Answer(value, x[: self.n], x[self.n : self.n + self.m])
 
     def _forget(self, x: np.ndarray) -> None:
         """Drop cuts that were not needed recently. The first cuts are always kept."""
-        if len(self.cuts) > self.first:
-            needed = np.abs(np.array(self.cuts) @ x) < 1e-7
-            self.ages = [0 if n else a + 1 for n, a in zip(needed, self.ages, strict=True)]
-            kept = [k for k, a in enumerate(self.ages) if k < self.first or a < OLD]
-            self.cuts, self.ages = [self.cuts[k] for k in kept], [self.ages[k] for k in kept]
+        if len(self.cuts):
+            self.ages = np.where(np.abs(self.cuts @ x) < 1e-7, 0, self.ages + 1)
+            kept = self.ages < OLD
+            self.cuts, self.ages = self.cuts[kept], self.ages[kept]
 
 
-def _unit(v: np.ndarray) -> np.ndarray:
-    size = float(np.linalg.norm(v))
-    return v / size if size > 0.0 else np.eye(len(v))[0]
-
-
-def _first_directions(k: int) -> list[np.ndarray]:
+def _first_directions(k: int) -> np.ndarray:
     """Directions of the first cuts of a norm of k components."""
     if k == 2:
-        return [np.array([np.cos(a), np.sin(a)]) for a in np.arange(8) * np.pi / 4]
-    return [s * e for e in np.eye(k) for s in (1.0, -1.0)]
+        angles = np.arange(8) * np.pi / 4
+        return np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.vstack([np.eye(k), -np.eye(k)])

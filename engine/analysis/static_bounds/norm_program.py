@@ -8,6 +8,7 @@ quotient objective/normal.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -70,9 +71,47 @@ class Program:
         """Number of entries of X, d + 1."""
         return len(self.objective.linear)
 
+    @cached_property
+    def stacked(self) -> tuple[np.ndarray, np.ndarray]:
+        """(the matrices V_j one below the other, first row of each)."""
+        return np.vstack([np.zeros((0, self.width)), *self.terms]), np.cumsum([0, *(len(V) for V in self.terms)])[:-1]
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """The rows over [X; t] (rows × (d + 1 + terms))."""
+        return self.wide(self.rows)
+
+    @cached_property
+    def equal(self) -> np.ndarray:
+        """Whether each row is an equation."""
+        return np.array([row.equal for row in self.rows], bool)
+
+    def wide(self, rows: tuple[Row, ...]) -> np.ndarray:
+        """Rows over [X; t]."""
+        out = np.zeros((len(rows), self.width + len(self.terms)))
+        for wide, row in zip(out, rows, strict=True):
+            wide[: self.width] = row.linear
+            for j, c in row.norms.items():
+                wide[self.width + j] += c
+        return out
+
     def norms(self, X: np.ndarray) -> np.ndarray:
         """The norms |V_j X| of all terms."""
-        return np.array([float(np.linalg.norm(V @ X)) for V in self.terms])
+        V, first = self.stacked
+        return np.sqrt(np.add.reduceat((V @ X) ** 2, first)) if len(first) else np.zeros(0)
+
+    def slopes(self, X: np.ndarray) -> np.ndarray:
+        """The derivatives of the norms at X (terms × (d + 1)). For a norm that is zero: that of its first component."""
+        V, first = self.stacked
+        if not len(first):
+            return np.zeros((0, self.width))
+        v, size = V @ X, self.norms(X)
+        v[first[size == 0.0]] = 1.0
+        return np.add.reduceat(v[:, None] * V, first) / np.where(size > 0.0, size, 1.0)[:, None]
+
+    def senses(self, X: np.ndarray) -> np.ndarray:
+        """For each row, whether it applies at X: 1, or 0 where the component that it depends on is zero, or −1."""
+        return np.array([1.0 if r.when is None else r.when[1] * np.sign(self.terms[r.when[0]][0] @ X) for r in self.rows])
 
     def scaled(self, X: np.ndarray) -> np.ndarray | None:
         """The positive multiple of X whose normal row equals 1; None if there is none. Without a normal row, X itself."""
@@ -84,12 +123,8 @@ class Program:
     def violation(self, X: np.ndarray) -> float:
         """The largest violation of all constraints at X."""
         t = self.norms(X)
-        worst = 0.0
-        for row in self.rows:
-            if row.when is not None and row.when[1] * float(self.terms[row.when[0]][0] @ X) <= 0.0:
-                continue
-            value = row.value(X, t)
-            worst = max(worst, abs(value) if row.equal else value)
+        values = (self.weights @ np.append(X, t))[self.senses(X) > 0.0]
+        worst = float(np.where(self.equal[self.senses(X) > 0.0], np.abs(values), values).max(initial=0.0))
         for a in self.across:
             worst = max(worst, abs(float((self.terms[a.force] @ X) @ (self.terms[a.moment] @ X))) / max(t[a.force], 1e-12))
         return worst

@@ -5,6 +5,7 @@ and the offset of each operand follow, and then the integers. ``interpreter.c`` 
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -122,15 +123,15 @@ BUILTINS = len(Builtin)
 class Program:
     """The calls of one function of a scene. scratch: number of doubles in T."""
 
-    code: list[int] = field(default_factory=list)
+    code: array[int] = field(default_factory=lambda: array("i"))
     scratch: int = 0
 
     def call(self, function: int, operands: Sequence[Slot], numbers: Sequence[int] = ()) -> None:
         """Append a call of an op."""
-        self.code += [function, len(operands), len(numbers)]
+        self.code.extend((function, len(operands), len(numbers)))
         for b in operands:
-            self.code += [b.space, b.at]
-        self.code += numbers
+            self.code.extend((b.space, b.at))
+        self.code.extend(numbers)
 
     def scratch_slot(self, size: int) -> Slot:
         """Allocate a slot in T. Its values are valid during one execution of the program."""
@@ -151,9 +152,9 @@ class Program:
         """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are one call."""
         out: list[int] = []
         last: list[int] = []
-        first = 0
-        while first < len(self.code):
-            call = self.code[first : first + 3 + 2 * self.code[first + 1] + self.code[first + 2]]
+        code, first = self.code.tolist(), 0
+        while first < len(code):
+            call = code[first : first + 3 + 2 * code[first + 1] + code[first + 2]]
             first += len(call)
             both = _joined(last, call)
             if both:

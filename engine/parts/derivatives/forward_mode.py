@@ -121,8 +121,8 @@ class Directions:
         code, at = program.code, first
         while at < len(code):
             function, count, more = code[at : at + 3]
-            where = code[at + 3 : at + 3 + 2 * count]
-            numbers = code[at + 3 + 2 * count : at + 3 + 2 * count + more]
+            where = code[at + 3 : at + 3 + 2 * count].tolist()
+            numbers = code[at + 3 + 2 * count : at + 3 + 2 * count + more].tolist()
             at += 3 + 2 * count + more
             g = self._given(function, where, numbers)
             if program is not self.scene.prepare:

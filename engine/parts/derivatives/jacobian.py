@@ -148,7 +148,7 @@ def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool)
     point = scene.program("point")
     d = Directions(scene, point, changed(changes))
     rates = JacobianProgram(scene, point, active, d, redundant)
-    point.code.clear()
+    del point.code[:]
     d.point(point)
     return tangent_tables(d, changes, [Slot(Space.OUT, i, 1) for i in range(rates.size)], _order(scene))
 

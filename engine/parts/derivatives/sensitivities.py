@@ -154,6 +154,6 @@ def _columns(system: System, chosen: Sequence[Column | None], changes: list[Chan
 def _unit(scene: DifferentiableScene, d: Directions, changes: list[Change], count: int) -> DerivedUnit:
     """Finish a unit. If directions change parameters, ``point`` also writes the values of the differentiated quantities."""
     point, outs = scene.program("point"), [Slot(Space.OUT, i, 1) for i in range(count)]
-    point.code.clear()
+    del point.code[:]
     d.point(point, outs if d.numbers else ())
     return DerivedUnit(scene, tangent_tables(d, changes, outs), count)

@@ -5,6 +5,8 @@ Every column uses the same calls per body, in shared scratch. The results are co
 
 from __future__ import annotations
 
+from array import array
+
 from trunnion.parts.bytecode.body_and_joint_slots import free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.programs.step_passes import StepPasses
@@ -31,7 +33,10 @@ class ForceColumns:
         self.found = {e.joint.child: self._found(e, N.slice(6 * e.joint.child, 6)) for e in stepping.elements if not e.joint.cut}
         joints = stepping.shares.joints if stepping.shares else []
         self.transmitted = {j.child: self._transmitted(j, N) for j in joints if not j.cut}
-        self.branch: list[int] = []
+        self.moving: frozenset[int] = frozenset()
+        self.passes: dict[frozenset[int], array[int]] = {}
+        self.parents = [self.scene.parent(b) for b in range(n)]
+        self.roots = self._roots()
         self.where = stepping.where()
         self.own: dict[str, Slot] = {}
         self.rubbing = {e.joint.name: e for e in stepping.elements}
@@ -46,7 +51,7 @@ class ForceColumns:
         """Slot of the force column on a body. The slot for the ground is not used."""
         return self.forces.slice(6 * (i if i != GROUND else len(self.system.bodies)), 6)
 
-    def _column(self, i: int) -> list[int]:
+    def _column(self, i: int) -> array[int]:
         """Calls of body i in the inward reduction."""
         s, one, j = self.stepping, Program(), self.system.tree[i]
         self.scene.body_call(
@@ -55,7 +60,7 @@ class ForceColumns:
         )  # fmt: skip
         return one.code
 
-    def _response(self, i: int, Z: Slot, N: Slot) -> list[int]:
+    def _response(self, i: int, Z: Slot, N: Slot) -> array[int]:
         """Calls of body i in the outward pass."""
         s, one, j, parent = self.stepping, Program(), self.system.tree[i], self.scene.parent(i)
         before = self.scene.zeros if parent == GROUND else Z.slice(6 * parent, 6)
@@ -65,7 +70,7 @@ class ForceColumns:
         )  # fmt: skip
         return one.code
 
-    def _found(self, e: Element, N: Slot) -> list[int]:
+    def _found(self, e: Element, N: Slot) -> array[int]:
         """Calls that copy a joint's reaction components and accelerations into the slots of the current column."""
         one, j = Program(), e.joint
         self.stepping.pin(one, e, N, self.rows.slice(e.n0, len(e.needs)), whole=False)
@@ -73,7 +78,7 @@ class ForceColumns:
             one.copy(free_of(self.qdd, j).slice(j.free.index(f), 1), self.held.slice(e.eta[0] + f, 1))
         return one.code
 
-    def _transmitted(self, j: Joint, N: Slot) -> tuple[list[int], Slot]:
+    def _transmitted(self, j: Joint, N: Slot) -> tuple[array[int], Slot]:
         """Calls that compute the wrench on a joint's outboard part; also the slot of this wrench."""
         one, ft = Program(), self.program.scratch_slot(6)
         self.scene.outboard_wrench(one, j, self.stepping.moving[j.child], N.slice(6 * j.child, 6), ft)
@@ -138,22 +143,20 @@ class ForceColumns:
 
     def _empty(self) -> None:
         """Set the slots of the current column to zero."""
-        self.own, self.branch = {}, []
+        self.own, self.moving = {}, frozenset()
         for block in (self.y, self.fq, self.forces, self.rows, *([self.held] if self.maps.held else [])):
             self.program.zero(block)
 
     def _move(self, begin: list[int], column: int) -> None:
         """Write the inward pass from the bodies on which the force acts. Then write the outward pass over all bodies that move."""
         program = self.program
-        path, branch = self._way(begin)
-        for i in path:
+        for i in self._path(begin):
             program.code += self.inward[i]
-        for i in branch if self.stepping.asked else ():
-            program.code += self.outward[i]
-        for i in branch:
-            program.code += self.found.get(i, [])
-            program.code += self.transmitted[i][0] if i in self.transmitted else []
-        self.branch, moving = branch, set(branch)
+        roots = {self.roots[i] for i in begin if i != GROUND}
+        self.moving = moving = frozenset(b for b, root in enumerate(self.roots) if root in roots)
+        if moving not in self.passes:
+            self.passes[moving] = self._outward(sorted(moving))
+        program.code += self.passes[moving]
         for e in self.stepping.elements if self.maps.held else []:
             if e.joint.cut and (e.joint.inb in moving or e.joint.out in moving):
                 Z = [self.Z.slice(6 * b, 6) if b in moving else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
@@ -179,18 +182,30 @@ class ForceColumns:
         """Wrench that a joint transmits in the present column; None means zero."""
         if j.cut:
             return self.own.get(j.name)
-        return self.transmitted[j.child][1] if j.child in self.branch else None
+        return self.transmitted[j.child][1] if j.child in self.moving else None
 
-    def _way(self, begin: list[int]) -> tuple[list[int], list[int]]:
-        """Bodies on the paths from ``begin`` to the ground, outermost first. Also all bodies of the branches that contain these
-        paths."""
+    def _outward(self, branch: list[int]) -> array[int]:
+        """Calls of the outward pass over these bodies, and of what it leaves in the slots of the column."""
+        out = array("i")
+        for i in branch if self.stepping.asked else ():
+            out += self.outward[i]
+        for i in branch:
+            out += self.found.get(i, array("i"))
+            out += self.transmitted[i][0] if i in self.transmitted else array("i")
+        return out
+
+    def _path(self, begin: list[int]) -> list[int]:
+        """Bodies on the paths from ``begin`` to the ground, outermost first."""
         path: set[int] = set()
         for i in begin:
             while i != GROUND:
                 path.add(i)
-                i = self.scene.parent(i)
-        inside = {i for i in path if self.scene.parent(i) == GROUND}
-        for b in range(len(self.system.bodies)):
-            if self.scene.parent(b) in inside:
-                inside.add(b)
-        return sorted(path, reverse=True), sorted(inside)
+                i = self.parents[i]
+        return sorted(path, reverse=True)
+
+    def _roots(self) -> list[int]:
+        """For each body, the body of its branch that a joint connects to the ground. All bodies of a branch move together."""
+        roots: list[int] = []
+        for b, parent in enumerate(self.parents):
+            roots.append(b if parent == GROUND else roots[parent])
+        return roots

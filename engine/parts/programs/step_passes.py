@@ -36,7 +36,7 @@ class StepPasses:
         self.moving = scene.outward(program, self.kept_slot)
         self.closed = scene.closed(program, self.moving, self.kept_slot)
         self._closing = {c.joint.name: c for c in self.closed}
-        self.begun = Program([*program.code], program.scratch)
+        self.begun = Program(program.code[:], program.scratch)
         self.kept = [self.kept_slot(p.sizes["kept"]) for p in scene.body_primitives]
         self.y, self.F = self.write_inward(program, [m.effort for m in self.moving], self.kept_slot)
         self.asked = bool(self.elements or self.shares)

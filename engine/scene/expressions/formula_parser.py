@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import cache
 
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
 from trunnion.scene.units.unit_parser import ALIASES, NONE, UNITS, Dimension, UnitError, parse
@@ -30,13 +31,18 @@ WHATEVER: Dimension = (99, 99, 99, 99, 99)
 RESERVED = {*UNITS, *ALIASES, *FUNCTIONS, *CONSTANTS, "SI"}
 """Words that cannot name a parameter: an expression must have one meaning."""
 _COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
-_SYMBOL = "(?:" + "|".join(sorted(map(re.escape, {*UNITS, *ALIASES}), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
 _POWER = r"(?:\s*(?:\*\*|\^)\s*[+-]?\d(?![\d.]))?"
-_UNIT = re.compile(rf"\s*{_SYMBOL}{_POWER}(?:\s*[*/]\s*{_SYMBOL}{_POWER})*")
 _SI = re.compile(r"\s*SI(?![A-Za-z0-9_(])")
 _NUMBER = re.compile(r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _SIGN = re.compile(r"\*\*|[-+*/^(),]")
+
+
+@cache
+def _units() -> re.Pattern[str]:
+    """The form of a unit behind a number. It has all units four times, so it takes long to compile."""
+    symbol = "(?:" + "|".join(sorted(map(re.escape, {*UNITS, *ALIASES}), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
+    return re.compile(rf"\s*{symbol}{_POWER}(?:\s*[*/]\s*{symbol}{_POWER})*")
 
 
 @dataclass(frozen=True)
@@ -180,7 +186,7 @@ class _Reader:
         if whatever := _SI.match(self.text, m.end()):
             self.at = whatever.end()
             return Number(float(m[0]), WHATEVER)
-        unit = _UNIT.match(self.text, m.end())
+        unit = _units().match(self.text, m.end())
         self.at = unit.end() if unit else m.end()
         if (odd := re.compile(r"\s*([A-Za-z_]\w*)").match(self.text, self.at)) is not None:
             raise UnitError(f'unknown unit "{odd[1]}" behind {m[0]}', f"a product is written {m[0]}*{odd[1]}")

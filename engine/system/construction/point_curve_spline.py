@@ -7,7 +7,7 @@ import numpy as np
 from trunnion.scene.data_classes.joint_couplings import Curve as Given
 from trunnion.system.construction.cam_profile_spline import periodic_moments
 from trunnion.system.signals.signal_tables import spline_moments
-from trunnion.system.structure.joint_couplings import ENDLESS, NODES, WEIGHTS, Curve, Piece
+from trunnion.system.structure.joint_couplings import ENDLESS, Curve, Piece, gauss_points
 
 
 def curve(given: Given) -> Curve:
@@ -44,8 +44,9 @@ def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -
 
 
 def _length(p: np.ndarray, q: np.ndarray, h: float) -> float:
-    x = 0.5 * h * (np.array(NODES) + 1)
-    return float(0.5 * h * np.array(WEIGHTS) @ np.hypot(*(c[1] + x * (2 * c[2] + 3 * x * c[3]) for c in (p, q))))
+    points, weights = map(np.array, gauss_points())
+    x = 0.5 * h * (points + 1)
+    return float(0.5 * h * weights @ np.hypot(*(c[1] + x * (2 * c[2] + 3 * x * c[3]) for c in (p, q))))
 
 
 def length(given: Given) -> float:

@@ -4,8 +4,7 @@ and freedoms that follow another freedom."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-from numpy.polynomial.legendre import leggauss
+from functools import cache
 
 from trunnion.system.structure.parameter_table import Leaf
 
@@ -38,9 +37,6 @@ class Profile:
     pieces: tuple[tuple[float, float, float, float], ...]
 
 
-NODES, WEIGHTS = (tuple(map(float, x)) for x in leggauss(20))
-"""Gauss points and weights for the arc length of a piece of a curve. They are exact to round-off for a piece whose direction turns
-by a right angle."""
 ENDLESS = 1e300
 """Curve parameter at the far end of the straight piece that continues an open curve; it stands for infinity."""
 FOOT = 11
@@ -87,6 +83,16 @@ class Mimic:
     turns: bool
     ratio: Leaf
     offset: Leaf
+
+
+@cache
+def gauss_points() -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """(points, weights) of Gauss for the arc length of a piece of a curve. They are exact to round-off for a piece whose direction
+    turns by a right angle."""
+    from numpy.polynomial.legendre import leggauss
+
+    points, weights = leggauss(20)
+    return tuple(map(float, points)), tuple(map(float, weights))
 
 
 NO_INERTIA = 1e-15
