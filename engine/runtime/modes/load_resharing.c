@@ -2,8 +2,6 @@
 #include "modes/modes.h"
 
 #define SHARE_GAIN 1e-10   /* × the capacity: smallest increase of the reserve by which resharing succeeds */
-/* × the capacity: smallest reserve with stored loads. Near the end of a group, a smaller value would cause endless resharing. */
-#define KEPT_GAIN 1e-7
 
 static int tr_has_stored_load(const tr_sim *s) {
   for (int i = 0; i < s->k->neta; ++i)
