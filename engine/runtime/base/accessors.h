@@ -10,8 +10,9 @@
 #include "tr_tables.h"
 
 /* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: zero
- * friction, because loops prescribe the motion. SHARE: a share of a group's load. STORED: a stored load. */
-enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED };
+ * friction, because loops prescribe the motion. SHARE: a share of a group's load. STORED: a stored load. FULL: the capacity of a
+ * held pair that yields. */
+enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED, TR_ROW_FULL };
 
 /* Source of the loads that a group at rest stores. NONE: the group stores no loads and shares by the rule. CREEP: a creep
  * minimisation. PLACED: the present multipliers. */

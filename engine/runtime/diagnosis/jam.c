@@ -83,6 +83,19 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
+/* The first moving pair after whose sudden stop at y a solution exists; −1 if there is none. No pair obstructs alone where several
+ * frictions do, or where a pair at rest does: a self-locking thread whose nut reverses stops the link that drives the nut. */
+static int tr_find_stopping_pair(tr_sim *s, const double *y, const tr_mode *modes) {
+  double copy[tr_state_width(s)];
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    tr_restore_modes(s, modes);
+    memcpy(copy, y, sizeof copy);
+    tr_evaluate_maps_at(s, s->clock.t, copy);
+    if (tr_is_set_valued(s, i) && !tr_is_at_rest(s, i) && tr_stop_by_impact(s, copy, i)) return i;
+  }
+  return -1;
+}
+
 /* Find the pair that causes the failure at y. Returns the reason TR_WHY_…. Requires maps of y. Restores the modes. */
 static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
   const tr_kernel *k = s->k;
@@ -92,8 +105,11 @@ static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
   memcpy(copy, y, sizeof copy);
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* from the last accepted root, not from later attempts */
   *pair = tr_find_jamming_pair(s);
+  tr_evaluate_maps_at(s, s->clock.t, y);
+  const int moving = *pair < 0 || tr_is_at_rest(s, *pair) ? tr_find_stopping_pair(s, y, modes) : -1;
   int why = TR_WHY_UNKNOWN;
-  if (*pair >= 0) why = tr_is_fully_driven(s, *pair) || tr_stop_by_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
+  if (moving >= 0) *pair = moving, why = TR_WHY_JAM;
+  else if (*pair >= 0) why = tr_is_fully_driven(s, *pair) || tr_stop_by_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
   tr_restore_modes(s, modes);
   return why;
 }

@@ -50,7 +50,8 @@ static int tr_find_tilt(tr_sim *s, double *eta, int i) {
 }
 
 static void tr_clear_tilts(tr_sim *s) {
-  for (int i = 0; i < s->k->nsliders; ++i) tr_mode_of(s, i)->tilt = 0.0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    if (tr_pair_of(s, i)->cone) tr_mode_of(s, i)->tilt = 0.0;
 }
 
 static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i) {

@@ -114,5 +114,5 @@ static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc) {
 static int tr_is_held_freedom_moving(tr_sim *s, int i) {
   int kind = tr_row_kinds(s)[i];
   if (kind == TR_ROW_FREE && tr_is_coming_to_rest(s, i, tr_freedom_acceleration(s, i))) return 0;
-  return (kind == TR_ROW_SHARE || kind == TR_ROW_STORED || kind == TR_ROW_FREE) && tr_relative_acceleration(s, i) > REST_BROKEN;
+  return kind >= TR_ROW_FREE && tr_relative_acceleration(s, i) > REST_BROKEN;
 }

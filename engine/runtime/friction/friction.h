@@ -28,6 +28,10 @@ static inline int tr_is_sliding_ball(const tr_sim *s, int i) {
   return pair->cone && (pair->kind == TR_KIND_SET ? flag == TR_SLIPS : pair->kind == TR_KIND_KINK && flag == TR_SATURATED);
 }
 
+/* Whether the stuck pair i yields: it exerts its capacity along its direction, while other pairs hold its freedom. The mark is the
+ * tilt of its mode, which only balls use otherwise; balls do not yield. */
+static inline int tr_yields(const tr_sim *s, int i) { return tr_is_stuck(s, i) && !tr_pair_of(s, i)->cone && tr_mode_of(s, i)->tilt != 0.0; }
+
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.held ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
 /* Set the rates of held tree joints to exactly zero in v; v may also contain the derivatives of rates. A held pair whose rest
@@ -135,7 +139,7 @@ static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope);
 
 /* In the residual r and the Jacobian J, replace the rows of held pairs by their equations. These are zero acceleration, zero
- * friction (prescribed motion), a share, or a stored load. Requires held maps and row kinds. */
+ * friction (prescribed motion), a share, a stored load, or the capacity of a pair that yields. Requires held maps and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
 
 /* Newton's method for η = law(N(η)) from the given eta. Because the Jacobian is exact, convergence is quadratic, and the iteration

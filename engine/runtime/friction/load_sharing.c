@@ -317,15 +317,30 @@ static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   return 0;
 }
 
+/* Set the rows and directions of pairs that yield. An impulse step decides about all pairs anew. */
+static void tr_set_yielding_rows(tr_sim *s) {
+  int *row = tr_row_kinds(s);
+  for (int m = 0; m < s->k->nsliders && !(s->moreau.h > 0.0); ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    for (int j = 0; j < pair->neta && tr_yields(s, m); ++j) {
+      const int i = pair->eta0 + j;
+      if (row[i] != TR_ROW_REST) continue;
+      row[i] = TR_ROW_FULL, s->friction.shared = 1;
+      TR_A(s, share)[i] = tr_mode_of(s, m)->direction[j] * TR_A(s, lever)[i] * TR_A(s, lever)[i];
+    }
+  }
+}
+
 /* Find the groups of stuck pairs that one freedom would move together, and share their loads. Requires held maps. */
 static void tr_share_groups(tr_sim *s) {
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;
   int e = k->neta, *row = tr_row_kinds(s), left[e + 1], c[e + 1];
   const double *Qe = TR_A(s, Q) + e;
-  for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_REST;
   memset(TR_A(s, share), 0, sizeof(double) * e);
   memset(TR_A(s, impending), 0, sizeof(double) * k->nrates);
+  tr_set_yielding_rows(s);
+  for (int i = 0; i < e; ++i) left[i] = row[i] == TR_ROW_REST;
   for (int i = 0; i < e; ++i) {
     if (!left[i]) continue;
     int n = 0;

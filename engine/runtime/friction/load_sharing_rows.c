@@ -86,6 +86,15 @@ static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *e
   return load * part - eta[i];
 }
 
+/* Residual of multiplier i of pair m, which yields; also writes row i of J. The equation: η_i equals its value. */
+static double tr_form_full_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
+  const int e = s->k->neta;
+  double d[e];
+  const double mine = tr_share_value(s, m, at, i, d);
+  for (int j = 0; j < e; ++j) J[i + j * e] = (i == j) - d[j];
+  return mine - eta[i];
+}
+
 static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope) {
   const int j = i - tr_pair_of(s, m)->eta0;
   const double *kept = TR_A(s, share) + tr_pair_of(s, m)->eta0, *f = N + s->k->element[tr_pair_of(s, m)->element].n0;

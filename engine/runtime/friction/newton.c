@@ -25,6 +25,8 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
         r[i] = tr_form_share_row(s, m, at, i, eta, J);
       } else if (row[i] == TR_ROW_STORED) {
         r[i] = tr_form_stored_row(s, m, i, eta, J);
+      } else if (row[i] == TR_ROW_FULL) {
+        r[i] = tr_form_full_row(s, m, at, i, eta, J);
       }
     }
     at += k->element[pair->element].needs;

@@ -22,7 +22,9 @@ static int tr_is_recursive(const tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j)
-      if (row[j] == TR_ROW_SHARE || (row[j] == TR_ROW_FREE && s->k->active) || (row[j] == TR_ROW_REST && pair->v0 < 0)) return 0;
+      if (row[j] == TR_ROW_SHARE || row[j] == TR_ROW_FULL || (row[j] == TR_ROW_FREE && s->k->active) ||
+          (row[j] == TR_ROW_REST && pair->v0 < 0))
+        return 0;
   }
   return 1;
 }

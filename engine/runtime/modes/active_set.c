@@ -183,12 +183,17 @@ static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
   double *eta = TR_A(s, z) + s->k->active, old[s->k->neta + 1];
   const int many = tr_are_many_pairs(s, rest, n);
+  tr_mode start[s->k->nsliders + 1];
+  tr_save_modes(s, start);
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->tilt = 0.0;
   memcpy(old, eta, sizeof(double) * s->k->neta);
   s->friction.undecided = 0;
   if (tr_release_class(s, rest, n, released)) return 1;
   memcpy(eta, old, sizeof(double) * s->k->neta);
   const int shares = s->friction.shared;
+  if (released >= 0 && shares && tr_hold_by_yielding(s, rest, n, released, start, 1)) return 1;
   for (s->friction.stored = TR_STORES_NONE; released >= 0 && shares && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
+    if (s->friction.stored == TR_STORES_PLACED && tr_hold_by_yielding(s, rest, n, released, start, 0)) return 2;
     if (tr_hold_by_resharing(s, rest, n)) return 2;
     memcpy(eta, old, sizeof(double) * s->k->neta);
   }

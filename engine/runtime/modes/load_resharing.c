@@ -2,8 +2,6 @@
 #include "modes/modes.h"
 
 #define SHARE_GAIN 1e-10   /* × the capacity: smallest increase of the reserve by which resharing succeeds */
-/* × the capacity: smallest reserve with stored loads. Near the end of a group, a smaller value would cause endless resharing. */
-#define KEPT_GAIN 1e-7
 
 static int tr_has_stored_load(const tr_sim *s) {
   for (int i = 0; i < s->k->neta; ++i)
@@ -11,8 +9,13 @@ static int tr_has_stored_load(const tr_sim *s) {
   return 0;
 }
 
+/* Let all n pairs `rest` stick; none of them yields. */
+static void tr_stick_all(tr_sim *s, const int *rest, int n) {
+  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK, tr_mode_of(s, rest[q])->tilt = 0.0;
+}
+
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
-  for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+  tr_stick_all(s, rest, n);
   s->friction.reserve = 1;
   /* The second solution computes shares from the loads of the first solution. */
   const int solved = tr_solve_in_modes(s) && tr_solve_in_modes(s);
@@ -22,6 +25,50 @@ static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   for (int q = 0; q < n; ++q)
     if (!(tr_mode_misfit(s, rest[q]) < -(tr_has_stored_load(s) ? KEPT_GAIN : SHARE_GAIN))) return 0;
   return tr_is_valid_decision(s, rest, n);
+}
+
+/* Whether the capacity of pair i is given. Loads that press the pairs of a group together do not raise such a capacity. Requires a
+ * solution. */
+static int tr_has_given_capacity(tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  const tr_pair *pair = tr_pair_of(s, i);
+  int at = 0, given = !pair->cone && pair->neta == 1;
+  tr_pair_of_multiplier(s, pair->eta0, &at);
+  k->held(TR_A(s, NN), TR_A(s, z) + k->active, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  for (int q = 0; q < k->element[pair->element].needs && given; ++q) given = TR_A(s, dhold)[at + q] == 0.0;
+  return given;
+}
+
+/* Solve in the modes in force, in which all pairs that stick without yielding need a reserve. Returns 1 if the modes fit. */
+static int tr_fits_with_yielding(tr_sim *s, const int *rest, int n) {
+  s->friction.reserve = 1;
+  int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s);
+  s->friction.reserve = 0;
+  for (int q = 0; q < n && ok; ++q)
+    ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) && !tr_yields(s, rest[q]) ? -KEPT_GAIN : 0.0);
+  return ok && tr_is_valid_decision(s, rest, n);
+}
+
+static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int moves) {
+  double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
+  const int given = !moves && tr_has_given_capacity(s, released);
+  const int was = s->friction.stored;
+  int yields = 0;
+  if (moves && tr_pair_of(s, released)->nrates > 1) return 0;
+  memcpy(eta, now, sizeof(double) * s->k->neta);
+  for (s->friction.stored = TR_STORES_NONE; s->friction.stored <= TR_STORES_CREEP; ++s->friction.stored) {
+    tr_stick_all(s, rest, n);
+    for (int q = 0; q < n; ++q) {
+      const int i = rest[q], full = tr_mode_flag(start + i) == TR_STUCK && start[i].tilt != 0.0;
+      if (!full && !(moves ? tr_are_coupled(s, i, released) : given && i == released)) continue;
+      *tr_mode_of(s, i) = start[i], yields |= full || given;
+      tr_mode_of(s, i)->flag = moves ? TR_SLIPS : TR_STUCK, tr_mode_of(s, i)->tilt = !moves;
+    }
+    if (yields && tr_fits_with_yielding(s, rest, n)) return 1;
+    memcpy(now, eta, sizeof(double) * s->k->neta);
+  }
+  s->friction.stored = was;
+  return 0;
 }
 
 static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {

@@ -115,19 +115,36 @@ static int tr_is_slipping_in_place(tr_sim *s, int i) {
   return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Let pairs that slip without acceleration stick, if these modes also have a solution. Requires a solution for the n pairs `rest`.
- * Returns 0 if afterwards the equations have no solution. */
+/* Let the pairs with idle[q] stick in addition to `modes`. Returns 1 if these modes have a solution that obeys the laws. Pairs without
+ * a reserve are removed from idle. */
+static int tr_stick_these(tr_sim *s, const int *rest, int n, const tr_mode *modes, int *idle) {
+  int count = 0;
+  tr_restore_modes(s, modes);
+  for (int q = 0; q < n; ++q)
+    if (idle[q]) tr_mode_of(s, rest[q])->flag = TR_STUCK;
+  if (!tr_solve_in_modes(s) || tr_find_worst_misfit(s, rest, n) >= 0 || !tr_is_valid_decision(s, rest, n)) return 0;
+  for (int q = 0; q < n; ++q)
+    if (idle[q] && tr_mode_misfit(s, rest[q]) > -KEPT_GAIN) idle[q] = 0, count++;
+  return !count;
+}
+
+/* Let pairs that slip without acceleration stick, if these modes also have a solution. A pair without a reserve yields in place: it
+ * exerts its capacity, other pairs hold its freedom, and a stuck pair would be released again at once. Requires a solution for the n
+ * pairs `rest`. Returns 0 if afterwards the equations have no solution. */
 static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double eta[e + 1], *now = TR_A(s, z) + s->k->active;
   tr_mode modes[s->k->nsliders + 1];
-  int idle = 0;
-  for (int q = 0; q < n; ++q) idle += tr_is_slipping_in_place(s, rest[q]);
-  if (!idle || idle == n) return 1;
+  int idle[n + 1], count = 0, left = 0;
+  for (int q = 0; q < n; ++q) count += idle[q] = tr_is_slipping_in_place(s, rest[q]);
+  if (!count || count == n) return 1;
   tr_save_modes(s, modes), memcpy(eta, now, sizeof(double) * e);
-  for (int q = 0; q < n; ++q)
-    if (tr_is_slipping_in_place(s, rest[q])) tr_mode_of(s, rest[q])->flag = TR_STUCK;
-  if (tr_solve_in_modes(s) && tr_find_worst_misfit(s, rest, n) < 0 && tr_is_valid_decision(s, rest, n)) return 1;
+  if (tr_stick_these(s, rest, n, modes, idle)) return 1;
+  for (int q = 0; q < n; ++q) left += idle[q];
+  if (left && left < count) {
+    memcpy(now, eta, sizeof(double) * e);
+    if (tr_stick_these(s, rest, n, modes, idle)) return 1;
+  }
   tr_restore_modes(s, modes), memcpy(now, eta, sizeof(double) * e);
   return tr_solve_in_modes(s);
 }

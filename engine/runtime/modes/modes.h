@@ -95,6 +95,11 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n);
  * endless resharing. */
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
+/* Whether the n pairs `rest` hold where the pair `released` and pairs that already yielded exert their capacity and others hold their
+ * freedoms. Only pairs of given capacity yield. With `moves`: whether pairs that yielded start to slide with `released`. start: modes
+ * before the decision. On success, the modes are in force. */
+static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int moves);
+
 /* Whether the stuck pairs among the n pairs `rest` hold with stored loads, where the sharing rule fails. On success, the loads stay
  * stored. */
 static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n);

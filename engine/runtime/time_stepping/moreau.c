@@ -56,7 +56,7 @@ static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set_valued(s, i)) continue;
     if (tr_is_sliding_fast(s, i)) tr_freeze_direction(s, i), runs = 1;
-    else rest[n++] = i;
+    else rest[n++] = i, tr_mode_of(s, i)->tilt = 0.0; /* no pair yields in an impulse step */
   }
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);

@@ -67,6 +67,23 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
+/* As tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start of
+ * the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. */
+static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
+  const int failure = s->step.failure, width = tr_state_width(s), nz = tr_z_length(s);
+  tr_mode end[s->k->nsliders + 1];
+  double slope[width], z[nz + 1], most = s->set.rate * tr_speed_unit(s);
+  tr_save_modes(s, end), memcpy(slope, TR_A(s, dy), sizeof slope), memcpy(z, TR_A(s, z), sizeof(double) * nz);
+  tr_moreau_rewind(s, course);
+  if (tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)))
+    for (int i = 0; i < s->k->nsliders; ++i)
+      for (int e = tr_pair_of(s, i)->eta0; e < tr_pair_of(s, i)->eta0 + tr_pair_of(s, i)->nrates; ++e)
+        most = fmax(most, fabs(tr_acceleration_by_maps(s, e)) * TR_A(s, lever)[e]);
+  tr_restore_modes(s, end), memcpy(TR_A(s, dy), slope, sizeof slope), memcpy(TR_A(s, z), z, sizeof(double) * nz);
+  s->step.failure = failure;
+  return LEAST_IMPULSE * s->set.rtol * tr_speed_unit(s) / most + TIME_ROUND_OFF * fabs(s->clock.t);
+}
+
 /* Whether, without a change of mode, a pair's speed jumps in the step h via `half` to ynew. The speed then changes in only one of
  * the halves, however short the step. The difference between the whole step and the half steps does not show such a jump. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
@@ -203,7 +220,8 @@ static int tr_moreau_fault(tr_sim *s) {
 
 static int tr_make_moreau_step(tr_sim *s, double limit) {
   const int fixed = s->set.hfixed > 0.0;
-  const double least = tr_shortest_impulse_step(s);
+  double least = tr_shortest_impulse_step(s);
+  int known = 0; /* whether `least` accounts for the accelerations at the start */
   tr_mode start[s->k->nsliders + 1], middle[s->k->nsliders + 1];
   tr_moreau_course course = {.start = start, .middle = middle, .let_go = 0.5};
   s->step.watch = 0;
@@ -219,6 +237,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
     /* Whether an impact can explain the error of so short a step. Without a change of mode, light bodies are merely fast. */
     const int jumps = !course.steady || err != err;
+    if (!fixed && jumps && h <= least && !(err <= 1.0) && !known) known = 1, least = tr_shortest_impulse_step_from_start(s, &course);
     const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams)); /* an impact */
     if ((err <= 1.0 && whole > STEP_END) || small) {
       tr_moreau_accept(s, h, s->pending.cut ? limit : s->clock.t + h, err, most, &course);

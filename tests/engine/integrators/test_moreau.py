@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 from tests.benchmarks.numerical_error.pendulum_error import alpha
 from tests.engine.stick_slip.test_hard_scenes_all_settings import CASES, worlds
 from tests.engine.stick_slip.test_slip_detection_and_energy import ratchet
+from tests.reference.scenes.crossed_scenes import crossed
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.scenes.random_streams import stream
 from tests.sampling import sampled
@@ -229,6 +230,16 @@ def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float
     """A step that changes a speed by more than the tolerance is made shorter yet, however short it is."""
     r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize(("seed", "until"), [(62, 0.19), (57, 0.28)])
+def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: float) -> None:
+    """The torque spins the cam far beyond the rates of the start: within the time in which only an impact should change a speed by
+    more than its tolerance, the follower turns round."""
+    impulses, located = (simulate(crossed("cams", seed), until=until, every=until, method=m) for m in ("moreau", "rk5"))
+    assert impulses.outcome.ok, impulses.outcome
+    assert impulses["energy.dissipated"][-1] == pytest.approx(located["energy.dissipated"][-1], rel=1e-4)
 
 
 @pytest.mark.slow

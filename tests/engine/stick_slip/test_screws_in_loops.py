@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.reference.scenes.crossed_scenes import crossed_dict
 from trunnion import scene_from_dict, simulate
 from trunnion.simulation.results.result import Result
 
@@ -90,3 +91,23 @@ def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_drive
     if back > 1:  # at the end of the stroke the spindle is at rest: after the last row it would slow down by what is left
         rates = r["guide.qd[1]"]
         assert abs(rates[-1]) < 1.1 * abs(rates[-1] - rates[-2])
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize("seed", [71, 66, 69])
+def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_goes_on_after_the_impact(seed: int) -> None:
+    """Where the nut turns round, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle by
+    its thrust bearing more than it drives it by the thread, and its own torque pushes the other way: no modes obey the laws."""
+    data = crossed_dict("screw_levers", seed)
+    r = simulate(scene_from_dict(data), outputs=["turn.*"])
+    thread, bearing = data["joints"]["thread"], data["joints"]["turn"]["friction"]
+    rub = thread["friction"]
+    lead = math.atan(thread["pitch"] / (2 * math.pi * rub["radius"])) - math.atan(rub["mu"] / math.cos(rub["flank_angle"]))
+    assert rub["radius"] * math.tan(lead) < bearing["mu"] * bearing["thrust_radius"]
+    assert r["turn.effort[1]"][-1] * r["turn.qdd[1]"][-1] < 0.0
+    assert abs(r["turn.qd[1]"][-1]) < 1.1 * abs(r["turn.qdd[1]"][-1]) * (r.time[-1] - r.time[-2])  # at rest within a row
+    assert (r.outcome.name, r.outcome.joint) in {("jammed", "n"), ("jammed", "p")}
+    data["simulation"]["jams"] = "impact"
+    ends = [simulate(scene_from_dict(data), method=m, outputs=["turn.q[1]"]) for m in ("rk5", "rosenbrock")]
+    assert all(e.outcome.ok and "impact" in [x.kind for x in e.events] for e in ends)
+    assert ends[0]["turn.q[1]"][-1] == pytest.approx(ends[1]["turn.q[1]"][-1], rel=1e-4)
