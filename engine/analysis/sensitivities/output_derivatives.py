@@ -125,7 +125,7 @@ class DifferentiatedRuns:
         self.parameters, self.outputs = list(parameters), list(outputs)
         self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until=until, every=every, rtol=rtol)
         count = max(1, math.ceil(end / every - 1e-9))
-        self.samples = [every * k for k in range(count)] + [end]
+        self.every, self.samples = every, np.array([every * k for k in range(count)] + [end])
         known = {p.path: p.unit for p in list_parameters(scene)}
         self.by = tuple(known[p] for p in parameters)
         self.model = Model(scene, outputs)
@@ -140,7 +140,7 @@ class DifferentiatedRuns:
         if self._entries is None:
             self._entries = table_entries(model, lines)
         start = differentiate_start(model, lines, self._entries, tick)
-        run = record_steps(model, self.samples, self.tolerance, tick)
+        run = record_steps(model, self.samples, self.every, self.tolerance, tick)
         if model.kernel.structure[3]:
             raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
         if self._unit is None:
@@ -151,7 +151,7 @@ class DifferentiatedRuns:
         _check_unique(model, chosen, values, run.rows[:, 1:])
         names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
         return Sensitivity(
-            np.array(self.samples), names, units, tuple(self.parameters), self.by, run.rows[:, 1:], derivatives,
+            self.samples, names, units, tuple(self.parameters), self.by, run.rows[:, 1:], derivatives,
             tuple(integrator.events), tuple(integrator.notes),
         )  # fmt: skip
 

@@ -44,4 +44,5 @@ void (*point)({STATE}, {OTHERS}, double *f) : values of the motion
 void (*along)({ALONG}) : derivatives of the motion
 void (*column_point)({STATE}, {OTHERS}, double *out) : columns
 void (*column_along)({ALONG}) : derivatives of the columns
+int (*host)(const double *x, const double *y, const double *S, double *z, double *f, double *df) : finds z, f and tangents df (m × nf) where the runtime finds no clear solution; 0: failed
 """)
