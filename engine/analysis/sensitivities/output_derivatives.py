@@ -17,7 +17,9 @@ from trunnion.analysis.sensitivities.variational_equation import EventShift, int
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.overrides import Given, list_parameters, scene_given
+from trunnion.scene.findings.findings_and_paths import parse_path
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.number_units import unit_of
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.results.redundant_reactions import redundancy
@@ -123,12 +125,12 @@ class DifferentiatedRuns:
         rtol: float | None,
     ):  # fmt: skip
         self.parameters, self.outputs = list(parameters), list(outputs)
-        self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until=until, every=every, rtol=rtol)
+        built = build_with_cut_starts(scene)
+        self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until, every, rtol, built)
         count = max(1, math.ceil(end / every - 1e-9))
         self.every, self.samples = every, np.array([every * k for k in range(count)] + [end])
-        known = {p.path: p.unit for p in list_parameters(scene)}
-        self.by = tuple(known[p] for p in parameters)
-        self.model = Model(scene, outputs)
+        self.by = tuple(unit_of(scene, parse_path(p) or ()) for p in parameters)
+        self.model = Model(scene, outputs, built=built)
         self._unit: SensitivityUnit | None = None
         self._entries: dict[str, int] | None = None
 

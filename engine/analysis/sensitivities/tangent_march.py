@@ -1,5 +1,5 @@
-"""Integrates tangents along recorded steps in C (``runtime/hosts/tangents.c``). Python finds the multipliers of states at which they
-have no clear solution. Events are left to the caller."""
+"""Integrates tangents along recorded steps in C (``runtime/hosts/tangents.c``). Python finds the multipliers of states at which
+they have no clear solution. Events are left to the caller."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
 from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
+from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
@@ -40,6 +41,38 @@ class Integrator(Protocol):
     def kinks_of(self, run: StepRecord) -> np.ndarray: ...
 
 
+class HostSolver:
+    """The function ``tr_tangents.host``. It finds solutions of least norm, which need not be unique.
+
+    Attributes:
+        function: the function for C.
+        solved: whether the last evaluation of C needed the function.
+        failure: the reason why the function failed.
+    """
+
+    def __init__(self, unit: SensitivityUnit, dp: np.ndarray, nx: int):
+        n, m = unit.ny + unit.nquad, dp.shape[1]
+        self.unit, self.dp, self.n, self.m = unit, dp, n, m
+        self.lengths = (nx, n, m * n, unit.nz, unit.n["values"], m * unit.n["values"])
+        self.solved, self.failure = False, SimulationError("the multipliers of a state have no derivative")
+        self.function = HOST(self.solve)
+
+    def solve(self, *places: int) -> int:
+        """Solve at (x, y, S, z), and write z, f and df. The arguments are addresses. Returns 0 on failure."""
+        u, n = self.unit, self.n
+        x, y, S, z, f, df = (_view(p, k) for p, k in zip(places, self.lengths, strict=True))
+        try:
+            f[:], z[:] = u.solve(x, y[: u.ny], z.copy())
+            by_parameters, dz = u.total_derivatives(S.reshape(self.m, n).T, self.dp)
+        except SimulationError as e:
+            self.failure = e
+            return 0
+        by_parameters[n : n + u.nz] = dz
+        df[:] = by_parameters.T.ravel()
+        self.solved = True
+        return 1
+
+
 class TangentMarch:
     """The integration of one run's tangents in C.
 
@@ -47,7 +80,6 @@ class TangentMarch:
         values: the unit's columns at the sample times that C passed (samples × columns).
         derivatives: their derivatives (samples × m × columns).
         count: number of these samples so far.
-        solved_here: whether Python found the solution of the last ``evaluate``.
     """
 
     def __init__(self, integrator: Integrator, run: StepRecord):
@@ -61,13 +93,11 @@ class TangentMarch:
         solved = run.solved * (u.nz == len(u.active) + u.ne == run.stages.shape[1] // RK8.rows)
         self._marks = np.ascontiguousarray(np.column_stack([stops, inside, run.sample, solved]), np.intc)
         self._keep = {
-            "dp": np.ascontiguousarray(integrator.start.p.T), "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w,
-            "wo": u.wo, "z": self._z, "S": self._S, "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
+            "dp": np.ascontiguousarray(integrator.start.p.T), "magnitude": integrator.start.magnitudes,
+            "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w, "wo": u.wo, "z": self._z, "S": self._S,
+            "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
         }  # fmt: skip
-        self._lengths = (run.x.shape[1], u.ny + u.nquad, self._S.size, u.nz, u.n["values"], self.m * u.n["values"])
-        solve = weakref.WeakMethod(self._solve)  # a cycle of references would keep the memory of many runs
-        self._host = HOST(lambda *places: (solve() or _gone)(*places))
-        self._failure, self.solved_here = BaseException(), False
+        self.host = HostSolver(u, integrator.start.p, run.x.shape[1])
         self._table = self._record()
 
     def _record(self) -> Any:
@@ -78,32 +108,17 @@ class TangentMarch:
             "ny": u.ny, "n": n, "nq": system.nq, "nv": system.nv, "nx": self.run.x.shape[1], "nz": u.nz,
             "nall": system.rows + u.ne, "np": u.np, "m": self.integrator.m, "nf": u.n["values"], "residual": n,
             "rates": n + u.n["residuals"], "nrates": u.n["rates"], "columns": len(u.chosen), "turning": len(turning),
-            "slow": self.integrator.slow,
+            "slow": self.integrator.slow, "regular": REGULAR,
         }  # fmt: skip
         addresses = {k: a.ctypes.data for k, a in self._keep.items()} | u.functions.addresses()
-        table = TANGENTS.ctype(**numbers, **addresses, host=ctypes.cast(self._host, ctypes.c_void_p).value)
+        table = TANGENTS.ctype(**numbers, **addresses, host=ctypes.cast(self.host.function, ctypes.c_void_p).value)
         self._work = np.zeros(self.block.lib.tr_tangents_work(ctypes.addressof(table)))
         table.work = self._work.ctypes.data
         return table
 
-    def _solve(self, *places: int) -> int:
-        """The function ``tr_tangents.host``. Solutions that are not unique have least norm."""
-        try:
-            own, u, n = self.integrator, self.unit, self.unit.ny + self.unit.nquad
-            x, y, S, z, f, df = (_view(p, k) for p, k in zip(places, self._lengths, strict=True))
-            f[:], z[:] = u.solve(x, y[: u.ny], z.copy())
-            by_parameters, dz = u.total_derivatives(S.reshape(self.m, n).T, own.start.p)
-            by_parameters[n : n + u.nz] = dz
-            df[:] = by_parameters.T.ravel()
-            self.solved_here = True
-        except BaseException as e:  # ctypes would discard it
-            self._failure = e
-            return 0
-        return 1
-
     def advance(self, first: int) -> tuple[int, bool]:
-        """Integrate from step ``first`` on, by at most STEPS_PER_CALL steps. Returns (next step to integrate, whether the end of the
-        last step must be completed)."""
+        """Integrate from step ``first`` on, by at most STEPS_PER_CALL steps. Returns (next step to integrate, whether the end of
+        the last step must be completed)."""
         run, own = self.run, self.integrator
         count = min(STEPS_PER_CALL, len(run.x) - first)
         self._S[:], self._z[:] = own.S.T, own.z
@@ -114,7 +129,7 @@ class TangentMarch:
             *places, *out,
         )  # fmt: skip
         if made < 0:
-            raise self._failure
+            raise self.host.failure
         own.S, own.z = self._S.T.copy(), self._z.copy()
         made += first
         left = bool(self._marks[made - 1, 0])
@@ -127,10 +142,10 @@ class TangentMarch:
         own, u, n = self.integrator, self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)
-        self._S[:], self._z[:], self.solved_here = own.S.T, own.z, False
+        self._S[:], self._z[:], self.host.solved = own.S.T, own.z, False
         places = [a.ctypes.data for a in (y, x, f, df)]
         if not self.block.lib.tr_evaluate_tangents(self.block.at, ctypes.addressof(self._table), t, *places):
-            raise self._failure
+            raise self.host.failure
         own.z = self._z.copy()
         return f, df.T, df[:, n : n + u.nz].T
 
@@ -138,7 +153,7 @@ class TangentMarch:
         """Derivatives of the unit's values (values) by time along the motion, at the state of the last ``evaluate``, which
         returned f."""
         u = self.unit
-        if self.solved_here:
+        if self.host.solved:
             return u.total_derivatives(f[: u.ny + u.nquad, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
         out = np.zeros(len(f))
         self.block.lib.tr_differentiate_by_time(self.block.at, ctypes.addressof(self._table), f.ctypes.data, out.ctypes.data)
@@ -148,11 +163,6 @@ class TangentMarch:
         """Append the columns (columns) and derivatives (columns × m) of a sample that Python evaluated."""
         self.values[self.count], self.derivatives[self.count] = values, derivatives.T
         self.count += 1
-
-
-def _gone(*places: int) -> int:
-    """The host's function of a march that no longer exists: it finds nothing."""
-    return 0
 
 
 def _view(place: int, length: int) -> np.ndarray:

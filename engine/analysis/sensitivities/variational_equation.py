@@ -1,5 +1,5 @@
-"""The variational equation Ṡ = f_y S + f_p along a recorded run, integrated with the run's own Runge–Kutta steps in C, with jumps at
-events.
+"""The variational equation Ṡ = f_y S + f_p along a recorded run, integrated in C with the run's own Runge–Kutta steps, with jumps
+at events.
 
 S is the derivative of the state y by the parameters p, and f = ẏ. If ẏ jumps at an event g(y, p) = 0, a unit change of the
 parameters shifts the event's time by dt = −(g_y S + g_p)/ġ. Then S jumps: S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt. Kinks of a continuous friction

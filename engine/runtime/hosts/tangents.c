@@ -12,9 +12,9 @@
 #define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
 #define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
 #define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
-#define REGULAR_PIVOTS 1e-4       /* smallest pivot over largest: above this, the scaled matrix is clearly regular */
 #define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
 #define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
+#define NO_INFLUENCE 1e-9         /* × the unit of a state: smaller change by a parameter's whole magnitude is round-off */
 #define LEAST_STEP_PART 1e-3      /* × a step: smallest part in which a step is made */
 
 typedef struct tr_march {
@@ -85,7 +85,7 @@ static int tr_factor_multipliers(tr_march *c) {
   }
   if (!tr_is_finite(nz * nz, A) || !tr_lu(nz, A, c->perm)) return 0;
   for (int i = 0; i < nz; ++i) most = fmax(most, fabs(A[i + (size_t)i * nz])), least = fmin(least, fabs(A[i + (size_t)i * nz]));
-  return least > REGULAR_PIVOTS * most;
+  return least > c->g->regular * most;
 }
 
 /* b ← (∂R/∂z)⁻¹ b with the present factors. */
@@ -244,13 +244,13 @@ static double tr_tangent_error(const tr_march *c, double h) {
   c->method->error[0](vectors, h, (tr_vec *)c->K, (tr_vec *)c->now);
   c->method->error[1](vectors, h, (tr_vec *)c->K, (tr_vec *)c->sample);
   for (int k = 1; k <= g->m; ++k) {
-    double first = 0.0, second = 0.0, size = 0.0;
+    double first = 0.0, second = 0.0, size = NO_INFLUENCE / g->magnitude[k - 1] * NO_INFLUENCE / g->magnitude[k - 1];
     for (int i = 0; i < g->n; ++i) {
       const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy);
       const double *at = c->start + k * g->n + i, *to = c->end + k * g->n + i, e = w * c->now[k * g->n + i], f = w * c->sample[k * g->n + i];
       first += e * e, second += f * f, size += w * w * fmax(*at * *at, *to * *to);
     }
-    if (size > 0.0) worst = fmax(worst, tr_combine_estimators(first, second) / size);
+    worst = fmax(worst, tr_combine_estimators(first, second) / size);
   }
   return sqrt(worst);
 }
