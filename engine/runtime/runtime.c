@@ -114,6 +114,7 @@ TR_RARE
 #include "hosts/api.c"
 #include "hosts/static_friction_ratios.c"
 #include "hosts/linearization.c"
+#include "hosts/step_record.c"
 #include "hosts/tangents.c"
 #include "hosts/model_exchange.c"
 #include "hosts/model_exchange_derivatives.c"

@@ -15,7 +15,6 @@ import numpy as np
 from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constraints
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns, Sensitivity
-from trunnion.analysis.sensitivities.step_record import LEAST_STEPS
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -148,11 +147,9 @@ class _PlainRuns:
 
     def __init__(self, scene: Scene, names: list[str], r: MeasuredRun, rtol: float, like_sensitivity: bool):
         self.names, self.count, self.every, self.until = names, len(r.time), r.every, r.until
-        longest = r.until / LEAST_STEPS if like_sensitivity else np.inf
         method = RK8.name if like_sensitivity else scene.simulation.method
-        jams = scene.simulation.jams == "impact"
-        more = {"max_step": longest} if like_sensitivity else {"through_jams": jams}
-        self.settings = bl.Settings(rtol=rtol, method=method, **more)
+        jams = not like_sensitivity and scene.simulation.jams == "impact"
+        self.settings = bl.Settings(rtol=rtol, method=method, through_jams=jams)
         self.model = Model(scene, names)
 
     def __call__(self, scene: Scene) -> np.ndarray:
@@ -165,23 +162,22 @@ class _PlainRuns:
         model.block.configure(self.settings)
         if model.block.assemble() != 1:
             raise SimulationError("the loops do not close at these parameter values")
-        row = np.zeros(model.block.width)
-        self._check(model.begin(self.settings, 0.0, self.until, 2 * self.until, row))
-        rows, scratch = [row.copy()], np.zeros((4, model.block.width))
-        for k in range(1, self.count):
-            target = self.until if k == self.count - 1 else self.every * k
-            status: int = bl.MORE
-            while status in GO_ON:
-                if status == bl.NEED_JACOBIAN:
-                    model.block.attach_jacobian()
-                status, _ = model.block.advance(target, STEPS_PER_CALL, scratch)
-                heed()
-                model.block.take_events()
-            self._check(status)
-            self._check(model.block.row(row))
-            rows.append(row.copy())
+        rows, made = np.zeros((self.count + 1, model.block.width)), 1
+        status = model.begin(self.settings, 0.0, self.until, self.every, rows[0])
+        self._check(status)
+        while status != bl.DONE:
+            if status == bl.NEED_JACOBIAN:
+                model.block.attach_jacobian()
+            status, count = model.block.advance(self.until, STEPS_PER_CALL, rows[made:])
+            made += count
+            heed()
+            model.block.take_events()
+            if status not in GO_ON:
+                self._check(status)
+        if made < self.count:
+            self._check(model.block.row(rows[self.count - 1]))
         place = {c.name: 1 + i for i, c in enumerate(model.columns)}
-        return np.array(rows)[:, [place[n] for n in self.names]].T.ravel()
+        return rows[: self.count, [place[n] for n in self.names]].T.ravel()
 
     def _check(self, status: int) -> None:
         if status not in (bl.DONE, bl.OK):

@@ -20,7 +20,7 @@ from trunnion.scene.expressions.parameter_dependence import DependentNumbers, pa
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.overrides import apply, list_parameters
-from trunnion.scene.queries.number_units import bound_of
+from trunnion.scene.queries.number_units import bound_of, number_at
 from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
@@ -47,32 +47,45 @@ class InitialDerivatives:
         p: derivatives of the run-time parameters, then of the external inputs (np × m).
         y: derivatives of the start state (ny × m).
         breaks: derivatives of the times of kinks in signals (kinks × m).
+        magnitudes: magnitudes of the parameters (m).
     """
 
     p: np.ndarray
     y: np.ndarray
     breaks: np.ndarray
+    magnitudes: np.ndarray
 
 
 def parameter_values(scene: Scene, parameters: Sequence[str]) -> list[float]:
     """Values of the parameters, SI units. SceneError names every path that is not a single number of the scene."""
     if problems := parameter_problems(scene, parameters):
         raise SceneError(problems)
-    known = {p.path: p.value for p in list_parameters(scene)}
-    return [known[n] for n in parameters]
+    return [_value(scene, n) for n in parameters]
+
+
+def _value(scene: Scene, name: str) -> float:
+    """The number at a path that ``parameter_problems`` accepts."""
+    found = _number(scene, name)
+    assert found is not None
+    return found
+
+
+def _number(scene: Scene, name: str) -> float | None:
+    return number_at(scene, path) if (path := parse_path(name)) else None
 
 
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
     """A problem for every path that is not a number of the scene or by which a run has no derivative."""
-    known = {p.path: p.value for p in list_parameters(scene)}
-    following = DependentNumbers(scene)
+    following = _following(scene, parameters)
     problems = []
     for name in parameters:
-        if name not in known:
-            near = next((k for k in known if k.startswith(f"{name}[")), None) or closest(name, list(known))
+        known = _number(scene, name) is not None
+        if not known:
+            every = [p.path for p in list_parameters(scene)]
+            near = next((k for k in every if k.startswith(f"{name}[")), None) or closest(name, every)
             hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
-        for path in dependent_paths(following, name) if name in known else ():
+        for path in dependent_paths(following, name) if known else ():
             if path.startswith("simulation.") or ".table." in path:
                 what = "a table" if ".table." in path else "a setting of the run"
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
@@ -82,10 +95,15 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
     return problems
 
 
-def dependent_paths(following: DependentNumbers, name: str) -> list[str]:
+def dependent_paths(following: DependentNumbers | None, name: str) -> list[str]:
     """Paths of the scene's numbers that depend on ``name``. For a number, this is its own path; for a parameter, all numbers whose
-    expressions depend on it."""
-    return following.of([parameter(name)]) if parameter(name) else [name]
+    expressions depend on it. following: the result of ``_following``."""
+    return following.of([parameter(name)]) if following and parameter(name) else [name]
+
+
+def _following(scene: Scene, names: Sequence[str]) -> DependentNumbers | None:
+    """The numbers of the scene that depend on its parameters; None if no name is that of a parameter."""
+    return DependentNumbers(scene) if any(map(parameter, names)) else None
 
 
 def differentiate_start(
@@ -98,24 +116,25 @@ def differentiate_start(
         tick()
         columns.append(_by_entry(model, line, entries[line.name]) if line.name in entries else _differentiate(model, line))
     _start_numbers(model, model.built)
-    return InitialDerivatives(*(np.column_stack([c[k] for c in columns]) for k in range(3)))
+    p, y, breaks = (np.column_stack([c[k] for c in columns]) for k in range(3))
+    return InitialDerivatives(p, y, breaks, np.array([line.size for line in lines]))
 
 
 def parameter_lines(scene: Scene, parameters: Sequence[str]) -> list[ParameterLine]:
     """A line for each of these parameters, which have no problems (``parameter_problems``)."""
-    known, following = {p.path: p.value for p in list_parameters(scene)}, DependentNumbers(scene)
-    return [ParameterLine(scene, name, known, following) for name in parameters]
+    following = _following(scene, parameters)
+    return [ParameterLine(scene, name, following) for name in parameters]
 
 
 class ParameterLine:
     """Scenes in which one number varies. Numbers that depend on this number by expressions vary linearly, with their exact slopes.
-    known: values of the scene's numbers. size: scale of the finite-difference steps."""
+    following: the result of ``_following``. size: scale of the finite-difference steps."""
 
-    def __init__(self, scene: Scene, name: str, known: Mapping[str, float], following: DependentNumbers):
-        value = known[name]
+    def __init__(self, scene: Scene, name: str, following: DependentNumbers | None):
+        value = _value(scene, name)
         self.scene, self.name, self.value = scene, name, value
-        by = following.slopes(parameter(name)) if parameter(name) else {name: 1.0}
-        self.moves = {path: (known[path], slope) for path, slope in by.items()}
+        by = following.slopes(parameter(name)) if following and parameter(name) else {name: 1.0}
+        self.moves = {path: (_value(scene, path), slope) for path, slope in by.items()}
         reach = [_step_limit(path, v, s, _parameter_size(value)) for path, (v, s) in self.moves.items() if s]
         self.size = min(_parameter_size(value), *reach) if parameter(name) and reach else _parameter_size(value)
 

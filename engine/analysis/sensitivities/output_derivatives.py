@@ -17,7 +17,9 @@ from trunnion.analysis.sensitivities.variational_equation import EventShift, int
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.overrides import Given, list_parameters, scene_given
+from trunnion.scene.findings.findings_and_paths import parse_path
+from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.number_units import unit_of
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
 from trunnion.simulation.results.redundant_reactions import redundancy
@@ -123,12 +125,12 @@ class DifferentiatedRuns:
         rtol: float | None,
     ):  # fmt: skip
         self.parameters, self.outputs = list(parameters), list(outputs)
-        self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until=until, every=every, rtol=rtol)
+        built = build_with_cut_starts(scene)
+        self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until, every, rtol, built)
         count = max(1, math.ceil(end / every - 1e-9))
-        self.samples = [every * k for k in range(count)] + [end]
-        known = {p.path: p.unit for p in list_parameters(scene)}
-        self.by = tuple(known[p] for p in parameters)
-        self.model = Model(scene, outputs)
+        self.every, self.samples = every, np.array([every * k for k in range(count)] + [end])
+        self.by = tuple(unit_of(scene, parse_path(p) or ()) for p in parameters)
+        self.model = Model(scene, outputs, built=built)
         self._unit: SensitivityUnit | None = None
         self._entries: dict[str, int] | None = None
 
@@ -140,7 +142,7 @@ class DifferentiatedRuns:
         if self._entries is None:
             self._entries = table_entries(model, lines)
         start = differentiate_start(model, lines, self._entries, tick)
-        run = record_steps(model, self.samples, self.tolerance, tick)
+        run = record_steps(model, self.samples, self.every, self.tolerance, tick)
         if model.kernel.structure[3]:
             raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
         if self._unit is None:
@@ -151,7 +153,7 @@ class DifferentiatedRuns:
         _check_unique(model, chosen, values, run.rows[:, 1:])
         names, units = tuple(c.name for c in chosen), tuple(c.unit for c in chosen)
         return Sensitivity(
-            np.array(self.samples), names, units, tuple(self.parameters), self.by, run.rows[:, 1:], derivatives,
+            self.samples, names, units, tuple(self.parameters), self.by, run.rows[:, 1:], derivatives,
             tuple(integrator.events), tuple(integrator.notes),
         )  # fmt: skip
 

@@ -11,7 +11,7 @@ from trunnion.kernel.interface.output_columns import Column, columns, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import pattern_problems
 from trunnion.simulation.settings.memory_limits import row_problems
-from trunnion.system.construction.system_builder import build
+from trunnion.system.construction.system_builder import Built, build
 
 SAMPLES = 100
 TOLERANCE = 1e-9
@@ -19,11 +19,12 @@ TOLERANCE = 1e-9
 
 
 def check_request(
-    scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float | None
-) -> tuple[list[Column], float, float, float]:
-    """Check a request. Returns its columns, end time (s), spacing of samples (s) and relative tolerance. SceneError lists every
-    problem."""
-    everything = columns(build(scene).system)
+    scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None, rtol: float | None,
+    built: Built | None = None,
+) -> tuple[list[Column], float, float, float]:  # fmt: skip
+    """Check a request. Returns its columns, end time (s), spacing of samples (s) and relative tolerance. built: the result of
+    ``build``, if it is known. SceneError lists every problem."""
+    everything = columns((built or build(scene)).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_column_problems(everything, chosen, outputs)]
     end = float(scene.simulation.until if until is None else until)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +20,10 @@ Tick = Callable[[], None]
 MOST_STEPS = 100_000
 STEPS_PER_CALL = 64
 """Largest number of steps between two calls of a tick."""
-LEAST_STEPS = 100
-"""Least number of steps of a run. A minimum is needed because error control does not cover integrals such as friction work. For a
-driven mechanism, it would allow a single step."""
+MOST_SOLVED = 4096
+"""Largest number of steps whose multipliers are stored. The march finds those of later steps itself, which takes longer."""
+SAME_TIME = 1e-12
+"""A sample is at the end of a step if their times differ by less than this, × the time, at least 1 s."""
 GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
@@ -54,16 +55,24 @@ class StepRecord:
     Attributes:
         time, y, after: time, s, state and external values before the first step, then at the end of each step (n + 1 rows).
         x: external values during each step, with frozen modes (n rows).
+        stages: multipliers of the first steps, at each row of K of the method (at most n rows).
+        solved: whether ``stages`` belongs to the step, which an event has not cut (n).
         changes_mode, sample: as in ``RecordedStep``, of each step (n).
-        rows: one output row for each sample time, the start included.
+        samples: sample times, the start included, s.
+        passed: number of samples before the first step, then up to the end of each step (n + 1).
+        rows: one output row for each sample time.
     """
 
     time: np.ndarray
     y: np.ndarray
     after: np.ndarray
     x: np.ndarray
+    stages: np.ndarray
+    solved: np.ndarray
     changes_mode: np.ndarray
     sample: np.ndarray
+    samples: np.ndarray
+    passed: np.ndarray
     rows: np.ndarray
 
     def step(self, k: int) -> RecordedStep:
@@ -74,73 +83,83 @@ class StepRecord:
         )  # fmt: skip
 
 
-def record_steps(model: Model, samples: Sequence[float], rtol: float, tick: Tick) -> StepRecord:
-    """Run with rk8 from the assembled start through all sample times (s). SimulationError if the run fails or its audit finds it
-    inaccurate."""
-    settings = bl.Settings(rtol=rtol, method=RK8.name, max_step=samples[-1] / LEAST_STEPS)
+def record_steps(model: Model, samples: np.ndarray, every: float, rtol: float, tick: Tick) -> StepRecord:
+    """Run with rk8 from the assembled start through all sample times, which are multiples of ``every`` and the end (s).
+    SimulationError if the run fails or its audit finds it inaccurate."""
+    settings, end = bl.Settings(rtol=rtol, method=RK8.name), samples[-1]
     model.block.configure(settings)
-    row = np.zeros(model.block.width)
-    status = model.begin(settings, 0.0, samples[-1], 2 * samples[-1], row)
+    rows = np.zeros((len(samples) + 1, model.block.width))
+    status = model.begin(settings, 0.0, end, every, rows[0])
     if status != bl.OK:
         raise SimulationError(f"the run cannot start: {from_status(status, 0.0, '')}")
-    block = model.block
-    recorder, rows = _Recorder(model), [row.copy()]
-    for target in samples[1:]:
-        status = bl.MORE
-        while status != bl.DONE:
-            tick()
-            status = recorder.advance(target)
-            if status not in GO_ON:
-                raise SimulationError(f"the run ends early: {from_status(status, block.time, '')}")
-            if recorder.count > MOST_STEPS:
-                raise SimulationError(
-                    "the run is too stiff for derivatives through an explicit method: raise v_eps or shorten the run"
-                )
-        code = block.row(row)
+    block, recorder = model.block, _Recorder(model, rows)
+    while status != bl.DONE:
+        tick()
+        status = recorder.advance(end)
+        if status not in GO_ON:
+            raise SimulationError(f"the run ends early: {from_status(status, block.time, '')}")
+        if recorder.count > MOST_STEPS:
+            raise SimulationError(
+                "the run is too stiff for derivatives through an explicit method: raise v_eps or shorten the run"
+            )
+    if recorder.written < len(samples):
+        code = block.row(rows[len(samples) - 1])
         if code != bl.OK:
             raise SimulationError(f"the run ends early: {from_status(code, block.time, '')}")
-        rows.append(row.copy())
-    _check_audit(model, samples[-1])
-    return recorder.record(np.array(rows))
+    _check_audit(model, end)
+    return recorder.record(samples)
 
 
 class _Recorder:
-    """Advances a run and collects its steps. count: number of steps so far."""
+    """Advances a run and collects its steps. rows: receives the output rows, of which the first is known. count: number of steps so
+    far."""
 
-    def __init__(self, model: Model):
-        self.block, self.flags, self.count = model.block, model.system.external.flags, 0
-        block = model.block
+    def __init__(self, model: Model, rows: np.ndarray):
+        self.block, self.flags, self.count, self.rows = model.block, model.system.external.flags, 0, rows
+        block, sizes = model.block, model.kernel.sizes
+        wide = RK8.rows * (sizes["active"] + sizes["neta"])
         self.parts = [(np.array([block.time]), block.y.copy()[None], block.x.copy()[None])]
-        self.sampled: list[int] = []
-        self._rows = np.zeros((4, block.width))
+        self.solutions: list[tuple[np.ndarray, np.ndarray]] = [(np.zeros((0, wide)), np.zeros(0, np.intc))]
         self._room = np.zeros(STEPS_PER_CALL), np.zeros((STEPS_PER_CALL, block.y.size)), np.zeros((STEPS_PER_CALL, block.x.size))
-        self._made = ctypes.c_int(0)
-        self._places = [a.ctypes.data for a in self._room]
+        self._solved = np.zeros((STEPS_PER_CALL, wide)), np.zeros(STEPS_PER_CALL, np.intc)
+        self._made, self._written = ctypes.c_int(0), ctypes.c_long(1)
+        self._places = [a.ctypes.data for a in (*self._room, *self._solved)]
+
+    @property
+    def written(self) -> int:
+        """Number of rows written so far."""
+        return self._written.value
 
     def advance(self, target: float) -> int:
         """Make at most STEPS_PER_CALL steps towards ``target``, s; returns the status."""
-        rows = self._rows
         status = self.block.lib.tr_record_steps(
-            self.block.at, target, STEPS_PER_CALL, rows.ctypes.data, len(rows), *self._places, ctypes.addressof(self._made)
-        )
+            self.block.at, target, STEPS_PER_CALL, self.rows.ctypes.data, len(self.rows), ctypes.addressof(self._written),
+            *self._places, ctypes.addressof(self._made),
+        )  # fmt: skip
         n = self._made.value
         t, y, x = self._room
         self.parts.append((t[:n].copy(), y[:n].copy(), x[:n].copy()))
+        if self.count < MOST_SOLVED:
+            stages, solved = self._solved
+            self.solutions.append((stages[:n].copy(), solved[:n].copy()))
         self.count += n
-        if status == bl.DONE:
-            self.sampled.append(self.count - 1)
         return status
 
-    def record(self, rows: np.ndarray) -> StepRecord:
+    def record(self, samples: np.ndarray) -> StepRecord:
         """The record of the finished run."""
         time, y, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
-        x, sample = after[1:].copy(), np.zeros(self.count, np.intc)
-        sample[self.sampled] = 1
+        stages, solved = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
         before, now = after[:-1, self.flags], after[1:, self.flags]
         turned = (np.sign(before) != np.sign(now)).any(axis=1)
         # Frozen directions of several components may differ in magnitude, because every step renews them.
+        x = after[1:].copy()
         x[turned] = after[:-1][turned]
-        return StepRecord(time, y, after, x, turned, sample, rows)
+        near = SAME_TIME * np.maximum(1.0, time)
+        passed = np.searchsorted(samples, time + near, side="right")
+        passed[-1] = len(samples)
+        sample = passed[1:] > np.maximum(np.searchsorted(samples, (time - near)[1:]), passed[:-1])
+        solved = np.append(solved, np.zeros(self.count - len(solved), np.intc))
+        return StepRecord(time, y, after, x, stages, solved, turned, sample, samples, passed, self.rows[: len(samples)])
 
 
 def _check_audit(model: Model, until: float) -> None:

@@ -1,22 +1,27 @@
-"""Integrates tangents along recorded steps in C (``runtime/hosts/tangents.c``). Events, and steps without a clear solution of the
-multipliers, are left to Python."""
+"""Integrates tangents along recorded steps in C (``runtime/hosts/tangents.c``). Python finds the multipliers of states at which
+they have no clear solution. Events are left to the caller."""
 
 from __future__ import annotations
 
 import ctypes
+import weakref
 from typing import Any, Protocol
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
 from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
+from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
+from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
 from trunnion.system.structure.external_value_layout import External
 
 COMPONENTS = 3
 """Largest number of components of a pair."""
+HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
+"""Type of ``tr_tangents.host``."""
 
 
 class Integrator(Protocol):
@@ -36,6 +41,38 @@ class Integrator(Protocol):
     def kinks_of(self, run: StepRecord) -> np.ndarray: ...
 
 
+class HostSolver:
+    """The function ``tr_tangents.host``. It finds solutions of least norm, which need not be unique.
+
+    Attributes:
+        function: the function for C.
+        solved: whether the last evaluation of C needed the function.
+        failure: the reason why the function failed.
+    """
+
+    def __init__(self, unit: SensitivityUnit, dp: np.ndarray, nx: int):
+        n, m = unit.ny + unit.nquad, dp.shape[1]
+        self.unit, self.dp, self.n, self.m = unit, dp, n, m
+        self.lengths = (nx, n, m * n, unit.nz, unit.n["values"], m * unit.n["values"])
+        self.solved, self.failure = False, SimulationError("the multipliers of a state have no derivative")
+        self.function = HOST(self.solve)
+
+    def solve(self, *places: int) -> int:
+        """Solve at (x, y, S, z), and write z, f and df. The arguments are addresses. Returns 0 on failure."""
+        u, n = self.unit, self.n
+        x, y, S, z, f, df = (_view(p, k) for p, k in zip(places, self.lengths, strict=True))
+        try:
+            f[:], z[:] = u.solve(x, y[: u.ny], z.copy())
+            by_parameters, dz = u.total_derivatives(S.reshape(self.m, n).T, self.dp)
+        except SimulationError as e:
+            self.failure = e
+            return 0
+        by_parameters[n : n + u.nz] = dz
+        df[:] = by_parameters.T.ravel()
+        self.solved = True
+        return 1
+
+
 class TangentMarch:
     """The integration of one run's tangents in C.
 
@@ -46,17 +83,21 @@ class TangentMarch:
     """
 
     def __init__(self, integrator: Integrator, run: StepRecord):
-        self.integrator, self.run, self.count = integrator, run, 0
+        self.integrator, self.run, self.count = weakref.proxy(integrator), run, 0
         u: SensitivityUnit = integrator.unit
         self.unit, self.block, self.m = u, integrator.block, integrator.m
-        samples, columns = int(run.sample.sum()) + 1, len(u.chosen)
+        samples, columns = len(run.samples), len(u.chosen)
         self.values, self.derivatives = np.zeros((samples, columns)), np.zeros((samples, self.m, columns))
         self._S, self._z = np.zeros((self.m, u.ny + u.nquad)), np.zeros(u.nz)
-        self._stops = np.ascontiguousarray(run.changes_mode | integrator.kinks_of(run), np.intc)
+        stops, inside = run.changes_mode | integrator.kinks_of(run), np.diff(run.passed) - run.sample
+        solved = run.solved * (u.nz == len(u.active) + u.ne == run.stages.shape[1] // RK8.rows)
+        self._marks = np.ascontiguousarray(np.column_stack([stops, inside, run.sample, solved]), np.intc)
         self._keep = {
-            "dp": np.ascontiguousarray(integrator.start.p.T), "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w,
-            "wo": u.wo, "z": self._z, "S": self._S, "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
+            "dp": np.ascontiguousarray(integrator.start.p.T), "magnitude": integrator.start.magnitudes,
+            "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w, "wo": u.wo, "z": self._z, "S": self._S,
+            "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
         }  # fmt: skip
+        self.host = HostSolver(u, integrator.start.p, run.x.shape[1])
         self._table = self._record()
 
     def _record(self) -> Any:
@@ -67,48 +108,66 @@ class TangentMarch:
             "ny": u.ny, "n": n, "nq": system.nq, "nv": system.nv, "nx": self.run.x.shape[1], "nz": u.nz,
             "nall": system.rows + u.ne, "np": u.np, "m": self.integrator.m, "nf": u.n["values"], "residual": n,
             "rates": n + u.n["residuals"], "nrates": u.n["rates"], "columns": len(u.chosen), "turning": len(turning),
-            "slow": self.integrator.slow,
+            "slow": self.integrator.slow, "regular": REGULAR,
         }  # fmt: skip
-        table = TANGENTS.ctype(**numbers, **{k: a.ctypes.data for k, a in self._keep.items()}, **u.functions.addresses())
+        addresses = {k: a.ctypes.data for k, a in self._keep.items()} | u.functions.addresses()
+        table = TANGENTS.ctype(**numbers, **addresses, host=ctypes.cast(self.host.function, ctypes.c_void_p).value)
         self._work = np.zeros(self.block.lib.tr_tangents_work(ctypes.addressof(table)))
         table.work = self._work.ctypes.data
         return table
 
     def advance(self, first: int) -> tuple[int, bool]:
-        """Integrate from step ``first`` on, by at most STEPS_PER_CALL steps. Returns (k, whether Python must complete the end of
-        step k − 1). Step k is the next step to integrate; if k is ``first``, Python must integrate it."""
+        """Integrate from step ``first`` on, by at most STEPS_PER_CALL steps. Returns (next step to integrate, whether the end of
+        the last step must be completed)."""
         run, own = self.run, self.integrator
         count = min(STEPS_PER_CALL, len(run.x) - first)
         self._S[:], self._z[:] = own.S.T, own.z
-        places = [_row(a, first) for a in (run.x, run.after, self._stops, run.sample)]
-        out = [_row(a, self.count) for a in (self.values, self.derivatives)]
+        places = [_row(a, first) for a in (run.x, run.after, run.stages, self._marks)]
+        out = [_row(a, self.count) for a in (run.samples, self.values, self.derivatives)]
         made = self.block.lib.tr_march_tangents(
             self.block.at, ctypes.addressof(self._table), count, _row(run.time, first), _row(run.y, first), run.y.shape[1],
             *places, *out,
         )  # fmt: skip
+        if made < 0:
+            raise self.host.failure
         own.S, own.z = self._S.T.copy(), self._z.copy()
-        done, left = divmod(made, 2)
-        upto = first + done
-        self.count += int(run.sample[first:upto].sum())
-        return upto + left, bool(left)
+        made += first
+        left = bool(self._marks[made - 1, 0])
+        self.count = int(run.passed[made]) - (left and bool(run.sample[made - 1]))
+        return made, left
 
-    def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """The result of ``SensitivityIntegrator._evaluate`` with the integrator's S, computed in C. None if C finds no clear
-        solution of the multipliers."""
+    def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(f, df, dz) at a state with the integrator's S: the unit's values, and the derivatives of these values and of the
+        multipliers by the parameters."""
         own, u, n = self.integrator, self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)
-        self._S[:], self._z[:] = own.S.T, own.z
+        self._S[:], self._z[:], self.host.solved = own.S.T, own.z, False
         places = [a.ctypes.data for a in (y, x, f, df)]
         if not self.block.lib.tr_evaluate_tangents(self.block.at, ctypes.addressof(self._table), t, *places):
-            return None
+            raise self.host.failure
         own.z = self._z.copy()
         return f, df.T, df[:, n : n + u.nz].T
+
+    def differentiate_by_time(self, f: np.ndarray) -> np.ndarray:
+        """Derivatives of the unit's values (values) by time along the motion, at the state of the last ``evaluate``, which
+        returned f."""
+        u = self.unit
+        if self.host.solved:
+            return u.total_derivatives(f[: u.ny + u.nquad, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
+        out = np.zeros(len(f))
+        self.block.lib.tr_differentiate_by_time(self.block.at, ctypes.addressof(self._table), f.ctypes.data, out.ctypes.data)
+        return out
 
     def append(self, values: np.ndarray, derivatives: np.ndarray) -> None:
         """Append the columns (columns) and derivatives (columns × m) of a sample that Python evaluated."""
         self.values[self.count], self.derivatives[self.count] = values, derivatives.T
         self.count += 1
+
+
+def _view(place: int, length: int) -> np.ndarray:
+    """The doubles at an address."""
+    return np.ctypeslib.as_array((ctypes.c_double * length).from_address(place)) if length else np.zeros(0)
 
 
 def _row(a: np.ndarray, k: int) -> int:

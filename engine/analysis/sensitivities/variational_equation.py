@@ -1,5 +1,5 @@
-"""The variational equation Ṡ = f_y S + f_p along a recorded run, integrated with the run's own Runge–Kutta steps, with jumps at
-events.
+"""The variational equation Ṡ = f_y S + f_p along a recorded run, integrated in C with the run's own Runge–Kutta steps, with jumps
+at events.
 
 S is the derivative of the state y by the parameters p, and f = ẏ. If ẏ jumps at an event g(y, p) = 0, a unit change of the
 parameters shifts the event's time by dt = −(g_y S + g_p)/ġ. Then S jumps: S⁺ = S⁻ + (ẏ⁻ − ẏ⁺) dt. Kinks of a continuous friction
@@ -18,14 +18,10 @@ from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord
 from trunnion.analysis.sensitivities.tangent_march import TangentMarch
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
-from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
 from trunnion.system.structure.bodies_and_joints import Slider, System
 from trunnion.system.structure.external_value_layout import INSIDE
 
-A = [np.array(row, float) for row in RK8.A]
-B = np.array(RK8.B, float)
-C = np.array(RK8.C, float)
 JUMP = 1e-9
 """ẏ counts as continuous at an event if its relative change is below this value."""
 AT_REST = 1e-6
@@ -50,7 +46,7 @@ class EventShift:
 
 
 class SensitivityIntegrator:
-    """Integrates derivatives along a run.
+    """Integrates derivatives along a recorded run.
 
     Attributes:
         S: derivatives of states and integrals by the parameters ((ny + nquad) × m).
@@ -58,7 +54,7 @@ class SensitivityIntegrator:
         events: the event shifts found so far.
     """
 
-    def __init__(self, unit: SensitivityUnit, block: Block, start: InitialDerivatives):
+    def __init__(self, unit: SensitivityUnit, block: Block, start: InitialDerivatives, run: StepRecord):
         self.unit, self.block, self.start, self.breaks = unit, block, start, block.numbers.breaks
         self.at = unit.system.external
         self.m = start.p.shape[1]
@@ -69,55 +65,7 @@ class SensitivityIntegrator:
         self.speeds = np.zeros(unit.n["rates"])
         self.slow = SLIP_SPEED * block.numbers.rate
         self.turning = _directional_pairs(unit.system)
-        self.march: TangentMarch | None = None
-
-    def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The result of ``_evaluate`` with S, computed in C if the multipliers have a clear solution."""
-        found = self.march.evaluate(t, y, x) if self.march else None
-        return found or self._evaluate(t, y, self.S, x)
-
-    def _evaluate(self, t: float, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, dz) at a state: the unit's values, and the derivatives of these values and of the multipliers by the
-        parameters."""
-        self.block.signals(t, x)
-        y, S = self._with_slip_direction(y, S, x)
-        f, self.z = self.unit.solve(x, y, self.z)
-        df, dz = self.unit.total_derivatives(S, self.start.p)
-        return f, df, dz
-
-    def _with_slip_direction(self, y: np.ndarray, S: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(y, S) in which each sliding pair of several components that is momentarily at rest has SLIP_SPEED along its frozen
-        direction.
-
-        At the onset or end of sliding, the direction of friction has a limit but no derivative. The velocity across this direction
-        vanishes with the speed, and so does its derivative, because friction turns against the velocity.
-        """
-        y = np.array(y)
-        for flag, places in self.turning:
-            mode = self.at.mode_in(x, flag)
-            d = mode.direction[: len(places)]
-            size = np.linalg.norm(d)
-            slides = mode.flag != PairState.STUCK and size > 0
-            if slides and np.linalg.norm(y[places]) < self.slow:
-                d = d / size
-                y[places] = self.slow * d
-                S = S.copy()
-                S[places] = np.outer(d, d @ S[places])
-        return y, S
-
-    def advance(self, step: RecordedStep) -> None:
-        """Integrate S over one step."""
-        n, h, x = self.unit.ny + self.unit.nquad, step.t1 - step.t0, step.x.copy()
-        x[INSIDE] = 0.5 * (step.t0 + step.t1)
-        K, KS = np.zeros((len(B), n)), np.zeros((len(B), n, self.m))
-        y0, flat = step.y0[:n], KS.reshape(len(B), n * self.m)
-        for i in range(len(B)):
-            y = y0 + h * (A[i] @ K[:i]) if i else y0
-            S = self.S + h * (A[i] @ flat[:i]).reshape(n, self.m) if i else self.S
-            f, df, _ = self._evaluate(step.t0 + C[i] * h, y, S, x)
-            K[i], KS[i] = f[:n], df[:n]
-        self.S = self.S + h * (B @ flat).reshape(n, self.m)
-        self._track_speeds(f)
+        self.march = TangentMarch(self, run)
 
     def complete(self, step: RecordedStep) -> None:
         """Change S by the event and the kinks at a step's end."""
@@ -137,22 +85,18 @@ class SensitivityIntegrator:
         moved: np.ndarray = np.any(self.start.breaks, axis=1)
         return np.logical_and(near, moved)
 
-    def _track_speeds(self, f: np.ndarray) -> None:
-        a = self.unit.ny + self.unit.nquad + self.unit.n["residuals"]
-        self.speeds[:] = np.maximum(self.speeds, np.abs(f[a : a + self.unit.n["rates"]]))
-
     def _cross_event(self, step: RecordedStep) -> None:
         n, y = self.unit.ny + self.unit.nquad, step.y1
         x, x1 = step.x.copy(), step.x1.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
-        after = self.evaluate(step.t1, y, x1)[0][:n]
+        after = self.march.evaluate(step.t1, y, x1)[0][:n]
         z_after = self.z
-        f, df, _ = self.evaluate(step.t1, y, x)
+        f, df, _ = self.march.evaluate(step.t1, y, x)
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
-        f, df, _ = self._evaluate(step.t1, y, self.S, x)  # derivatives refer to the unit's last evaluation
+        self.block.signals(step.t1, x)
         cause = self._find_cause(step, f, df, x, z_after)
         if cause is None and self._only_stops_change(step):
             return
@@ -191,7 +135,7 @@ class SensitivityIntegrator:
         for side in (-1e-9, 1e-9):
             x = step.x1.copy()
             x[INSIDE] = step.t1 + side * max(1.0, abs(step.t1))
-            sides.append(self.evaluate(step.t1, step.y1, x)[0][:n])
+            sides.append(self.march.evaluate(step.t1, step.y1, x)[0][:n])
         self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
 
     def _find_cause(
@@ -203,14 +147,14 @@ class SensitivityIntegrator:
         g is the distance of a hook from its release, the speed of a pair that came to rest, the friction ratio of a released pair,
         or a combination for pairs released together.
 
-        dg and ġ are taken just before the event, where f was last evaluated. z_after: multipliers after the event.
+        dg and ġ are taken just before the event, at the last evaluation of the march. z_after: multipliers after the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
-        flow, _ = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)
+        flow = self.march.differentiate_by_time(f)
         if lifted := self._find_lifted_hook(step, f):
             row, joint = lifted
-            return (joint, df[row], float(flow[row, 0])) if flow[row, 0] else None
+            return (joint, df[row], float(flow[row])) if flow[row] else None
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []
         released: list[tuple[str, Slider]] = []
@@ -226,7 +170,7 @@ class SensitivityIntegrator:
                     d = d / size
                     speed = abs(d @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
                     if speed < AT_REST:
-                        found.append((speed, j.name, d @ df[rows], float(d @ flow[rows, 0])))
+                        found.append((speed, j.name, d @ df[rows], float(d @ flow[rows])))
                 elif mode.flag == PairState.STUCK != new.flag and u.n["holds"]:
                     released.append((j.name, s))
             at += j.kind.nv
@@ -234,7 +178,7 @@ class SensitivityIntegrator:
             return self._release_together(released, f[:n], step.y1, x, z_after)
         for name, s in released:
             row = rates + u.n["rates"] + s.flag
-            found.append((abs(f[row]), name, df[row], float(flow[row, 0])))
+            found.append((abs(f[row]), name, df[row], float(flow[row])))
         usable = [c for c in found if c[3] != 0.0]
         return min(usable, key=lambda c: c[0])[1:] if usable else None
 
@@ -291,19 +235,14 @@ def integrate_sensitivities(
 ) -> tuple[np.ndarray, np.ndarray, SensitivityIntegrator]:
     """Integrate along a whole run. Returns the unit's values (samples × columns), the derivatives (samples × columns × m) and the
     integrator."""
-    integrator = SensitivityIntegrator(unit, block, start)
-    march, next_step = TangentMarch(integrator, run), 0
-    integrator.march = march
+    integrator, next_step = SensitivityIntegrator(unit, block, start, run), 0
+    march = integrator.march
     march.append(*_columns(integrator, 0.0, run.y[0], run.after[0]))
     while next_step < len(run.x):
         tick()
-        made, left = march.advance(next_step)
-        if made == next_step:
-            integrator.advance(run.step(made))
-            made, left = made + 1, True
-        next_step = made
+        next_step, left = march.advance(next_step)
         if left:
-            step = run.step(made - 1)
+            step = run.step(next_step - 1)
             integrator.complete(step)
             if step.sample:
                 march.append(*_columns(integrator, step.t1, step.y1, step.x1))
@@ -314,6 +253,6 @@ def _columns(integrator: SensitivityIntegrator, t: float, y: np.ndarray, x: np.n
     """Values (columns) and derivatives (columns × m) of the chosen columns at a state."""
     u, x = integrator.unit, x.copy()
     x[INSIDE] = t + 1e-12
-    f, df, dz = integrator.evaluate(t, y, x)
+    f, df, dz = integrator.march.evaluate(t, y, x)
     y, seeds = np.ascontiguousarray(y[: u.ny + u.nquad]), (integrator.S, dz, df, integrator.start.p)
     return u.outputs(x, y, integrator.z, f, np.zeros(u.n["extra"] + 1), seeds)

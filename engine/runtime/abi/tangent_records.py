@@ -29,8 +29,10 @@ int columns : number of columns
 int turning : sliding pairs of several components with a set-valued law
 const int *turn : five integers for each of these: index of its mode in x, number of components, indices of the rates in y
 const int *place : (nz) index of each multiplier among those of all rows and of friction
+double regular : smallest over largest pivot above which the scaled ∂R/∂z is clearly regular
 double slow : speed of such a pair at the start or end of its sliding, rad/s or m/s
 const double *dp : (m × np) derivatives of parameters and inputs
+const double *magnitude : (m) magnitudes of the parameters
 const double *c : constants of the motion
 const double *co : constants of the columns
 double *w : work space of the motion
@@ -44,4 +46,5 @@ void (*point)({STATE}, {OTHERS}, double *f) : values of the motion
 void (*along)({ALONG}) : derivatives of the motion
 void (*column_point)({STATE}, {OTHERS}, double *out) : columns
 void (*column_along)({ALONG}) : derivatives of the columns
+int (*host)(const double *x, const double *y, const double *S, double *z, double *f, double *df) : finds z, f and tangents df (m × nf) where the runtime finds no clear solution; 0: failed
 """)

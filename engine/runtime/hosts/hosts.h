@@ -117,24 +117,32 @@ int tr_hold_all(tr_sim *s, tr_held *out);
  * consists of inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
-/* Advance to `target` by at most `most` steps. After each step, record time, state (with works) and external values. made: number
- * of recorded steps. rows: room for `capacity` rows. Discards events. Returns a status, as tr_advance does. */
-int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, double *t, double *y, double *x, int *made);
+/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values, and the multipliers
+ * at each row of K (stages: TR_STAGES × nz). solved: whether these belong to the step, which they do unless an event has cut it. made:
+ * number of recorded steps. rows: room for `capacity` rows, of which *written are filled. Discards events. Returns a status, as
+ * tr_advance does. */
+int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *x, double *stages,
+                    int *solved, int *made);
 
 /* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);
 
 /* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
- * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if the multipliers have no clear solution. */
+ * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
+/* Derivatives df (nf) of f by time along the motion ẏ = f, at the state of the last tr_evaluate_tangents, which returned f. This
+ * function uses its factors of ∂R/∂z; the host must not have found its solution. */
+void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, double *df);
+
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
- * step, then at the end of each of the `count` steps. x: external values within each step. At the end of a sampled step, appends a
- * row of columns to `values` and their derivatives (m × columns) to `derivatives`. Returns 2 count if all is done. Returns 2 k if
- * step k is not integrated, because a stage has no clear solution of the multipliers. Returns 2 k + 1 if step k is integrated, but
- * the host must complete its end, because of stops[k] or because its sample has no clear solution. */
+ * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step (tr_record_steps).
+ * marks: for each step, whether the host must complete its end, the number of samples inside the step, whether its end is a sample,
+ * and whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns to `values` and their
+ * derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete. Returns the number of
+ * integrated steps, or −1 if the multipliers of a state have no solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
-                      const int *stops, const int *sampled, double *values, double *derivatives);
+                      const double *stages, const int *marks, const double *times, double *values, double *derivatives);
 
 /* Number of states that an importer integrates: y, and the works that columns need. */
 int tr_states(const tr_sim *s);

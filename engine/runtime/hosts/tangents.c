@@ -1,26 +1,32 @@
 /* Tangents along recorded steps: the variational equation, integrated with the explicit method of the run.
  *
  * A state with its tangents is one vector [y | derivatives by parameter 1 | by parameter 2 | …]. At each stage the multipliers z
- * follow from R(z) = 0. The factors of ∂R/∂z at the last stage correct z until z settles. One pass of the unit's derivatives along
- * all multipliers and all parameters then gives new factors and the tangents. The host handles events. */
+ * follow from R(z) = 0. The run has recorded them; where it has not, the factors of ∂R/∂z at the last stage correct z until z
+ * settles. One pass of the unit's derivatives along all multipliers and all parameters then gives new factors and the tangents. A
+ * step whose tangents are inaccurate is made in parts. The host handles events. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over such a small change */
-#define SETTLED_AFTER 2e-13       /* × the largest multiplier: last correction by new factors, which change it slightly */
+#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction by new factors; error of the tangents before it */
 #define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
 #define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
 #define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
-#define REGULAR_PIVOTS 1e-4       /* smallest pivot over largest: above this, the scaled matrix is clearly regular */
 #define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
+#define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
+#define NO_INFLUENCE 1e-9         /* × the unit of a state: smaller change by a parameter's whole magnitude is round-off */
+#define LEAST_STEP_PART 1e-3      /* × a step: smallest part in which a step is made */
 
 typedef struct tr_march {
   tr_sim *s;
   const tr_tangents *g;
   const tr_explicit *method;
   size_t width;                              /* number of doubles of a state with its tangents, padded */
-  double *K, *start, *now, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *kept, *all;
+  double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
   int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
+  const double *times;                       /* times of the next samples */
+  int inside;                                /* number of them inside the present step */
+  double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
 } tr_march;
 
 static double *tr_take(double *work, size_t *used, size_t count) {
@@ -40,13 +46,15 @@ static size_t tr_divide_work(tr_march *c, double *work) {
   size_t used = 0;
   c->width = TR_PAD((size_t)g->n * (1 + g->m));
   c->K = tr_take(work, &used, c->width * TR_STAGES);
-  c->start = tr_take(work, &used, c->width), c->now = tr_take(work, &used, c->width);
+  c->start = tr_take(work, &used, c->width), c->end = tr_take(work, &used, c->width);
+  c->now = tr_take(work, &used, c->width), c->sample = tr_take(work, &used, c->width);
+  c->dense = tr_take(work, &used, c->width * TR_DENSE_ROWS);
   c->x = tr_take(work, &used, g->nx), c->f = tr_take(work, &used, g->nf);
   c->df = tr_take(work, &used, rows * g->nf), c->seeds = tr_take(work, &used, rows * tr_seed_width(g));
   c->column_seeds = tr_take(work, &used, (size_t)g->m * tr_column_width(g));
   c->A = tr_take(work, &used, nz * nz), c->scale = tr_take(work, &used, 2 * nz);
   c->change = tr_take(work, &used, nz), c->old = tr_take(work, &used, nz * TR_STAGES);
-  c->before = tr_take(work, &used, nz), c->kept = tr_take(work, &used, nz), c->all = tr_take(work, &used, g->nall);
+  c->before = tr_take(work, &used, nz), c->all = tr_take(work, &used, g->nall);
   c->perm = (int *)tr_take(work, &used, nz);
   return used;
 }
@@ -77,7 +85,7 @@ static int tr_factor_multipliers(tr_march *c) {
   }
   if (!tr_is_finite(nz * nz, A) || !tr_lu(nz, A, c->perm)) return 0;
   for (int i = 0; i < nz; ++i) most = fmax(most, fabs(A[i + (size_t)i * nz])), least = fmin(least, fabs(A[i + (size_t)i * nz]));
-  return least > REGULAR_PIVOTS * most;
+  return least > c->g->regular * most;
 }
 
 /* b ← (∂R/∂z)⁻¹ b with the present factors. */
@@ -123,15 +131,24 @@ static void tr_add_by_multipliers(const tr_march *c, const double *dz, double si
   }
 }
 
-/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
- * multipliers; there, the tangents of z replace those of the residuals. Returns 0 if z has no clear solution. */
-static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S) {
+/* Eliminate the multipliers from the derivatives in a row of df: total derivatives of f, with those of z in place of those of the
+ * residuals. */
+static void tr_eliminate_multipliers(const tr_march *c, int row) {
+  const int nz = c->g->nz;
+  double *df = tr_derivatives_by(c, row), *residual = df + c->g->residual;
+  memcpy(c->change, residual, sizeof(double) * nz);
+  tr_apply_factors(c, c->change);
+  tr_add_by_multipliers(c, c->change, -1.0, df);
+  for (int j = 0; j < nz; ++j) residual[j] = -c->change[j];
+}
+
+/* As tr_tangents_at, with the factors of ∂R/∂z. Returns 0 if z has no clear solution. */
+static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S, int solved) {
   const tr_tangents *g = c->g;
   const int nz = g->nz, wide = tr_seed_width(g);
-  tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);
   for (int k = 0; k < g->m; ++k) memcpy(c->seeds + (size_t)(nz + k) * wide, S + (size_t)k * g->n, sizeof(double) * g->ny);
   for (int again = 0;; ++again) {
-    if (again) g->point(c->x, y, g->c, g->z, 0, 0, g->w, c->f);
+    if (again || solved) g->point(c->x, y, g->c, g->z, 0, 0, g->w, c->f);
     else tr_settle_multipliers(c, y);
     g->along(c->x, y, g->c, g->z, 0, 0, g->w, nz + g->m, c->seeds, wide, c->df, g->nf);
     if (!nz) return 1;
@@ -142,14 +159,19 @@ static int tr_tangents_at(tr_march *c, double t, const double *y, const double *
     if (size <= SETTLED_AFTER) break;
   }
   tr_add_by_multipliers(c, c->change, -1.0, c->f);
-  for (int k = nz; k < nz + g->m; ++k) {
-    double *df = tr_derivatives_by(c, k);
-    memcpy(c->change, df + g->residual, sizeof(double) * nz);
-    tr_apply_factors(c, c->change);
-    tr_add_by_multipliers(c, c->change, -1.0, df);
-    for (int j = 0; j < nz; ++j) df[g->residual + j] = -c->change[j];
-  }
+  for (int k = nz; k < nz + g->m; ++k) tr_eliminate_multipliers(c, k);
   return 1;
+}
+
+/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
+ * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a clear
+ * solution the host finds it. Returns 0 if it fails. */
+static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved) {
+  const tr_tangents *g = c->g;
+  tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);
+  if (tr_tangents_by_factors(c, y, S, solved)) return 1;
+  memcpy(g->z, c->before, sizeof(double) * g->nz);
+  return g->host(c->x, y, S, g->z, c->f, tr_derivatives_by(c, g->nz));
 }
 
 /* -- steps ------------------------------------------------------------------------------------------------------------------------- */
@@ -174,16 +196,6 @@ static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   }
 }
 
-/* Slopes, at time t, of the state with its tangents in c->now. Returns 0 if the multipliers have no clear solution. */
-static int tr_tangent_slopes(tr_march *c, double t, double *slopes) {
-  const tr_tangents *g = c->g;
-  tr_keep_slip_direction(c, c->now, c->now + g->n);
-  if (!tr_tangents_at(c, t, c->now, c->now + g->n)) return 0;
-  memcpy(slopes, c->f, sizeof(double) * g->n);
-  for (int k = 0; k < g->m; ++k) memcpy(slopes + (size_t)(k + 1) * g->n, tr_derivatives_by(c, g->nz + k), sizeof(double) * g->n);
-  return 1;
-}
-
 /* Extrapolate the multipliers of earlier stages to stage i. */
 static void tr_extrapolate_multipliers(const tr_march *c, int i) {
   const double *weight = c->method->lead + i * c->method->stages;
@@ -193,63 +205,143 @@ static void tr_extrapolate_multipliers(const tr_march *c, int i) {
     for (int j = 0; j < nz && weight[k] != 0.0; ++j) c->g->z[j] += weight[k] * c->old[(size_t)k * nz + j];
 }
 
-/* Integrate the tangents from t to t + h. If a stage has no clear solution, returns 0 and changes nothing. */
-static int tr_march_step(tr_march *c, double t, double h, const double *y) {
+/* Row i of K: slopes, at time t, of the state with its tangents in c->now. stages: multipliers of the run at each row of K; null
+ * pointer: unknown. Returns 0 on failure, as all functions that evaluate tangents. */
+static int tr_tangent_slopes(tr_march *c, int i, double t, const double *stages) {
   const tr_tangents *g = c->g;
-  const tr_explicit *m = c->method;
-  const int vectors = (int)(c->width / TR_LANES), nz = g->nz;
-  memcpy(c->kept, g->z, sizeof(double) * nz), memcpy(c->before, g->z, sizeof(double) * nz);
-  memcpy(c->start, y, sizeof(double) * g->n);
-  memcpy(c->start + g->n, g->S, sizeof(double) * g->n * g->m);
-  memcpy(c->now, c->start, sizeof(double) * c->width);
-  for (int i = 0; i < m->stages; ++i) {
-    if (i) {
-      m->argument(i, vectors, h, (tr_vec *)c->start, (tr_vec *)c->K, (tr_vec *)c->now);
-      memcpy(c->old + (size_t)(i - 1) * nz, g->z, sizeof(double) * nz);
-      memcpy(c->before, g->z, sizeof(double) * nz);
-      tr_extrapolate_multipliers(c, i);
-    }
-    if (!tr_tangent_slopes(c, t + m->c[i] * h, c->K + (size_t)i * c->width)) {
-      memcpy(g->z, c->kept, sizeof(double) * nz);
-      return 0;
-    }
-  }
-  m->solution(vectors, h, (tr_vec *)c->start, (tr_vec *)c->K, (tr_vec *)c->now);
-  memcpy(g->S, c->now + g->n, sizeof(double) * g->n * g->m);
-  for (int i = 0; i < g->nrates; ++i) g->speeds[i] = fmax(g->speeds[i], fabs(c->f[g->rates + i]));
+  double *slopes = c->K + (size_t)i * c->width;
+  memcpy(c->before, g->z, sizeof(double) * g->nz);
+  if (stages) memcpy(g->z, stages + (size_t)i * g->nz, sizeof(double) * g->nz);
+  else if (i && i < c->method->stages) tr_extrapolate_multipliers(c, i);
+  tr_keep_slip_direction(c, c->now, c->now + g->n);
+  if (!tr_tangents_at(c, t, c->now, c->now + g->n, stages != 0)) return 0;
+  memcpy(c->old + (size_t)i * g->nz, g->z, sizeof(double) * g->nz);
+  memcpy(slopes, c->f, sizeof(double) * g->n);
+  for (int k = 0; k < g->m; ++k) memcpy(slopes + (size_t)(k + 1) * g->n, tr_derivatives_by(c, g->nz + k), sizeof(double) * g->n);
   return 1;
 }
 
-/* As tr_tangents_at, at the state y with the tangents g->S. */
-static int tr_tangents_of_state(tr_march *c, double t, const double *y) {
-  const tr_tangents *g = c->g;
-  memcpy(c->now, y, sizeof(double) * g->n);
-  memcpy(c->now + g->n, g->S, sizeof(double) * g->n * g->m);
-  tr_keep_slip_direction(c, c->now, c->now + g->n);
-  memcpy(c->kept, g->z, sizeof(double) * g->nz), memcpy(c->before, g->z, sizeof(double) * g->nz);
-  if (tr_tangents_at(c, t, c->now, c->now + g->n)) return 1;
-  memcpy(g->z, c->kept, sizeof(double) * g->nz);
-  return 0;
+/* Step of length h from the state c->start at time t to c->end. */
+static int tr_make_tangent_step(tr_march *c, double t, double h, const double *stages) {
+  const tr_explicit *m = c->method;
+  const int vectors = (int)(c->width / TR_LANES);
+  memcpy(c->now, c->start, sizeof(double) * c->width);
+  for (int i = 0; i < m->stages; ++i) {
+    if (i) m->argument(i, vectors, h, (tr_vec *)c->start, (tr_vec *)c->K, (tr_vec *)c->now);
+    if (!tr_tangent_slopes(c, i, t + m->c[i] * h, stages)) return 0;
+  }
+  m->solution(vectors, h, (tr_vec *)c->start, (tr_vec *)c->K, (tr_vec *)c->end);
+  return 1;
 }
 
-/* Columns and their derivatives (m × columns) at the state y and time t. Returns 0 if this state has no clear solution. */
-static int tr_tangent_columns(tr_march *c, double t, const double *y, double *value, double *derivatives) {
+/* Estimated error of the tangents in the step to c->end, relative to their size. For each parameter, states count in the units of
+ * the run's tolerance, and integrals in the unit of energy. */
+static double tr_tangent_error(const tr_march *c, double h) {
+  const tr_tangents *g = c->g;
+  const int vectors = (int)(c->width / TR_LANES);
+  const double *unit = TR_A(c->s, scale);
+  double worst = 0.0;
+  c->method->error[0](vectors, h, (tr_vec *)c->K, (tr_vec *)c->now);
+  c->method->error[1](vectors, h, (tr_vec *)c->K, (tr_vec *)c->sample);
+  for (int k = 1; k <= g->m; ++k) {
+    double first = 0.0, second = 0.0, size = NO_INFLUENCE / g->magnitude[k - 1] * NO_INFLUENCE / g->magnitude[k - 1];
+    for (int i = 0; i < g->n; ++i) {
+      const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy);
+      const double *at = c->start + k * g->n + i, *to = c->end + k * g->n + i, e = w * c->now[k * g->n + i], f = w * c->sample[k * g->n + i];
+      first += e * e, second += f * f, size += w * w * fmax(*at * *at, *to * *to);
+    }
+    worst = fmax(worst, tr_combine_estimators(first, second) / size);
+  }
+  return sqrt(worst);
+}
+
+/* -- samples ----------------------------------------------------------------------------------------------------------------------- */
+
+/* As tr_tangents_at, at the state c->now. */
+static int tr_tangents_of_state(tr_march *c, double t) {
+  memcpy(c->before, c->g->z, sizeof(double) * c->g->nz);
+  tr_keep_slip_direction(c, c->now, c->now + c->g->n);
+  return tr_tangents_at(c, t, c->now, c->now + c->g->n, 0);
+}
+
+/* Append the columns and their derivatives at the state c->sample and time t. */
+static int tr_append_sample(tr_march *c, double t) {
   const tr_tangents *g = c->g;
   const int wide = tr_column_width(g), nz = g->nz;
-  if (!tr_tangents_of_state(c, t, y)) return 0;
+  const double *y = c->sample, *S = y + g->n;
+  memcpy(c->now, c->sample, sizeof(double) * c->width);
+  if (!tr_tangents_of_state(c, t)) return 0;
   memset(c->all, 0, sizeof(double) * g->nall);
   memset(c->column_seeds, 0, sizeof(double) * wide * g->m);
   for (int j = 0; j < nz; ++j) c->all[g->place[j]] = g->z[j];
   for (int k = 0; k < g->m; ++k) {
     double *seed = c->column_seeds + (size_t)k * wide;
     const double *df = tr_derivatives_by(c, nz + k);
-    memcpy(seed, g->S + (size_t)k * g->n, sizeof(double) * g->n);
+    memcpy(seed, S + (size_t)k * g->n, sizeof(double) * g->n);
     for (int j = 0; j < nz; ++j) seed[g->n + g->place[j]] = df[g->residual + j];
     memcpy(seed + g->n + g->nall, df + g->nq, sizeof(double) * g->nv);
     memcpy(seed + g->n + g->nall + g->nv, g->dp + (size_t)k * g->np, sizeof(double) * g->np);
   }
-  g->column_point(c->x, y, g->co, c->all, c->f + g->nq, g->extra, g->wo, value);
-  g->column_along(c->x, y, g->co, c->all, c->f + g->nq, g->extra, g->wo, g->m, c->column_seeds, wide, derivatives, g->columns);
+  g->column_point(c->x, y, g->co, c->all, c->f + g->nq, g->extra, g->wo, c->values);
+  g->column_along(c->x, y, g->co, c->all, c->f + g->nq, g->extra, g->wo, g->m, c->column_seeds, wide, c->derivatives, g->columns);
+  c->values += g->columns, c->derivatives += (size_t)g->m * g->columns;
+  return 1;
+}
+
+/* Interpolate the multipliers at θ of a step from those at its ends and at the extra stages, which are as accurate as the step. */
+static void tr_interpolate_stages(const tr_march *c, double theta) {
+  const tr_explicit *m = c->method;
+  const int nz = c->g->nz, first = m->stages - 1, count = 2 + m->extra; /* node 0 is the start of the step, whose row of K is 0 */
+  memset(c->g->z, 0, sizeof(double) * nz);
+  for (int a = 0; a < count; ++a) {
+    const double at = a ? m->c[first + a] : 0.0, *z = c->old + (a ? (size_t)(first + a) * nz : 0);
+    double weight = 1.0;
+    for (int b = 0; b < count; ++b)
+      if (b != a) weight *= (theta - (b ? m->c[first + b] : 0.0)) / (at - (b ? m->c[first + b] : 0.0));
+    for (int j = 0; j < nz; ++j) c->g->z[j] += weight * z[j];
+  }
+}
+
+/* Append the samples inside the step of length h from c->start at time t to c->end. */
+static int tr_append_samples(tr_march *c, double t, double h, const double *stages) {
+  const tr_explicit *m = c->method;
+  const int vectors = (int)(c->width / TR_LANES), nz = c->g->nz;
+  if (!c->inside || !(*c->times < t + h)) return 1;
+  memcpy(c->now, c->end, sizeof(double) * c->width);
+  for (int i = m->stages; i <= m->stages + m->extra; ++i) {
+    if (i > m->stages) m->argument(i, vectors, h, (tr_vec *)c->start, (tr_vec *)c->K, (tr_vec *)c->now);
+    if (!tr_tangent_slopes(c, i, t + m->c[i] * h, stages)) return 0;
+  }
+  const int rows = tr_form_dense_rows(m, vectors, h, (tr_vec *)c->K, (tr_vec *)c->start, (tr_vec *)c->end, (tr_vec *)c->dense);
+  for (; c->inside && *c->times < t + h; --c->inside, ++c->times) {
+    const double theta = (*c->times - t) / h;
+    tr_evaluate_dense_rows((int)c->width, rows, c->dense, c->start, theta, c->sample);
+    tr_interpolate_stages(c, theta);
+    if (!tr_project(c->s, *c->times, c->sample) || !tr_append_sample(c, *c->times)) return 0;
+  }
+  memcpy(c->g->z, c->old + (size_t)m->stages * nz, sizeof(double) * nz);
+  return 1;
+}
+
+/* Integrate the tangents over a recorded step of length h from time t and state y, with the samples inside. */
+static int tr_march_step(tr_march *c, double t, double h, const double *y, const double *stages) {
+  const tr_tangents *g = c->g;
+  memcpy(c->start, y, sizeof(double) * g->n);
+  memcpy(c->start + g->n, g->S, sizeof(double) * g->n * g->m);
+  for (double done = 0.0, part = 1.0; done < 1.0;) {
+    const double from = t + done * h;
+    const double *known = part == 1.0 ? stages : 0;
+    if (!tr_make_tangent_step(c, from, part * h, known)) return 0;
+    if (part > LEAST_STEP_PART && tr_tangent_error(c, part * h) > TANGENT_ERROR * c->s->set.rtol) {
+      part *= 0.5;
+      continue;
+    }
+    if (!tr_append_samples(c, from, part * h, known)) return 0;
+    memcpy(c->start, c->end, sizeof(double) * c->width);
+    for (int i = 0; i < g->nrates; ++i) g->speeds[i] = fmax(g->speeds[i], fabs(c->f[g->rates + i]));
+    done += part;
+  }
+  memcpy(g->S, c->end + g->n, sizeof(double) * g->n * g->m);
   return 1;
 }
 
@@ -274,43 +366,43 @@ int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double
   tr_march c = {.s = s, .g = g};
   tr_begin_march(&c);
   memcpy(c.x, x, sizeof(double) * g->nx);
-  if (!tr_tangents_of_state(&c, t, y)) return 0;
+  memcpy(c.now, y, sizeof(double) * g->n);
+  memcpy(c.now + g->n, g->S, sizeof(double) * g->n * g->m);
+  if (!tr_tangents_of_state(&c, t)) return 0;
   memcpy(f, c.f, sizeof(double) * g->nf);
   memcpy(df, tr_derivatives_by(&c, g->nz), sizeof(double) * g->nf * g->m);
   return 1;
 }
 
-int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
-                      const int *stops, const int *sampled, double *values, double *derivatives) {
+void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, double *df) {
   tr_march c = {.s = s, .g = g};
-  tr_begin_march(&c);
-  for (int k = 0; k < count; ++k) {
-    tr_set_external(&c, x + (size_t)k * g->nx, 0.5 * (t[k] + t[k + 1]));
-    if (!tr_march_step(&c, t[k], t[k + 1] - t[k], y + k * next)) return 2 * k;
-    if (stops[k]) return 2 * k + 1;
-    if (!sampled[k]) continue;
-    tr_set_external(&c, after + (size_t)(k + 1) * g->nx, t[k + 1] + JUST_AFTER);
-    if (!tr_tangent_columns(&c, t[k + 1], y + (k + 1) * next, values, derivatives)) return 2 * k + 1;
-    values += g->columns, derivatives += (size_t)g->m * g->columns;
-  }
-  return 2 * count;
+  tr_divide_work(&c, g->work);
+  double *seed = c.seeds + (size_t)g->nz * tr_seed_width(g), *row = tr_derivatives_by(&c, g->nz);
+  memset(seed, 0, sizeof(double) * tr_seed_width(g));
+  memcpy(seed, f, sizeof(double) * g->ny);
+  seed[tr_seed_width(g) - 1] = 1.0;
+  g->along(c.x, c.now, g->c, g->z, 0, 0, g->w, 1, seed, 0, row, 0);
+  if (g->nz) tr_eliminate_multipliers(&c, g->nz);
+  memcpy(df, row, sizeof(double) * g->nf);
 }
 
-int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, double *t, double *y, double *x, int *made) {
-  const int width = s->ny + s->nworks;
-  *made = 0;
-  for (int i = 0; i < most; ++i) {
-    const double before = s->clock.t;
-    long count;
-    const int code = tr_advance(s, target, 1, rows, capacity, &count);
-    s->events.count = 0;
-    if (s->clock.t > before) {
-      t[*made] = s->clock.t;
-      memcpy(y + (size_t)*made * width, TR_A(s, y), sizeof(double) * width);
-      memcpy(x + (size_t)*made * s->k->nx, TR_A(s, x), sizeof(double) * s->k->nx);
-      ++*made;
-    }
-    if (code != TR_MORE && code != TR_EVENTS_FULL && code != TR_ROWS_FULL && code != TR_OK) return code;
+int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
+                      const double *stages, const int *marks, const double *times, double *values, double *derivatives) {
+  tr_march c = {.s = s, .g = g, .times = times, .values = values, .derivatives = derivatives};
+  tr_begin_march(&c);
+  for (int k = 0; k < count; ++k, marks += 4) {
+    const int stops = marks[0], sampled = marks[2], solved = marks[3];
+    tr_set_external(&c, x + (size_t)k * g->nx, 0.5 * (t[k] + t[k + 1]));
+    tr_moment_of(s)->inside = 0.5 * (t[k] + t[k + 1]);
+    c.inside = marks[1];
+    if (!tr_march_step(&c, t[k], t[k + 1] - t[k], y + k * next, solved ? stages + (size_t)k * TR_STAGES * g->nz : 0)) return -1;
+    if (stops) return k + 1;
+    if (!sampled) continue;
+    tr_set_external(&c, after + (size_t)(k + 1) * g->nx, t[k + 1] + JUST_AFTER);
+    memcpy(c.sample, y + (k + 1) * next, sizeof(double) * g->n);
+    memcpy(c.sample + g->n, g->S, sizeof(double) * g->n * g->m);
+    if (!tr_append_sample(&c, t[k + 1])) return -1;
+    ++c.times;
   }
-  return TR_MORE;
+  return count;
 }

@@ -3,16 +3,18 @@
 
 #define NEAR_LIMIT 0.4 /* × h |λ| of the stability limit: estimates at the limit vary by this factor */
 
-static void tr_evaluate_dense(const tr_sim *s, double theta, double *out) {
-  TR_NEED(s, TR_HAS_DENSE);
-  int n = tr_state_width(s), rows = s->step.dense_rows;
-  const double *R = TR_A(s, kstep), *yold = TR_A(s, yold);
+static void tr_evaluate_dense_rows(int n, int rows, const double *R, const double *yold, double theta, double *out) {
   const double factor[2] = {theta, 1.0 - theta};
   for (int i = 0; i < n; i += TR_LANES) {
     tr_vec a = TR_NOUGHT;
     for (int r = rows - 1; r >= 0; --r) a = (a + *(const tr_vec *)(R + r * n + i)) * factor[r & 1];
     *(tr_vec *)(out + i) = *(const tr_vec *)(yold + i) + a;
   }
+}
+
+static void tr_evaluate_dense(const tr_sim *s, double theta, double *out) {
+  TR_NEED(s, TR_HAS_DENSE);
+  tr_evaluate_dense_rows(tr_state_width(s), s->step.dense_rows, TR_A(s, kstep), TR_A(s, yold), theta, out);
 }
 
 static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {

@@ -13,6 +13,9 @@ static double tr_squared_motion_error(const tr_sim *s, const double *e, const do
 /* Squared error of the n works from index `first` of the state, in tolerances. unit: smallest unit, J. */
 static double tr_squared_work_error(const tr_sim *s, const double *e, const double *y, const double *ynew, int first, int n, double unit);
 
+/* Squared error from the squared errors of two estimators of different order. */
+static double tr_combine_estimators(double first, double second);
+
 /* One trial step h from (t, y). Requires K[0]. Results: ynew and, with ends_in_error, the derivative at the end in K[stages].
  * Returns the error in units of the tolerance, or NaN if a stage failed. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h);
@@ -30,7 +33,14 @@ static int tr_jacobian_at(tr_sim *s, double t, const double *y);
  * TR_NEED_JACOBIAN. */
 static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h);
 
-/* y(θ) = yold + θ(R0 + (1−θ)(R1 + θ(R2 + (1−θ)(…)))). Requires the dense output. */
+/* Form the rows of the dense output of an explicit step h from yold to y1. The rows, like those of K, have nv SIMD vectors. Returns
+ * the number of rows. */
+static int tr_form_dense_rows(const tr_explicit *m, int nv, double h, const tr_vec *K, const tr_vec *yold, const tr_vec *y1, tr_vec *rows);
+
+/* y(θ) = yold + θ(R0 + (1−θ)(R1 + θ(R2 + (1−θ)(…)))) from the rows R of n doubles. */
+static void tr_evaluate_dense_rows(int n, int rows, const double *R, const double *yold, double theta, double *out);
+
+/* State at θ of the last step. Requires the dense output. */
 static void tr_evaluate_dense(const tr_sim *s, double theta, double *out);
 
 /* Evaluate the powers in the middle of the trial step from yold to ynew; NaN if there is no solution. Restores the multipliers. */

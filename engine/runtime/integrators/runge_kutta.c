@@ -19,17 +19,24 @@ TR_INLINE void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int 
     for (int j = 0; j < e && weight[k] != 0.0; ++j) x[j] += weight[k] * old[j];
 }
 
+static void tr_keep_stage_multipliers(const tr_sim *s, int row) {
+  const int nz = s->k->active + s->k->neta;
+  if (s->step.stage_z) memcpy(s->step.stage_z + (size_t)row * nz, TR_A(s, z), sizeof(double) * nz);
+}
+
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_state_width(s), nv = n / TR_LANES;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const int e = tr_z_length(s) - s->k->active;
   double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
   const int made = tr_request_step(s, m, h);
+  tr_keep_stage_multipliers(s, 0);
   for (int i = 1; i < m->stages && !made; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
     tr_copy(e, eta, old + (i - 1) * e);
     if (e) tr_extrapolate_start(e, eta, m, i, old);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
+    tr_keep_stage_multipliers(s, i);
   }
   if (!made) m->solution(nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)ynew);
   if (!made && m->ends_in_error && !tr_rhs(s, s->clock.t + h, ynew, K + m->stages * n)) return NAN;
@@ -82,6 +89,18 @@ static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   return made;
 }
 
+static int tr_form_dense_rows(const tr_explicit *m, int nv, double h, const tr_vec *K, const tr_vec *yold, const tr_vec *y1, tr_vec *rows) {
+  const tr_vec *f0 = K, *f1 = f0 + m->stages * nv;
+  for (int i = 0; i < nv; ++i) {
+    tr_vec dy = y1[i] - yold[i];
+    rows[i] = dy;
+    rows[nv + i] = h * f0[i] - dy;
+    rows[2 * nv + i] = 2.0 * dy - h * (f1[i] + f0[i]);
+  }
+  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, K, rows + (HERMITE_ROWS + i) * nv);
+  return HERMITE_ROWS + m->dense;
+}
+
 /* Form the rows of the dense output in kstep, from both ends of the step and K. Evaluates the extra stages. Returns 0 if a stage
  * fails. */
 static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {
@@ -94,18 +113,10 @@ static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {
     tr_interpolate_multipliers(s, m->c[m->stages + 1 + i]);
     m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);
     if (!tr_rhs(s, s->step.t0 + m->c[m->stages + 1 + i] * h, tmp, K + (m->stages + 1 + i) * n)) return 0;
+    tr_keep_stage_multipliers(s, m->stages + 1 + i);
   }
   s->step.watch = watch;
-  const tr_vec *f0 = (tr_vec *)K, *f1 = f0 + m->stages * nv;
-  tr_vec *rows = (tr_vec *)R;
-  for (int i = 0; i < nv; ++i) {
-    tr_vec dy = ((tr_vec *)y1)[i] - ((tr_vec *)yold)[i];
-    rows[i] = dy;
-    rows[nv + i] = h * f0[i] - dy;
-    rows[2 * nv + i] = 2.0 * dy - h * (f1[i] + f0[i]);
-  }
-  for (int i = 0; i < m->dense; ++i) m->dense_row[i](nv, h, (tr_vec *)K, rows + (HERMITE_ROWS + i) * nv);
-  s->step.dense_rows = HERMITE_ROWS + m->dense;
+  s->step.dense_rows = tr_form_dense_rows(m, nv, h, (tr_vec *)K, (tr_vec *)yold, (tr_vec *)y1, (tr_vec *)R);
   TR_MADE(s, TR_HAS_DENSE);
   return 1;
 }

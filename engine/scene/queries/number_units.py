@@ -1,4 +1,4 @@
-"""Units of the numbers in a scene, which may depend on the joint type; iteration over all numbers with path and unit."""
+"""The numbers of a scene by path, and their units, which may depend on the joint type."""
 
 from __future__ import annotations
 
@@ -39,6 +39,19 @@ def _numbers(value: Any, path: Path, scene: Scene) -> Iterator[tuple[Path, float
     elif is_dataclass(value):
         for f in fields(value):
             yield from _numbers(getattr(value, f.name), (*path, f.name), scene)
+
+
+def number_at(scene: Scene, path: Path) -> float | None:
+    """The number at a path; None if the path leads to no number of the scene."""
+    value: Any = scene
+    for step in path:
+        if isinstance(value, dict):
+            value = value.get(step)
+        elif isinstance(value, tuple):
+            value = value[step] if isinstance(step, int) and step < len(value) else None
+        else:
+            value = getattr(value, step) if step in getattr(value, "__dataclass_fields__", ()) else None
+    return value if isinstance(value, float) else None
 
 
 def unit_of(scene: Scene, path: Path) -> str:

@@ -25,12 +25,14 @@ class Model:
     """A scene with its structure, kernel and block, ready to run. Parameters may change between runs of the same structure.
 
     scene: a checked scene. outputs: patterns of columns; default: those of the scene. kernel: kind of kernel; None: chosen by the
-    structure and ``runs``. runs: expected number of runs; infinite if the model will be stepped for a long time. SceneError for
-    unknown columns."""
+    structure and ``runs``. runs: expected number of runs; infinite if the model will be stepped for a long time. built: the result
+    of ``build_with_cut_starts``, if it is known. SceneError for unknown columns."""
 
-    def __init__(self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1):
+    def __init__(
+        self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1, built: Built | None = None
+    ):
         started = time.perf_counter()
-        self.built: Built = build_with_cut_starts(scene)
+        self.built: Built = built or build_with_cut_starts(scene)
         everything = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
         if problems := pattern_problems(everything, wanted):

@@ -1,0 +1,27 @@
+/* Record of a run, step by step, along which tangents are integrated (``hosts/tangents.c``). */
+#include "stepping/stepping.h"
+#include "hosts/hosts.h"
+
+int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *x, double *stages,
+                    int *solved, int *made) {
+  const int width = s->ny + s->nworks, nz = s->k->active + s->k->neta;
+  *made = 0;
+  for (int i = 0; i < most; ++i) {
+    const double before = s->clock.t;
+    long count;
+    s->step.stage_z = stages + (size_t)*made * TR_STAGES * nz;
+    const int code = tr_advance(s, target, 1, rows + *written * s->clock.width, capacity - *written, &count);
+    *written += count, s->events.count = 0;
+    if (s->clock.t > before) {
+      t[*made] = s->clock.t;
+      memcpy(y + (size_t)*made * width, TR_A(s, y), sizeof(double) * width);
+      memcpy(x + (size_t)*made * s->k->nx, TR_A(s, x), sizeof(double) * s->k->nx);
+      memcpy(s->step.stage_z + (size_t)tr_method_of(s)->end * nz, TR_A(s, zend), sizeof(double) * nz);
+      solved[*made] = s->step.t0 + s->step.size == s->clock.t;
+      ++*made;
+    }
+    s->step.stage_z = 0;
+    if (code != TR_MORE && code != TR_EVENTS_FULL && code != TR_OK) return code;
+  }
+  return TR_MORE;
+}
