@@ -164,8 +164,8 @@ class ContactElement:
     contacts   (wrench, rates, laws, numbers, friction) → contacts; for a pair at rest they follow from the friction.
     pressed    (wrench with six components, rates, laws, numbers, friction) → components of contact forces, each times
                √(compliance of its spring / compliance of one contact) (theory, "Redundant loops"). Friction rotates the normals
-               of these forces: in a sliding pair by its law, in a pair at rest by ``friction``. Empty ``laws`` mean no friction;
-               an empty ``friction`` means no friction at rest.
+               of these forces: in a sliding pair by its law, in a pair at rest by ``friction``. Empty ``laws`` leave out all
+               friction; an empty ``friction`` leaves out friction at rest.
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    names of the components of f_c that end faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
