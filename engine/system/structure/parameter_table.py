@@ -45,8 +45,8 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that is the scene's number at this path and the only place where this number acts. (Other numbers
-        also act on scales, start values, times of kinks or other parameters.)"""
+        """A run-time parameter that equals the scene's number at this path, if this number acts nowhere else. (Other numbers of the
+        scene also determine scales, start values, times of kinks or other parameters.)"""
         self._own.add(path)
         return self.scalar(path, value, unit)
 
