@@ -133,8 +133,8 @@ async def get_job_bins(
 
 
 def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: list[str], read: bool) -> Answer:
-    """The answer with the bins. read: whether the rows are read before the response starts; otherwise, they are read while its body
-    is sent."""
+    """The answer with the bins. read: whether the rows are read before the response starts; otherwise, they are read while the
+    response is sent."""
     there, schema = find_job(s, job), job_contents(s, job).schema
     problems: list[Problem] = []
     names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
