@@ -145,7 +145,7 @@ def repair_inertia(inertia: np.ndarray) -> np.ndarray:
     """The inertia with its two smaller principal moments raised until their sum is at least the largest moment, as MuJoCo
     requires.
 
-    Thin rods and planar bodies have zero moments about some axes. Planar motion does not depend on this change.
+    Only bodies with zero moments about some axes (thin rods, planar bodies) need this. Planar motion does not depend on the change.
     """
     moments, axes = np.linalg.eigh(inertia)
     lack = moments[2] * (1 + 1e-9) - moments[0] - moments[1]
