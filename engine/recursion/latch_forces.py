@@ -57,8 +57,8 @@ def depths(sym: Symbols, x: Latch, hook: SX, q: SX, release: SX) -> tuple[SX, SX
 
     1. Hook up: positive where it falls. Hook down: positive where it stays down.
     2. Hook up: minus the number of the tooth on which it would fall. Hook down: depth by which it is pressed.
-    3. Release signal minus LIFTED. This function crosses zero smoothly when the signal releases the hook (function 1 does not, as a
-       minimum of several functions), so that steps end at the release."""
+    3. Release signal minus LIFTED. Of the three, only this function crosses zero smoothly when the signal releases the hook; steps
+       end at its zeros."""
     depth, lifted = x.side * (tooth(sym, x, hook) - q), release - LIFTED
     stays, falls = ca.fmin(-lifted, sym.leaf(x.holds) / sym.leaf(x.stiffness) - depth), ca.fmin(-lifted, SLACK - depth)
     first = ca.SX(1)

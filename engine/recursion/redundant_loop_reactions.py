@@ -42,7 +42,7 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
 
 def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
     """Whether the norm of the scaled reactions couples the inactive multipliers to the other multipliers. The motion does not
-    determine inactive multipliers. Without coupling (planar mechanism of symmetric bodies), they are zero."""
+    determine inactive multipliers. Without coupling, as in a planar mechanism of symmetric bodies, they are zero."""
     if not inactive:
         return False
     maps = scaled_reactions(m, acc)

@@ -110,8 +110,8 @@ def _all_used(made: Function, body: str) -> str:
 
 
 def first(declarator: str) -> str:
-    """The C expression for the first element of an array. The text sets this element, so that compilers do not report the array as
-    uninitialised."""
+    """The C expression for the first element of an array. The exported text initialises this element, so that compilers do not
+    report the array as uninitialised."""
     name, *sizes = re.split(r"\[", declarator.partition("[TR_ROOM(")[0] + "[")
     return name + "[0]" * len(sizes)
 

@@ -23,7 +23,7 @@ MOST_REPORTED = 5
 class Reader:
     """Converts values of one path to SI numbers. The first mistakes are appended to ``problems``.
 
-    The unit of the path is determined only once, so that a million values do not build a million scenes.
+    The unit of the path is determined only once, because this needs a scene, and there may be a million values.
     """
 
     def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):

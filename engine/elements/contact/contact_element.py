@@ -50,7 +50,7 @@ class Contact:
     plane    indices of the axes for the cosine and the sine of the contact's angle
     inboard  whether ``vector`` and ``plane`` refer to the inboard joint frame; otherwise, to the pin's frame
     watched  vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use its component along
-             their motion, because their force rotates by less than 180° and so never passes through zero.
+             their motion, because their force rotates by less than 180° when they change flanks.
     """
 
     force: SX
@@ -148,7 +148,8 @@ def signum(x: SX) -> SX:
 
 @dataclass(frozen=True)
 class ContactElement:
-    """A kind of joint contact: closed forms, and data for scenes, pictures and tables.
+    """A kind of joint contact: closed forms, and data for scenes, pictures and tables. In the arguments below, numbers are sizes
+    and law parameters by name; adams: whether Adams' form applies.
 
     sizes      its numbers in a scene.
     pairs      for each friction pair, the indices of the freedoms along which it slides.

@@ -1,8 +1,8 @@
 """Wheels that roll on each other without sliding: gears, racks, belts and chains (theory, "Rolling").
 
 Such a joint carries no body: other joints carry the wheels, and one constraint row couples the wheels. ``phase`` computes the
-rolled angle, for symbols and numbers. It follows from the angles of the wheels relative to their line of centres, up to a whole
-number of teeth."""
+rolled angle, for symbols and numbers. This angle follows from the angles of the wheels relative to their line of centres, up to a
+whole number of teeth."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 /* Steps that end at events (FMI 3.0). A copy of the run locates the next event, and the run then advances to this event. The
  * internal steps of the run are the same as in a run without stops. */
 
-#define LOOK_AHEAD 1.0 /* longest search for the record of a reversal, relative to 1/rate; then it is reported when recorded */
+#define LOOK_AHEAD 1.0 /* longest look-ahead for a reversal's record, relative to 1/rate; a later record is reported when made */
 
 #define DUE 32         /* largest number of events in a look-ahead; clocks of further events tick when these are recorded */
 

@@ -160,7 +160,7 @@ def _counted(
     s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: tuple[Within, ...]
 ) -> dict[str, Any]:
     """The document of the bins for the present rows. The rows are scanned twice: first for the axes, then for the bins. Rows that
-    do not fit in memory are read again for the second scan. For jobs with very many cases, the sampled rows are used."""
+    do not fit in memory are read again for the second scan. For jobs with very many cases, only the sampled rows are used."""
     import pyarrow as pa
 
     schema, there, whole = job_contents(s, job).schema, find_job(s, job), job_tally(s, job)

@@ -71,7 +71,7 @@ function moment(t) {
     for (const c of j.contacts) {
       const f = value(w, c.force);
       let n = three(w, c.normal);
-      if (Math.hypot(...n) < 0.9) n = [0, 1, 2].map((k) => nearest(w, c.normal + k)); // the normal jumps between the rows: do not interpolate
+      if (Math.hypot(...n) < 0.9) n = [0, 1, 2].map((k) => nearest(w, c.normal + k)); // the normal jumps between the rows
       if (!(f > 0) || !(Math.hypot(...n) > 0.5)) continue;
       const world = apply(pose(j.parts[0]).r, apply(j.frame, unit(n)));
       const body = pose(c.part);
