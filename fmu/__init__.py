@@ -1,7 +1,7 @@
 """Export of scenes as FMUs: ``trunnion.fmu.export(scene, file, flavour=…, platform=…, fmi=…)``. For FMI 2.0 there are two flavours.
 The flavour ``native`` needs only libc and libm on the host. The flavour ``python`` (built with pythonfmu) calls the same compiled
 library from Python code in the FMU, so both flavours give bit-identical results. For FMI 3.0 there is only the native flavour. The
-scene is compiled, or (``kernel="parts"``) assembled from parts that are compiled once for all scenes."""
+equations of a scene are compiled, or (``kernel="parts"``) assembled from parts that are compiled once for all scenes."""
 
 from __future__ import annotations
 

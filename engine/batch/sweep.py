@@ -123,8 +123,8 @@ def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
 
 
 class _Work:
-    """The work of a sweep: its chunks in order, and their tables by first case. The cost of the previous chunk determines the size
-    of a chunk."""
+    """The work of a sweep: its chunks in order, and their tables by first case. The size of a chunk follows from the time of the
+    thread's previous chunk."""
 
     def __init__(self, of: Plan, progress: SweepProgress | None):
         self.plan, self.progress = of, progress
@@ -137,7 +137,7 @@ class _Work:
 
     def take(self) -> None:
         """Run chunks in one thread, until none is left or the work is stopped."""
-        with watched(self._look), suppress(Unwanted):  # raised between chunks
+        with watched(self._look), suppress(Unwanted):  # Unwanted: raised between chunks
             self._take()
 
     def _take(self) -> None:

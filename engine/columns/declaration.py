@@ -42,7 +42,7 @@ class Quantity:
 
     name       key for callers ("position"); a suffix behind a dot distinguishes outputs of one name ("extra.events").
     output     key of the output in the dict that the expression returns.
-    column     template of the columns' names, with words of the subject in braces: "{body}.position[{component}]".
+    column     template of the columns' names, with words of ``Subject.words`` in braces: "{body}.position[{component}]".
     unit       template of the unit ("{displacement}/s").
     text       template of the description.
     size       number of columns.
@@ -53,11 +53,11 @@ class Quantity:
                of 2π so that the angle is continuous), or "" (none).
     bound      allowed values.
     integral   computed from powers integrated with the motion (else from state, multipliers and accelerations at the instant).
-    direct     changes at once when forces change; other quantities change only by integration.
+    direct     jumps when forces jump; other quantities change only by integration.
     steps      constant between events (a count, a state, the last event).
     smooth     differentiable with respect to the scene's parameters.
     runtime    computed by the runtime, not by the kernel.
-    vector     "[k]" counts components of a vector in space (else coordinates, contacts, states).
+    vector     "[k]" in the name counts components of a vector in space (else coordinates, contacts, states).
     reacts     depends on reactions, which are not unique in a redundant loop."""
 
     name: str
@@ -93,8 +93,8 @@ class ColumnKind:
     operands     operands of the expression, by parameter name.
     quantities   outputs of the expression and their columns.
     name         name of the file in ``kinds``.
-    repeats      number of items of each quantity (number of contacts); the word ``item`` in a name counts the items.
-    beside       outputs that only the runtime uses, without columns."""
+    repeats      number of items of each quantity (such as contacts); the word ``item`` in a name is replaced by an item's number.
+    beside       outputs of the expression that only the runtime uses, without columns."""
 
     of: SubjectType
     operands: Mapping[str, Operand]

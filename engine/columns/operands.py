@@ -23,7 +23,7 @@ class Operand:
 
     name      name of the method that provides the operand.
     size      number of components; 0 if the number depends on the joint's structure.
-    subject   number of leading parts of the subject's key that the method takes as arguments.
+    subject   number of parts of the subject's key, from the first, that the method takes as arguments.
     solved    whether the operand contains multipliers or accelerations, which depend on every force."""
 
     name: str

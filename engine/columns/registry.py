@@ -45,7 +45,7 @@ CONTACT = REGISTRY["contact"]
 
 def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
     """All (kind, subject) pairs of a system in the order of a result: bodies, joints, couplings, loads, the system. The pairs of
-    one item are adjacent. Consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
+    one item are adjacent. The pairs of consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
     for scope, kinds in groupby(REGISTRY.values(), key=lambda kind: kind.of.scope):
         runs = [(by, list(run)) for by, run in groupby(kinds, key=lambda kind: kind.of.by_freedom)]
         for number, item in enumerate(items(system, scope)):

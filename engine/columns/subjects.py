@@ -122,8 +122,8 @@ def _system(_: int, system: System) -> Iterator[Subject]:
 
 
 def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
-    """Freedoms along which friction acts. Column names contain the number of a rotational freedom among the rotational freedoms,
-    from 1."""
+    """Freedoms along which friction acts. The column name of a rotational freedom contains its number among the rotational
+    freedoms, from 1."""
     turn = 0
     for k in range(j.kind.nv) if j.friction else ():
         assert j.friction is not None

@@ -36,7 +36,7 @@ def scene_of_asmt(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]
 
 
 def tree_of(path: Path) -> Element:
-    """The assembly of a file: its indented lines as a tree. The results of FreeCAD's last run at the end of the file are
+    """The assembly of a file: its indented lines as a tree. The results of FreeCAD's last run, at the end of the file, are
     omitted."""
     with path.open("rb") as f:
         content = f.read(LARGEST + 1)
@@ -211,5 +211,5 @@ def _frame_along(axis: np.ndarray, across: np.ndarray) -> np.ndarray:
 
 def _crossed_frame(first: np.ndarray, second: np.ndarray, keep_first: bool) -> np.ndarray:
     """A universal joint's frame: e1 along the first axis, e2 along the second axis. If the axes are not orthogonal, the second
-    axis is adjusted (the first axis if ``keep_first`` is False)."""
+    axis is made orthogonal to the first (if ``keep_first`` is False, the first to the second)."""
     return _frame_along(first, second) if keep_first else _frame_along(second, -first)[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]

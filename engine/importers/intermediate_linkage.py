@@ -21,7 +21,7 @@ LISTED = 8
 UNLIMITED = 1e15
 """A joint limit of this magnitude or more means "no limit" (SDF writes 1e16)."""
 LIGHT = 1e-15
-"""Mass given to a massless link, relative to the masses that the link carries; this mass is below their rounding error."""
+"""Mass given to a massless link, relative to the masses that the link carries. It is below the rounding error of these masses."""
 
 
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -60,8 +60,8 @@ class Names:
         self.taken = set(RESERVED)
 
     def new(self, wanted: str, kind: str) -> str:
-        """A valid unused name similar to ``wanted``. ``kind`` is the name if ``wanted`` is empty, and otherwise the prefix or
-        suffix that makes the name valid or unique."""
+        """A valid unused name similar to ``wanted``. ``kind`` replaces an empty ``wanted``; otherwise it is the prefix or suffix
+        that makes the name valid or unique."""
         form = plain_name(wanted) or kind
         form = form if form[0].isalpha() else f"{kind}_{form}"
         tries = [form, f"{form}_{kind}", *(f"{form}_{i}" for i in range(2, len(self.taken) + 3))]

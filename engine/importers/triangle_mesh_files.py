@@ -67,7 +67,7 @@ READERS = {".stl": _stl, ".obj": _obj, ".msh": _msh}
 
 
 def found(folder: Path, name: str) -> Path | None:
-    """Path of the mesh ``name`` in a file in ``folder``; None if there is no such mesh. The path is relative to this folder. With
+    """Path of the mesh that a file in ``folder`` names; None if there is no such mesh. ``name`` is relative to this folder; with
     package:// or model://, parent folders are searched too."""
     plain = name.split("://", 1)[-1]
     _, _, inside = plain.partition("/")

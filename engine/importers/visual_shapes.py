@@ -17,7 +17,7 @@ AROUND = 20
 FACES = 800
 """Largest number of triangles in a body's surface; a finer surface is coarsened."""
 FINEST = 96
-"""Number of grid cells along the longest side at the start of coarsening."""
+"""Number of cells along the longest side of the first grid that merges points."""
 NEAR = 1e-6
 """Largest allowed deviation of a solid's pose from the pose of the scene's shape, relative to the solid's size."""
 
@@ -96,7 +96,8 @@ def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
 
 
 def coarse(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(points (p×3), faces (n×3)) of triangles (m×3×3), with n at most ``FACES``. Points in the same grid cell are merged."""
+    """(points (p×3), faces (n×3)) of triangles (m×3×3). Points in the same cell of a grid are merged; the grid is coarsened until n
+    is at most ``FACES``."""
     low = corners.reshape(-1, 3).min(axis=0)
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     cells, exact = FINEST, len(corners) <= FACES

@@ -1,5 +1,5 @@
-"""XML reader that records file and line of each element. The reader is safe against malicious files. It refuses document types, and
-therefore entities, and limits the numbers of bytes, elements and levels."""
+"""XML reader that records file and line of each element. The reader is safe against malicious files: it refuses document type
+definitions, and therefore entities, and limits the numbers of bytes, elements and levels."""
 
 from __future__ import annotations
 

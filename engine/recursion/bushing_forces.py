@@ -2,7 +2,8 @@
 
 E and E_b are the bushing's axes on the first and second body, δ = Eᵀ(x_b − x_a) and Q = Eᵀ E_b. The force on the second body is
 −(K δ + C δ̇). The elastic torque on the second body is minus the gradient of Σ 2 k_i v_i², where v is the vector part of Q's
-quaternion. All products in this gradient are sums of entries of Q, so that neither a division nor the quaternion's sign matters."""
+quaternion. All products in this gradient are sums of entries of Q. So the code needs no division, and the quaternion's sign does
+not matter."""
 
 from __future__ import annotations
 

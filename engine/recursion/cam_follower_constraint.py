@@ -1,7 +1,7 @@
 """Constraint of a cam follower (theory, "Cams"): a point of the follower stays on a curve of the cam, or a face touches the cam.
 
 k is the contact normal; x are the arms of the contact force from the origins of both parts. The rate of the row is
-k·(v_out − v_in), with the velocities of both parts at the contact; ξ is the time derivative of this rate at Ż = 0."""
+k·(v_out − v_in), where v_out and v_in are the velocities of the parts at the contact. ξ is the rate's time derivative at Ż = 0."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Touch:
 def following_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX]:
     """The constraint row, the freedom and the contact frame of a cut joint whose outboard part follows a cam.
 
-    The freedom is sliding of the follower along the cam. It is given as a row, of which only the rate, the wrenches and ξ are used.
+    The freedom is sliding of the follower along the cam. It is a ``Row`` of which only the rate, the wrenches and ξ are used.
     The columns of the frame (3×3, world) are the cam's axis, the normal towards the follower and the sliding direction."""
     seen = _seen(sym, c)
     curve = sym.curve(c.joint, seen.angle[0])
@@ -78,7 +78,7 @@ def _seen(sym: Symbols, c: Cut) -> Seen:
 
 
 def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
-    """Contact frame (e1 of the cam, n, t), where n has the given angle from ``seen.e2``; then n and t, each with its rate."""
+    """The contact frame (e1 of the cam, n, t), n with its rate, and t with its rate. angle: of n, measured from ``seen.e2``."""
     a = c.Ein[:, 0]
     cosine, sine = ca.cos(angle[0]), ca.sin(angle[0])
     n, t = cosine * seen.e2 + sine * seen.e3, cosine * seen.e3 - sine * seen.e2
@@ -98,8 +98,8 @@ def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
-    # The residual is the radial deviation times the cosine of the pressure angle. The cosine is evaluated on the curve: at the
-    # point, it would vanish if the point lay on the cam's axis, and so would the residual.
+    # The residual is the radial deviation times the cosine of the pressure angle. The cosine is evaluated on the curve. At the
+    # point itself, cosine and residual would vanish if the point lay on the cam's axis.
     return Touch((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
 
 

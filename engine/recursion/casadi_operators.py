@@ -1,6 +1,6 @@
 """Fast arithmetic of CasADi symbols.
 
-CasADi's Python operators try every kind of matrix for each operand, which takes seven times as long as the operation itself.
+CasADi's Python operators test each operand for every kind of matrix, which takes seven times as long as the operation itself.
 ``SX.binary`` makes the same expression directly. The build of a model makes about 30,000 expressions, and takes a quarter less
 time with ``SX.binary``."""
 
@@ -32,7 +32,7 @@ def _operators() -> Iterator[tuple[str, Callable]]:
 
 
 DIRECT = dict(_operators())
-"""{method name: fast operator}. Set as attributes of SX, these operators hide the inherited operators."""
+"""{method name: fast operator}. ``direct_operators`` sets them as attributes of SX, where they hide the inherited operators."""
 _LOCK = Lock()
 _inside = 0
 

@@ -98,8 +98,8 @@ def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
 
 
 def by_loads(values: SX, e: Element, N: SX) -> SX:
-    """Dense derivative ∂values/∂N. N: the components that the element needs. The derivative with respect to a span is set to 0,
-    because a span does not depend on the multipliers."""
+    """Dense derivative ∂values/∂N. N: the components that the element needs. The derivative with respect to a span (``SPAN``) is
+    set to 0, because a span does not depend on the multipliers."""
     out = ca.densify(ca.jacobian(values, N))
     if SPAN in e.needs:
         out[:, e.needs.index(SPAN)] = 0

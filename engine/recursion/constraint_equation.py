@@ -48,7 +48,7 @@ class Cut:
     c_in, c_out   vector from each body's reference origin to its joint point (3), m.
     inb, out      motions of the two bodies.
     s             p_out − p_in (3), m.
-    made          results of functions with the decorator ``once``, by function name."""
+    made          results that the decorator ``once`` stores, by function name."""
 
     joint: Joint
     Ein: SX

@@ -1,4 +1,5 @@
-"""Foot of a point on a curve: the line from the foot to the point is normal to the curve (theory, "Points on curves")."""
+"""The foot of a point on a curve is the curve point from which the line to the point is normal to the curve (theory, "Points on
+curves")."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
 
 
 def refine_foot(foot: Sequence[SX], p: SX) -> SX:
-    """Parameter of the foot of point p after one Newton step from ``foot``. Near and beyond the centre of curvature, Newton's slope
-    is too small, and the step is a Gauss–Newton step instead."""
+    """Parameter of the foot of point p after one Newton step from ``foot``. If p is near or beyond the centre of curvature, the
+    slope for Newton's step is too small, and a Gauss–Newton step is taken instead."""
     at, way, bend = evaluate_curve(foot)
     gap, square = p - at, ca.dot(way, way)
     slope: SX = square - ca.dot(gap, bend)

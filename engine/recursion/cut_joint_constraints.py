@@ -36,7 +36,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
     made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
     if j.light is not None:
-        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty row: λ acts along the freedom (``inward_reduction``)
+        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty: ``inward_reduction`` applies λ along the freedom
         return made
     if j.mimic is None:
         add_rows(sym, made)
@@ -85,7 +85,7 @@ def _travel_row(c: Cut, k: int) -> Row:
     """Row of a translational constraint (49)–(51): no travel along an axis h.
 
     If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the outboard part if that part is the
-    ground, and in the inboard part if not. The code generated for an axis that does not rotate is shorter."""
+    ground, else in the inboard part. For an axis that does not rotate, the generated code is shorter."""
     vel, acc = point_velocity(c), _centripetal(c)
     if len(c.joint.kind.rows_s) == 3:
         h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out

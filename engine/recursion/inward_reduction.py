@@ -94,8 +94,8 @@ class Model:
         return next(c for c in self.cuts if c.joint.name == j.name)
 
     def once(self, build: Callable[[Model], Any]) -> Any:
-        """``build(self)``, called once; the model and its reduced copy share the result. Only for results that the reduction does
-        not change."""
+        """The result of ``build(self)``, which is called once. The model and its reduced copy share the result, so the reduction
+        must not change it."""
         if build not in self.made:
             self.made[build] = build(self)
         return self.made[build]
@@ -179,8 +179,8 @@ def eta_column(m: Model, j, freedom: int) -> int:
 
 def _generalised(m: Model, step: Step) -> SX:
     """Forces on the outboard part of a tree joint along its n free freedoms (n×columns). Column 0 contains the forces of devices.
-    The column of a freedom's η has the entry −1, because η acts on the inboard part. In the column of a light freedom's row, the
-    freedom has the entry 1."""
+    A freedom's own η column has the entry −1 for the freedom, because η acts on the inboard part. The column of a light freedom's
+    row has the entry 1."""
     j = step.joint
     Q = zeros(len(j.free), m.columns)
     forces = joint_forces(m.sym, step)

@@ -12,7 +12,7 @@ LIFTED = 0.5
 """A hook is lifted while the release signal is above this value."""
 
 SLACK = 5e-13
-"""Distance before the tooth at which a hook already falls, m or rad. Therefore the hook catches a part that starts at the tooth.
+"""A hook already falls when the part is this distance before the tooth, m or rad. So it catches a part that starts at the tooth.
 The distance is half of the tolerance of end stops."""
 
 BEYOND = 2e-12
@@ -55,9 +55,10 @@ def _pressed(x: Latch, flags: tuple[SX, SX]) -> SX:
 def depths(sym: Symbols, x: Latch, hook: SX, q: SX, release: SX) -> tuple[SX, SX, SX]:
     """Three event functions of a hook.
 
-    1. If the hook is up: positive where it falls. If the hook is down: positive where it stays down.
-    2. If the hook is up: minus the number of the tooth on which it would fall. If the hook is down: depth by which it is pressed.
-    3. Release signal minus LIFTED. Only this function has smooth zeros where the signal releases the hook; steps end there."""
+    1. Hook up: positive where it falls. Hook down: positive where it stays down.
+    2. Hook up: minus the number of the tooth on which it would fall. Hook down: depth by which it is pressed.
+    3. Release signal minus LIFTED. Of the three, only this function crosses zero smoothly when the signal releases the hook; steps
+       end at its zeros."""
     depth, lifted = x.side * (tooth(sym, x, hook) - q), release - LIFTED
     stays, falls = ca.fmin(-lifted, sym.leaf(x.holds) / sym.leaf(x.stiffness) - depth), ca.fmin(-lifted, SLACK - depth)
     first = ca.SX(1)

@@ -1,8 +1,8 @@
 """Contacts of joints in loops as springs (theory, "Redundant loops").
 
-All contacts of a joint have the same radial stiffness; a face has this stiffness along the axis. Each row is a contact force
+All contacts of a joint have the same radial stiffness; an end face has this stiffness along the axis. Each row is a contact force
 divided by the square root of the contact's stiffness. Therefore the sum of the squared rows is proportional to the elastic energy.
-The contacts of a joint without friction have an arm that is a fraction of the parts' radius of gyration."""
+A joint without friction has no contact sizes; its contacts get an arm that is a fraction of the parts' radius of gyration."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ PART = 0.1
 
 
 def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
-    """Spring forces of a joint as affine maps (rows×columns), with friction as one of the applied forces. If ``pick`` = [1; λ; η]
-    is given, they are values (rows×1)."""
+    """Spring forces of a joint as affine maps (rows×columns), where friction is an applied force. If ``pick`` = [1; λ; η] is given,
+    they are values (rows×1)."""
     return spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), *pose_of(m, j)[:2], _arm(m, j))
 
 
@@ -56,8 +56,8 @@ def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
 
 
 def friction_change_rows(m: Model, e: Element, values: SX, sliding: bool = False) -> SX:
-    """Change of a joint's first rows due to friction (rows×1). values: the components of f_c, m_c that the element needs. sliding:
-    whether to leave out the friction of pairs at rest."""
+    """Change of a joint's first spring rows (those of contacts) due to friction (rows×1). values: the components of f_c, m_c that
+    the element needs. sliding: whether to leave out friction at rest."""
     eta = [] if sliding else [m.sym.eta[i] for i in e.eta]
     return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), eta)
 
@@ -94,8 +94,8 @@ def _arm(m: Model, j: Joint) -> SX:
 
 
 def spin(m: Model, b: Body) -> SX:
-    """Half the trace of a body's inertia, kg m². For a point mass, it is the mass times the squared distance of the mass centre
-    from the reference origin. If this distance is 0 too, the mass is multiplied by ``_spread``."""
+    """Half the trace of a body's inertia, kg m². For a point mass, the result is instead the mass times the squared distance of the
+    mass centre from the reference origin. If this distance is also 0, ``_spread`` replaces its square."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):

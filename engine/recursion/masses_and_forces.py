@@ -153,8 +153,8 @@ def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
-    """Force of a freedom's end stops by Hunt and Crossley: stiffness · depth · (1 + damping · rate of depth), or 0 where this would
-    be a pull. Events set the flag of an engaged stop."""
+    """Force of a freedom's end stops by Hunt and Crossley: stiffness · depth · (1 + damping · rate of depth), or 0 where this force
+    would pull. Events set and clear the flag of an engaged stop."""
     out = SX(0)
     assert d.stop is not None
     for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):
@@ -167,8 +167,8 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 
 def stop_push(damping: SX, sign: int, rate: SX) -> SX:
-    """Factor of an end stop's elastic force. At 0 the stop releases the part, because the part leaves faster than the stop expands.
-    A time step ends there."""
+    """Factor of an end stop's elastic force. Where it is 0, the part leaves faster than the stop expands, and the stop releases the
+    part. A time step ends there."""
     return 1 - damping * sign * rate
 
 

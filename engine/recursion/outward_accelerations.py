@@ -18,7 +18,7 @@ class Accelerations:
     """Accelerations and reactions as affine maps of [1; λ; η], or as values (a single column).
 
     qdd    q̈ of each tree joint's free freedoms (n×columns).
-    Zdot   Ż − [g; 0] of each body (6×columns), because gravity is an acceleration of the ground.
+    Zdot   Ż − [g; 0] of each body (6×columns): gravity is an acceleration −g of the ground.
     N      reaction on each body by the tree joint that carries it, at the body's origin (6×columns) (103)."""
 
     qdd: list[SX]

@@ -11,8 +11,8 @@ from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 
 REFINED = 2
-"""Number of Newton steps from the given foot. One step makes the first derivative of the result correct, and two steps make the
-second derivative correct."""
+"""Number of Newton steps from the given foot. One step makes the first derivative of the foot correct; two steps make the second
+derivative correct too."""
 
 
 def spot(c: Cut) -> SX:
@@ -24,9 +24,8 @@ def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
     """The constraint row, the freedom, the contact frame and the position along the curve (m) of a cut joint whose outboard point
     stays on a curve.
 
-    The freedom is sliding along the curve. It is given as a row, of which only the rate, the wrenches and ξ are used. The columns
-    of the frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right
-    of t."""
+    The freedom is sliding along the curve. It is a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
+    frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right of t."""
     at, along = _touch(sym, c)
     return force_row(c, at.phi, at.n, at.arm_in, at.arm_out), force_row(c, SX(0), at.t, at.arm_in, at.arm_out), at.frame, along
 

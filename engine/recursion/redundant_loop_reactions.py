@@ -1,6 +1,6 @@
-"""Scaled reactions of joints in loops. The reactions of redundant loops are those whose scaled reactions have the least sum of
-squares (theory, "Redundant loops"). If the loops have no friction, the scale is the parts' inertia; otherwise it is the compliance
-of the contacts."""
+"""Scaled reactions of joints in loops. Redundant loops have many possible reactions; the model uses those whose scaled reactions
+have the least sum of squares (theory, "Redundant loops"). If the loops have no friction, the scale is the parts' inertia; otherwise
+it is the compliance of the contacts."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
 
 
 def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
-    """Whether the norm of the scaled reactions couples the inactive multipliers, which the motion does not determine, to the other
-    multipliers. In a planar mechanism of symmetric bodies there is no coupling; the inactive multipliers are then zero."""
+    """Whether the norm of the scaled reactions couples the inactive multipliers to the other multipliers. The motion does not
+    determine inactive multipliers. Without coupling, as in a planar mechanism of symmetric bodies, they are zero."""
     if not inactive:
         return False
     maps = scaled_reactions(m, acc)
@@ -54,8 +54,8 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
-    """Affine maps (rows×columns) of the change of the scaled reactions due to sliding friction, linearised in the reactions. Pairs
-    at rest are left out: they couple the same reactions, but the formula's structure does not show the coupling."""
+    """Affine maps (rows×columns) of the change of the scaled reactions due to sliding friction, linearised in the reactions.
+    Friction at rest is left out: it couples the same reactions, but the sparsity of its formula does not show this."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):

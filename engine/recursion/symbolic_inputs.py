@@ -20,7 +20,7 @@ class Symbols:
     """Symbols of one system.
 
     t      time, s.
-    ts     a time inside the current step, which selects the branch of a ramp, s.
+    ts     a time inside the current step, s; it selects the active piece of a signal.
     x      external values (``system.structure.external_value_layout``); the first two are t and ts.
     q, v   state coordinates (nq) and rates (nv).
     b      bristle states.
@@ -113,8 +113,8 @@ class Symbols:
         return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
 
     def _progress(self, begin: SX, duration: SX) -> SX:
-        """Progress of a ramp: 0 before the beginning of the ramp, 1 after its end. ts selects the branch, so that no step contains
-        both sides of a kink."""
+        """Progress of a ramp: 0 before the beginning of the ramp, 1 after its end. ts selects the piece, so that a step uses a
+        single piece even where t reaches a kink."""
         inside = (self.t - begin) / duration
         return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
 

@@ -29,8 +29,8 @@ class Touch:
 
 
 Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
-"""((axis of the relative rotation, direction in which the wheels part), (arms of this direction from the origins of both
-parts))."""
+"""((axis of the relative rotation, direction in which the wheels separate), (arms of a force along this direction, from the origins
+of both parts))."""
 
 
 def rolling_row(sym: Symbols, c: Cut) -> Row:
@@ -50,8 +50,8 @@ def _row(c: Cut, t: Touch, phi: SX) -> Row:
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
-    """The two freedoms of a pair of toothed wheels: the relative rotation, which makes the flanks slide, and the distance. They are
-    given as rows, of which only the rate, the wrenches and ξ are used."""
+    """The two freedoms of a pair of toothed wheels: the relative rotation, which makes the flanks slide, and the distance. Each is
+    a ``Row`` of which only the rate, the wrenches and ξ are used."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
@@ -109,7 +109,7 @@ def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
 
 
 def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
-    """Wheels with parallel axes rotate about their axes, and part along the line of centres."""
+    """Wheels with parallel axes rotate about their axes, and separate along the line of centres."""
     along, p, square, rate = _between(c)
     length = ca.sqrt(square)
     apart = (p[0] / length, p[1] / length - 0.5 * rate / (square * length) * p[0])
@@ -118,7 +118,7 @@ def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
 
 
 def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
-    """Bevel wheels rotate about the contact line. They part perpendicular to this line in the plane of the axes, towards the
+    """Bevel wheels rotate about the contact line. They separate perpendicular to this line in the plane of the axes, towards the
     outboard wheel."""
     a, b = _axes(c)
     n, touch = _crossed(a, b), _plus(_times(r2, a), _times(r1, b))
@@ -129,7 +129,7 @@ def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
 
 
 def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
-    """A wheel and a rack rotate about the wheel's axis. They part in the direction from the wheel to the rack."""
+    """A wheel and a rack rotate about the wheel's axis. They separate in the direction from the wheel to the rack."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
     own = _rack(c, r, _)

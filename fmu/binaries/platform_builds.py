@@ -126,7 +126,7 @@ def shell_key() -> str:
 
 
 def _cached(kind: str, make: Callable[[Path], None], *determined_by: str | bytes) -> Path:
-    """A folder of the cache, which ``make`` fills unless it exists. determined_by: everything that determines the folder's
+    """A folder of the cache. If it does not exist, ``make`` fills it. determined_by: everything that determines the folder's
     contents, except shell and runtime."""
     return library_cache.entry(f"{kind}-{library_cache.digest(shell_key(), *determined_by)}", make)[0]
 

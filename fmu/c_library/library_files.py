@@ -115,7 +115,7 @@ def filled(template: str, given: Mapping[str, str]) -> str:
 
 
 def plain(text: str) -> str:
-    """The text, changed where it would end a C comment or string, and in ASCII."""
+    """The text in ASCII, without sequences that would end a C comment or string."""
     return text.encode("ascii", "replace").decode().replace("*/", "* /").replace('"', "'").replace("\\", "/")
 
 

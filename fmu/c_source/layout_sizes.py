@@ -21,8 +21,8 @@ a bound is too small."""
 
 @dataclass(frozen=True)
 class Sizes:
-    """The sizes in the C tables of a mechanism's units. block: size of the simulation block, bytes. The size is that on a 64-bit
-    platform; on other platforms the block is smaller."""
+    """The sizes in the C tables of a mechanism's generated files (units). block: size of the simulation block on a 64-bit platform,
+    bytes; on other platforms the block is smaller."""
 
     kernel: dict[str, int]
     outputs: dict[str, int]

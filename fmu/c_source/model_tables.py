@@ -83,7 +83,7 @@ def _erring(model: Model, listed: list[Variable]) -> str:
 
 def _certified(model: Model, listed: list[Variable]) -> tuple[str, str, str]:
     """The fields ``erring``, ``tighter`` and ``larger`` of ``fmu_model``: the table of ``_erring``; the tolerance of the run
-    divided by that of the second run; the factor from the difference of the two runs to the error."""
+    divided by that of the second run; the error divided by the difference of the two runs."""
     if not any(v.role == ERRORS for v in listed):
         return "0", "1", "1"
     sim = model.built.scene.simulation

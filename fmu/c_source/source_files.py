@@ -1,4 +1,4 @@
-"""The C files of an exported model. All project headers are expanded in each file; only the header ``NAME.h`` is still included."""
+"""The C files of an exported model. Each file contains the text of all project headers; it includes only the header ``NAME.h``."""
 
 from __future__ import annotations
 

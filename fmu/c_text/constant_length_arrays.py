@@ -25,8 +25,8 @@ class BoundMissing(ValueError):
 
 @dataclass
 class Function:
-    """A C function. numbers: by name, the expression that initialises each local integer that is not assigned again. lengths: by
-    name, the expression of each array's length in the source."""
+    """A C function. numbers: for each local integer that is never assigned again, its name and initial expression. lengths: for
+    each array, its name and the expression of its length in the source."""
 
     name: str
     body: str
@@ -35,8 +35,8 @@ class Function:
 
 
 def fixed(text: str, checked: bool = False) -> str:
-    """The text without variable-length arrays. checked: whether the text checks each length against its bound at run time, by the
-    macro ``TR_FITS``. This macro must be defined when the text is compiled. BoundMissing for a length without a known bound."""
+    """The text without variable-length arrays. checked: whether the macro ``TR_FITS`` checks each length against its bound at run
+    time; it must be defined when the text is compiled. BoundMissing for a length without a known bound."""
     out, at = [], 0
     for d in definitions(text):
         made = Function(d.name, text[d.body : d.end])
@@ -110,8 +110,8 @@ def _all_used(made: Function, body: str) -> str:
 
 
 def first(declarator: str) -> str:
-    """The C expression for the first element of an array. The text sets this element, so that compilers do not report the array as
-    uninitialised."""
+    """The C expression for the first element of an array. The exported text initialises this element, so that compilers do not
+    report the array as uninitialised."""
     name, *sizes = re.split(r"\[", declarator.partition("[TR_ROOM(")[0] + "[")
     return name + "[0]" * len(sizes)
 

@@ -46,7 +46,7 @@ class Connection:
 @dataclass(frozen=True)
 class System:
     """The contents of the file. folder: paths in the file are relative to this folder. lines, file: line numbers and file name for
-    later findings."""
+    problems that are found later."""
 
     name: str
     components: dict[str, Component]

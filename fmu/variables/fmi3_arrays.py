@@ -15,8 +15,8 @@ FLOAT64, ENUMERATION = "Float64", "Enumeration"
 CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
 """Names in the C enumeration ``fmu_type`` (``model_and_instance.h``), by FMI type."""
 SPACE = 3
-"""Smallest number of components that form an array of parameters. If components with the value 0 are omitted, the vector stays
-several scalars."""
+"""Smallest number of components of an array of parameters. A vector with omitted components (those with the value 0) remains a set
+of scalars."""
 COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
 FLAGS = ("events.last.marginal",)
 """COUNTS: integers that are numbers of things. FLAGS: integers that are Boolean. Other integers are identifiers."""

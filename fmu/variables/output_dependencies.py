@@ -1,5 +1,5 @@
-"""The dependencies of outputs, during the run and at the start, that the model description declares. A missing dependency is wrong.
-An unnecessary dependency makes hosts report algebraic loops that do not exist."""
+"""The dependencies of outputs that the model description declares, during the run and at the start. A missing dependency is an
+error. An unnecessary dependency makes hosts report algebraic loops that do not exist."""
 
 from __future__ import annotations
 

@@ -50,8 +50,8 @@ class Variable:
 
     role, index: the meaning of a parameter (``fmu_setting``). also: index of another number with the same value, −1 for none. type:
     the type of a variable that is not real (``variable_types``). rate_of: name of the variable whose time derivative this variable
-    is. above: name of a parameter that is a lower bound of this parameter, in the sense of ``order``. rotation: whether this is the
-    first component of a quaternion."""
+    is. above: name of a parameter that is a lower bound of this parameter; ``order`` states whether equality is allowed. rotation:
+    whether this is the first component of a quaternion."""
 
     name: str
     unit: str
@@ -74,8 +74,7 @@ class Variable:
 
     @property
     def minimum(self) -> float:
-        """The smallest allowed value. If the lower bound itself is not allowed, the smallest value is the next larger normal
-        floating-point number."""
+        """The smallest allowed value: the lower bound or, if that is excluded, the next larger normal floating-point number."""
         least = self.bound.least
         if least == -math.inf:
             return -HUGE
@@ -187,8 +186,8 @@ def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
 
 
 def _derived(path: Path) -> bool:
-    """Whether a number that the scene does not give directly may nevertheless be a parameter: a mass computed from a density, or
-    friction taken from the defaults of the scene."""
+    """Whether a number may be a parameter although the scene does not give it directly: a mass computed from a density, or friction
+    taken from the defaults of the scene."""
     return (path[0] == "bodies" and path[2:] == ("mass",)) or (path[0] == "joints" and path[2] == "friction")
 
 

@@ -1,6 +1,6 @@
 """Offers the parameters of a scene as parameters of its FMU. The FMU computes the numbers that depend on these parameters, by the
-expressions of the scene. Such numbers are then not parameters themselves. A scene parameter is omitted, and reported, if it affects
-properties that are fixed in an FMU."""
+expressions of the scene. The dependent numbers are then not FMU parameters themselves. A scene parameter is omitted, and reported,
+if it affects properties that are fixed in an FMU."""
 
 from __future__ import annotations
 

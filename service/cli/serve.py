@@ -43,8 +43,8 @@ client closes the connection first. If the server closed first, a request sent a
 BACKLOG = 2048
 """Number of connections that may wait to be accepted (uvicorn's default)."""
 SWITCH_SECONDS = 0.0005
-"""Longest time, s, for which a thread that formats rows blocks the other threads. Python's default is 5 ms, and a request may be
-delayed by this time about ten times."""
+"""Longest time, s, for which a thread that formats rows blocks the other threads. With Python's default of 5 ms, such a thread
+could delay a request by 5 ms about ten times."""
 
 
 def command(
@@ -157,7 +157,7 @@ def run_server(settings: Settings) -> int:
         flush=True,
     )
     sys.setswitchinterval(SWITCH_SECONDS)
-    gc.freeze()  # the objects made until now are excluded from garbage collection, because each collection stops all threads
+    gc.freeze()  # exclude all present objects from garbage collection, because each collection stops all threads
     config = uvicorn.Config(
         app,
         settings.host,

@@ -27,7 +27,7 @@ OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
 """A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. Its
 other cases can then finish."""
 BUILDING = 60.0
-"""Time, s, that a chunk is granted from the budget in addition to its time of stepping. The time is for building, because a later
+"""Time for building, s, that a chunk is granted from the budget in addition to its time of stepping. Even later chunks need it: a
 case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
 """LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
@@ -39,10 +39,11 @@ other work."""
 @dataclass
 class Active:
     """A job that the dispatcher works on. flying: (chunk, future) of each chunk on the cluster, by first case. granted: part of the
-    budget that is reserved for each such chunk, s. spent: used part of the budget, s. cost: mean computing time of a case, s; 0
-    before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut. document:
-    digest of the job's document. follow: the study whose results determine the cases. apart: whether each case is a separate chunk
-    (for a fit). sure: whether all chunks that are stored as running are in ``flying``; False after an interrupted write."""
+    budget that is reserved for each chunk on the cluster, s. spent: used part of the budget, s. cost: mean computing time of a
+    case, s; 0 before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut.
+    document: digest of the job's document. follow: the study whose results determine the cases. apart: whether each case is a
+    separate chunk (for a fit). sure: whether all chunks that are stored as running are in ``flying``; False after an interrupted
+    write."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -71,7 +72,7 @@ class Active:
 
     def time_grant(self, chunk: Chunk, longest: float, slots: int) -> tuple[float, float]:
         """Two time limits of a chunk, s: for building and stepping together, and for stepping alone. A chunk with one case gets all
-        the time that its CPU-time limit allows. If little of the budget is left, a chunk gets only a share."""
+        the time that its CPU-time limit allows. If little of the budget is left, a chunk gets only a share of the rest."""
         if self.apart:
             return self.left / max(1, self.known - self.planned + 1), inf
         if chunk.stop - chunk.start == 1:

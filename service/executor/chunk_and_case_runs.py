@@ -35,7 +35,7 @@ MOST_EVENTS = 2000
 MARKER_SECONDS = 0.1
 """Shortest time between two checks of the stop marker, s."""
 CHECK_SHARE = 0.05
-"""Largest share of the time that is spent on these checks. If the storage is slow, checks are made less often."""
+"""Largest share of the time that is spent on checks of the stop marker. If the storage is slow, checks are made less often."""
 _local = threading.local()
 Values = Sequence[Sequence[float]] | None
 
@@ -97,8 +97,8 @@ def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
 
 class ChunkMonitor:
     """Monitors the limits of a chunk. It is called every few hundredths of a second during building and stepping. If the time for
-    stepping is used up, it ends the chunk, and the finished cases are kept. It raises when the job was stopped, or when the time is
-    used up during building."""
+    stepping is used up, it ends the chunk; the finished cases are kept. It raises Cancelled when the job was stopped, and OutOfTime
+    when all time is used up during building."""
 
     def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf, pause: float = 0.0):
         self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest

@@ -22,7 +22,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 log = logging.getLogger("trunnion.service")
 RESULT_SECONDS = 10
 Report = tuple[Done | None, Lost | None]
-"""The report of a chunk, if known, and the reason why the chunk is not done, else None."""
+"""The report of a chunk (None if it is lost), and the failed attempt (None if the chunk is done)."""
 
 
 class ChunkIngestion(LeasedJobs):
@@ -101,7 +101,7 @@ class ChunkIngestion(LeasedJobs):
         return done, None
 
     def _learn_cost(self, active: Active, start: int, used: Done | None) -> None:
-        """Update the used time of a job and the cost of a case from the report of a stored chunk."""
+        """Update the used time of a job and the computing time of a case (``cost``) from the report of a stored chunk."""
         active.release_grant(start, used.seconds + used.build_seconds if used else 0.0)
         if used is None:
             return
@@ -114,8 +114,8 @@ class ChunkIngestion(LeasedJobs):
 
     @staticmethod
     def _result(future: Any) -> dict[str, Any] | None:
-        """The report that a worker returned; None if the report is lost. If the part was written, the next attempt then finds
-        it."""
+        """The report that a worker returned; None if the report is lost. The next attempt then finds the part, if it was
+        written."""
         try:
             return dict(future.result(timeout=RESULT_SECONDS))
         except Exception as e:  # noqa: BLE001  # after any error, the chunk is requested again
@@ -124,7 +124,7 @@ class ChunkIngestion(LeasedJobs):
 
     def _lost(self, chunk: Chunk, future: Any) -> Lost:
         """The record of a failed attempt. The cause is either the chunk (an error, or a worker that was killed repeatedly) or the
-        cluster. Only attempts that failed because of the chunk count."""
+        cluster. Only a failure that the chunk caused counts towards the limit of attempts."""
         failed = future.status == "error"
         error = future.exception() if failed else None
         blame = failed and not isinstance(error, Cancelled)

@@ -30,8 +30,8 @@ class DispatchCost:
     sums: tuple[float, ...] = (0.0,) * 5
 
     def record(self, pieces: int, seconds: float) -> None:
-        """Add a commit of ``pieces`` chunks that took ``seconds``, and fit the line again by least squares. While all commits have
-        the same number of chunks, their whole time counts as fixed."""
+        """Add a commit of ``pieces`` chunks that took ``seconds``, and fit ``fixed`` and ``each`` again by least squares. While all
+        commits have the same number of chunks, their whole time counts as fixed."""
         s = min(seconds, MOST * pieces)
         new = (1, pieces, pieces**2, s, pieces * s)
         n, p, pp, t, pt = self.sums = tuple((1.0 - NEW) * old + x for old, x in zip(self.sums, new, strict=True))
@@ -45,13 +45,14 @@ class DispatchCost:
         return 2.0 * (self.fixed / batch + self.each)
 
     def longest(self, wanted: float, slots: int, batch: int) -> float:
-        """The longest planned duration of a chunk, s: the larger of ``wanted`` and the time to serve all slots once."""
+        """The longest planned duration of a chunk, s: the larger of ``wanted`` and the time in which the dispatcher serves all
+        slots once."""
         return max(wanted, slots * self.cost(min(batch, slots)) / BUSY)
 
     def shortest(self, work: float, slots: int, batch: int) -> float:
-        """The shortest planned duration of a chunk, s, when ``work`` seconds of computing are left. It is the time to serve all
-        slots once, or √(work·cost) if this is less. The root follows from minimising the total time: P chunks on P slots end after
-        P·cost + work/P, which is minimal for P = √(work/cost)."""
+        """The shortest planned duration of a chunk, s, when ``work`` seconds of computing are left. It is the time in which the
+        dispatcher serves all slots once, or √(work·cost) if this is less. The root minimises the total time: P chunks on P slots
+        end after P·cost + work/P, which is minimal for P = √(work/cost)."""
         cost = self.cost(min(batch, slots))
         return min(sqrt(work * cost), slots * cost / BUSY)
 

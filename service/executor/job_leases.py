@@ -38,7 +38,7 @@ class LeasedJobs:
         self.claimed = self.renewed = -1e9
 
     def _renew(self) -> None:
-        """Renew the leases during long work. The next ``_claim`` starts jobs that are newly leased here."""
+        """Renew the leases during long work. This can also lease new jobs, which the next ``_claim`` starts."""
         if time.monotonic() - max(self.claimed, self.renewed) > self.settings.lease / 3:
             self.store.claim(self.name, self.settings.lease)
             self.renewed = time.monotonic()
@@ -131,7 +131,7 @@ class LeasedJobs:
 
     def _advance_study(self, active: Active) -> None:
         """Report complete rounds to the study, and request the cases of the next round. The requested cases depend only on the seed
-        and the results, so that a study which another server takes over continues unchanged."""
+        and the results. Therefore a study continues unchanged when another server takes it over."""
         follow, asked = active.follow, -1
         while follow is not None and not follow.is_over and asked != follow.requested:
             asked = follow.requested

@@ -24,8 +24,8 @@ class QuietWorker(Worker):
 
 
 def local_cluster(workers: int, scratch: str, silence: int) -> SpecCluster:
-    """Local worker processes, with a scheduler in this process. Connections must present a certificate that is created here and
-    kept in memory."""
+    """Local worker processes, with a scheduler in this process. Clients and workers must present a certificate that is created here
+    and kept in memory."""
     logging.getLogger("distributed").setLevel(silence)
     security = Security.temporary()
     common = {"host": "127.0.0.1", "protocol": "tls://", "security": security}

@@ -87,7 +87,7 @@ class Parts:
             raise CorruptPart("it is missing") from None
         except OSError as e:
             if not self.local:
-                raise  # an error of a remote store probably means that the store is unavailable for the moment
+                raise  # an error of a remote store probably means that the store is temporarily unavailable
             raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, piece, columns), len(data)
 

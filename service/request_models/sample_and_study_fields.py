@@ -53,7 +53,7 @@ class RequestModel(BaseModel):
 
 
 def current_fields(data: dict[str, Any], known: Container[str]) -> dict[str, Any]:
-    """The fields of a request with current names. Deprecated names are reported. If a request contains both names of a field, it is
+    """The fields of a request with current names. Deprecated names are reported. A request that contains both names of a field is
     refused later."""
     renamed = [k for k in data if k not in known and SETTINGS.get(k) in known and SETTINGS[k] not in data]
     return {current("field", SETTINGS, k) if k in renamed else k: v for k, v in data.items()}

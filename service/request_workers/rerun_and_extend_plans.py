@@ -36,7 +36,7 @@ def _fields(*names: str) -> Any:
 
 
 class RerunRequest(create_model("Others", __base__=RequestModel, **_fields(*OTHERS))):  # type: ignore[misc]
-    """Cases to run again, and changed settings. By default, all cases run again that did not end as ``done``, with the same
+    """Cases to run again, and changed settings. By default, all cases that did not end as ``done`` run again with the same
     settings."""
 
     outcomes: list[PlainText] | None = Field(
@@ -80,7 +80,7 @@ def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, 
 
 
 def _refuse_study(document: dict[str, Any]) -> None:
-    """Raise SceneError for a study or a fit, because the cases of a study depend on each other, and those of a fit are fits."""
+    """Raise SceneError for a study or a fit: the cases of a study depend on each other, and a case of a fit is a whole fit."""
     if any(document.get(name) for name in STUDIES):
         what = "this job is a fit" if document.get("fit") else "the cases of this job depend on each other"
         raise SceneError([Problem("job", what, "submit its request again with more cases or other settings")])

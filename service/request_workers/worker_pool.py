@@ -13,8 +13,8 @@ from trunnion.service.request_workers.worker_process import WorkerProcess
 
 
 class WorkerPool(FairQueue[WorkerProcess]):
-    """Worker processes, and the requests that wait for a worker. lasting: whether a worker continues after a request. Otherwise the
-    worker ends, and its memory is freed. Only for use in the event loop."""
+    """Worker processes, and the requests that wait for a worker. lasting: whether a worker serves several requests. Otherwise the
+    worker ends after a request, which frees its memory. Only for use in the event loop."""
 
     def __init__(self, workers: int, memory: float, lasting: bool = True):
         self.workers = [WorkerProcess(int(memory)) for _ in range(workers)]

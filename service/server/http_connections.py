@@ -66,7 +66,7 @@ class TimedConnection(H11Protocol):
 
 
 class SameAccountConnection(TimedConnection):
-    """A connection that only the account of the server and the administrator of the machine can make."""
+    """A connection that is accepted only from the server's own account and from the administrator of the machine."""
 
     same_account_only = True
 

@@ -16,7 +16,7 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 from trunnion.service.store.webhook_queue import WebhookStore
 
 RECENT = 0.25
-"""The pace of a job is a weighted mean; this is the smallest weight of the newest rows."""
+"""Smallest weight of the newest rows in the pace of a job, which is a weighted mean."""
 
 OVERRAN = "it overran"
 """Error text of a waiting chunk whose case took too long. All other cases run before such a chunk."""
@@ -155,8 +155,9 @@ class ChunkOutcomeStore(WebhookStore):
         self._event(c, job, "chunk_split", {"first_case": chunk["start"], "last_case": stop - 1, "overran": reached})
 
     def reopen_chunk(self, job: str, start: int, why: str) -> None:
-        """Set a finished chunk with a damaged part back to waiting, and also chunks whose contents are unknown. An ended job then
-        continues. In a job that was cancelled or used up its budget, the cases are lost and become a problem of the job."""
+        """Set a finished chunk with a damaged part back to waiting, and also chunks whose case counts are unknown. An ended job
+        then continues. In a job that was cancelled or used up its budget, the cases are lost, which is added to the job's
+        problems."""
         with transaction(self.engine, writing=True) as c:
             row = c.execute(select(jobs).where(jobs.c.id == job).with_for_update()).mappings().one()
             done = and_(chunks.c.job == job, chunks.c.state == "done")
@@ -181,7 +182,8 @@ class ChunkOutcomeStore(WebhookStore):
             self._event(c, job, "part_spoiled", {"first_case": start, "why": why[:300], "computed_again": bool(goes_on)})
 
     def _recount_job(self, c: Connection, row: Any) -> None:
-        """Recompute the sums of a job from its finished chunks. The time of other chunks no longer counts against the budget."""
+        """Recompute the sums of a job from its finished chunks. The time of chunks that must run again no longer counts against the
+        budget."""
         query = select(chunks.c.start, chunks.c.stop, chunks.c.counts, chunks.c.bytes)
         there = c.execute(query.where(chunks.c.job == row["id"], chunks.c.state == "done")).all()
         counts: Counter[str] = sum((Counter(json.loads(x.counts)) for x in there), Counter())

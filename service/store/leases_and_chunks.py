@@ -18,11 +18,11 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 
 
 class WorkStore(ChunkOutcomeStore):
-    """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews its other leases. A
-    server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. A lease also expires if
-    another server sees, by its own monotonic clock, no renewal for the lease's duration. A database clock that is set back
-    therefore blocks no job. A server that lost its lease gets LeaseLost and must drop the job. The workers of such a server may
-    still write, because they write the same rows to the same files."""
+    """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews the server's leases.
+    A server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. It also expires if
+    another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore a database clock that is set
+    back blocks no job. A server that lost its lease gets LeaseLost and must drop the job. Its workers may still write, because they
+    write the same rows to the same files."""
 
     def __init__(self, url: str):
         super().__init__(url)
@@ -96,15 +96,15 @@ class WorkStore(ChunkOutcomeStore):
 
     @staticmethod
     def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Any]:
-        """The waiting chunks that are due; chunks with cases that overran come last. A chunk whose time is more than ``pause``
-        seconds ahead is also due: the clock must have been set back."""
+        """The waiting chunks that are due; chunks with cases that overran come last. A chunk whose ``not_before`` is more than
+        ``pause`` seconds ahead is also due, because the clock must have been set back."""
         over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
         last = case((chunks.c.error == OVERRAN, 1), else_=0)
         due = select(chunks).where(chunks.c.job == job, chunks.c.state == "waiting", over).order_by(last, chunks.c.start)
         return list(c.execute(due.limit(most)).mappings())
 
     def running(self, job: str) -> list[Chunk]:
-        """The chunks stored as running, although none of them runs after a restart of the server."""
+        """The chunks that are stored as running. After a restart of the server, they do not actually run."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
         return self._all(query, chunk_of)
 

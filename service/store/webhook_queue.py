@@ -51,8 +51,8 @@ class WebhookStore(HousekeepingStore):
             return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, job_of(job))
 
     def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:
-        """Store the result of an attempt. The webhook is retried after ``delay`` seconds. If ``delay`` is None, it was delivered
-        (``result`` "told") or is given up."""
+        """Store the result of an attempt. delay: time until the next attempt, s; None if the webhook was delivered (``result``
+        "told") or is given up."""
         with transaction(self.engine, writing=True) as c:
             state = "waiting" if delay is not None else "told" if result == "told" else "given_up"
             values = {"state": state, "not_before": self.now(c) + (delay or 0.0)}

@@ -1,5 +1,5 @@
-"""The influence of each joint's friction on the outputs: the change of the outputs, to first order, if the joint's friction
-coefficient becomes zero."""
+"""The influence of each joint's friction on the outputs: the first-order change of the outputs if the joint's friction coefficient
+becomes zero."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from trunnion.scene.data_classes.scene import Scene
 
 @dataclass(frozen=True)
 class FrictionInfluence:
-    """A joint with friction. predicted: predicted relative change of the outputs when the joint loses its friction; NaN if there
-    is no sensitivity."""
+    """A joint with friction. predicted: relative change of the outputs when the joint loses its friction, predicted from
+    sensitivities; NaN if these are missing."""
 
     joint: str
     predicted: float
@@ -26,8 +26,8 @@ class FrictionInfluence:
 def rank_influences(
     scene: Scene, joints: list[str], measure: ErrorMeasure, until: float, samples: int
 ) -> tuple[list[FrictionInfluence], str]:
-    """(joints in order of decreasing influence; text). The text holds the notes of the sensitivities, or the reason why there are
-    no sensitivities. until: end of the run, s."""
+    """(joints in order of decreasing influence; text). The text holds the notes of the sensitivity analysis, or the reason why it
+    failed. until: end of the run, s."""
     names = {j: _friction_coefficient(scene, j) for j in joints}
     given = {j: n for j, n in names.items() if n}
     try:

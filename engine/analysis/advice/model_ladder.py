@@ -1,5 +1,5 @@
-"""``advise``: a ladder of models with increasing friction detail. Each rung is a model with its error and cost; the answer is the
-cheapest sufficient rung."""
+"""``advise``: a ladder of models with increasing friction detail. Each rung is a model with its error and cost. The answer is the
+cheapest rung that meets the requested error."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
 """A rung is excluded without a run if its predicted error exceeds the requested error by this factor."""
 TOO_SLOW = 10.0
-"""A method counts as slower if its time exceeds the best time by this factor. A smaller difference may come from other load of the
+"""A method counts as slower if its time exceeds the best time by this factor. A smaller factor may come from other work of the
 machine."""
 
 
@@ -98,7 +98,7 @@ class Advice:
 
 @dataclass
 class _Partial(BenchmarkModel):
-    """A reduced model. If the model lacks a compared column, the column counts as zero."""
+    """A reduced model. A compared column that the model lacks counts as zero."""
 
     names: tuple[str, ...] = ()
 

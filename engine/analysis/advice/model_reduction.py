@@ -80,13 +80,13 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
 
 def _has_start(scene: Scene, name: str) -> bool:
-    """Whether the scene gives start coordinates of the joint. If so, the two frames of the joint need not coincide at the start."""
+    """Whether the scene gives start coordinates of the joint, so that the joint's two frames need not coincide at the start."""
     return scene.joints[name].start is not None
 
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:
-    """The world axis about which all rotations turn and along which no velocity has a component. None if there is no such axis, or
-    if some body's frame has no axis along it.
+    """The normal of the plane of motion: the world axis about which all rotations turn and along which no velocity has a component.
+    None if there is no normal, or if some body's frame has no axis along it.
     """
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))

@@ -24,28 +24,27 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model
 
 FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
-"""{number of rotations of a hinge or ball: whether each freedom is a rotation}. The freedoms are those of the joint that has the
+"""{number of rotations of a hinge or ball: for each freedom of the freed joint, whether it is a rotation}. The freed joint has the
 same rotations and also frees the point."""
 PLANES = {1: (2, 1), 3: (0, 2)}
 """{number of rotations of a hinge or ball: axes of the cosine and of the sine of a contact's angle}."""
 REVERSES = 0.0
-"""The pin may cross its bearing at a dip only if the cosine between its accelerations before and after the dip is below this
-value."""
+"""The pin may cross its bearing at a dip of the reaction force only if the cosine between its accelerations before and after the
+dip is below this value."""
 NEAR = 0.2
-"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this value. The value is
-relative to the smaller of the accelerations at the two ends of the dip."""
+"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this value, relative to
+the smaller of the accelerations at the two ends of the dip."""
 LEAST = 8
-"""Least number of rows between the two maxima of the force beside a dip. With fewer rows the dip is not resolved, and is
-skipped."""
+"""Least number of rows between the two maxima of the force beside a dip. A dip with fewer rows is not resolved and is skipped."""
 STEPS = 400
 """Number of instants of a flight that are checked for the impact."""
 ROUND_OFF = 1e-9
-"""The pin has left its side if it is inside the circle by this amount, relative to the square of the clearance."""
+"""The pin has left its side if c² − |s|² exceeds this value times c² (s: position of the pin, c: clearance)."""
 ACROSS = 1.0
 """Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""The acceleration counts as reversing along a straight line if the component of the last acceleration normal to the first is below
-this value."""
+"""The acceleration counts as reversing along a straight line if the component of the last acceleration normal to the first,
+relative to the last, is below this value."""
 FINE = 1e-9
 """Relative tolerance for the motion along a bearing."""
 DEGREE = 5
@@ -167,8 +166,8 @@ def mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
     """A function that returns the mobility of a joint's point for the row with a given index, m/s² per N (3 × 3, inboard joint
     frame).
 
-    The joint's two points are freed from each other. The mobility maps a force between the two points to their relative
-    acceleration. It is zero along the axis of a hinge.
+    The joint is replaced by one that frees its two points from each other. The mobility maps a force between the two points to
+    their relative acceleration. It is zero along the axis of a hinge.
     """
     free = _freed(r.scene.joints[name])
     assert free is not None, name
@@ -202,7 +201,7 @@ def _crossing(
     positions (3) in m.
 
     None if the pin does not cross. time (n): s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s, at
-    which the pin rests on the bearing. The pin's motion along the bearing is critically damped.
+    which the pin still rests on its side. From there, the pin's motion along the bearing is critically damped.
     """
     solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
     make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline

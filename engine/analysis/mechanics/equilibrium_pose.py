@@ -31,8 +31,8 @@ SETTLED = 1e-3
 pose."""
 FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
 """Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
-LONGEST: longest step; FAR: largest distance. The steps are so short that, within three consecutive points, the share of friction
-has at most one maximum."""
+LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
+within three consecutive points."""
 EXACT = 1e-14
 NEUTRAL = 1e-9
 """A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
@@ -41,8 +41,8 @@ NEUTRAL = 1e-9
 
 @dataclass(frozen=True)
 class Band:
-    """The range of a coordinate in which friction holds the mechanism. The other coordinates have their values in the equilibrium,
-    changed only so that loops stay closed.
+    """The range of a coordinate in which friction holds the mechanism. The other coordinates keep their values of the equilibrium,
+    except where loops must be closed.
 
     Attributes:
         coordinate: name of the coordinate.
@@ -163,7 +163,7 @@ def _fastest_rate(still: Still) -> float:
 
 def _damping(still: Still, rate: float) -> dict[str, np.ndarray]:
     """For each tree joint, the dampings of its freedoms, {joint: values in N s/m or N m s/rad}. These dampings stop the fastest
-    swing within one period. With less damping, loads that turn with their body could keep the motion up."""
+    swing within one period. With less damping, loads that rotate with their body could sustain the motion."""
     along = np.diag(still.mass()) * rate
     out = {}
     for j in still.system.tree:
@@ -197,7 +197,7 @@ def _held_fields(owner: Any) -> dict[str, Any]:
 
 
 def _held(value: Any) -> Any:
-    """The value ``x`` with each signal in it replaced by the signal's value at t = 0. The same object if it contains no signal."""
+    """``value`` with each signal in it replaced by the signal's value at t = 0. The same object if it contains no signal."""
     if isinstance(value, sm.Signal):
         if value.harmonic is not None:
             return value.harmonic.offset + value.harmonic.amplitude * math.sin(value.harmonic.phase)

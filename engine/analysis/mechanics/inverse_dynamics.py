@@ -25,8 +25,8 @@ DEGREE = 5
 order in the spacing of the times."""
 ORDERS = ("q", "qd", "qdd")
 LED = 1e-3
-"""The rates at one time predict the pose at the next. If the assembled pose differs from the prediction by more than this, rad or
-m, it is assembled again from the prediction. (The smallest tooth of a wheel spans 6e-3 rad.)"""
+"""The rates at one time predict the pose at the next time. If the assembled pose differs from the prediction by more than this, rad
+or m, the pose is assembled again from the prediction. (The smallest tooth of a wheel spans 6e-3 rad.)"""
 
 
 @dataclass(frozen=True)
@@ -160,9 +160,8 @@ def _usual(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> tuple[str, 
 
 
 def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> InverseDynamics:
-    """The columns at each time. At each time, the assembly of the other joints starts from the pose that their rates at the
-    previous time predict. Other starts could lead to another solution: gears mesh at every tooth, and loops close in several
-    poses."""
+    """The columns at each time. The assembly of the other joints starts from the pose that their rates at the previous time
+    predict. Another start could lead to another solution: gears mesh at every tooth, and loops close in several poses."""
     table = model.built.parameters
     places = {}
     for freedom in curves:

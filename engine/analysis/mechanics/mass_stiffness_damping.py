@@ -59,7 +59,7 @@ class Still:
         return self.block.evaluate()[0][self.system.nq : self.system.nq + self.system.nv].copy()
 
     def derivatives(self) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of q̈ by displacements along each rate and by the rates q̇, each nv × nv."""
+        """Derivatives of q̈ with respect to displacements along each rate, and with respect to the rates q̇ (nv × nv each)."""
         nq, nv = self.system.nq, self.system.nv
         D = self.block.derivatives()[:, : nq + nv]
         return D[nq : nq + nv, :nq] @ D[:nq, nq:], D[nq : nq + nv, nq:]

@@ -12,8 +12,8 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
 PARTS = 6
-"""Number of equal parts of a step. A row stands at the end of each part, so that a polynomial of degree 4 passes through the five
-rows inside a step."""
+"""Number of equal parts of a step. Each part ends with a row, so that a polynomial of degree 4 passes through the five rows inside
+a step."""
 SHORTEST = 1e-9
 """A step that is shorter than this, relative to the duration of the run, gets no rows. It is too short to carry load, and its rows
 would coincide."""

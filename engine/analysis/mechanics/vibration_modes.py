@@ -19,8 +19,7 @@ from trunnion.system.structure.bodies_and_joints import state_coordinates
 REST = 1e-7
 """A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
 SLOW = 1e-7
-"""If an eigenvalue, relative to the largest eigenvalue, is below this value, its freedom has no stiffness, and the mode does not
-vibrate."""
+"""A mode whose eigenvalue, relative to the largest eigenvalue, is below this value has no stiffness and does not vibrate."""
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ BINS = 72
 
 DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch")
 FEW = 24
-"""If two successive events of these kinds have fewer rows than this between them, the run is repeated with rows inside its steps.
-The number corresponds to four polynomials through six rows each."""
+"""If two successive events of end stops or latches have fewer rows than this between them, the run is repeated with rows inside its
+steps. The number corresponds to four polynomials through six rows each."""
 COARSE = 1e-4
 """The load of a joint is computed from all rows and from every second row. If the two differ by more than this fraction, the run is
 also repeated."""
@@ -134,7 +134,7 @@ def _has_brief_forces(r: Result) -> bool:
 
 
 def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
-    """Whether, at some row, the joint's load from every second row differs from the load from all rows."""
+    """Whether the joint's load from every second row differs at some row from the load from all rows by more than COARSE."""
     element = touching(j)
     if element is None or not element.count:
         return False
@@ -162,8 +162,8 @@ Found = list[tuple[int, ContactWear, np.ndarray]]
 
 
 def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, ends: np.ndarray) -> Found:
-    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J). ends: times that no polynomial
-    extends across, s."""
+    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J). ends: times, s, across which no
+    polynomial extends."""
     assert j.friction is not None
     rubbed, speeds, pairs = _load_rates(r, name, j, element)
     places = element.places(_sizes(j, element))

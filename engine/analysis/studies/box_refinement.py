@@ -1,9 +1,9 @@
 """Refinement: finds where a result jumps or bends, or where an outcome changes, by halving boxes.
 
 A box in the space of the varied numbers has a case at each corner. Halving the box along one axis adds cases in the middles of the
-edges along this axis. The deviation of a middle case from linear interpolation measures the curvature of the result. Boxes with
-different outcomes at their corners, or with the largest curvature for their size, are halved next. The search ends when these
-boxes are narrower than the tolerance, or when the allowed number of cases is used up.
+edges along this axis. The deviation of a middle case from linear interpolation measures the curvature of the result. The boxes with
+the largest product of curvature and size are halved next; different outcomes at the corners count as curvature 1. The search ends
+when the boxes with different outcomes or curvature are narrower than the tolerance, or when the allowed number of cases is used up.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
 
 GRID = 1 << 40
-"""Number of grid intervals of each range. Places of cases are integers on this grid, so that equal places give bitwise equal
+"""Number of grid intervals of each range. Places of cases are integers on this grid. Therefore equal places give bitwise equal
 numbers."""
 BOXES_PER_ROUND = 8
 """Number of boxes halved in one round."""
@@ -167,7 +167,7 @@ class _BoxMap:
         return [(box, axis) for _, _, box, axis in sorted(rated, key=lambda r: r[:2])[:BOXES_PER_ROUND]]
 
     def halve(self, box: Box, axis: int) -> None:
-        """Replace a box by its two halves. The new cases give their curvature."""
+        """Replace a box by its two halves. The new cases determine the curvature of the halves."""
         whole, middle, bends = self._range(), (box.low[axis] + box.high[axis]) // 2, 0.0
         for c in box.corners():
             if c[axis] == box.low[axis]:

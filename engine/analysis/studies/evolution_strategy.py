@@ -43,7 +43,8 @@ class Optimisation:
         target: value to reach if the goal is "reach".
         within: constraints (result, low, high).
         most: largest number of cases.
-        tolerance: the search ends when its spread, relative to the ranges of the numbers, is below this value.
+        tolerance: a search ends when the standard deviation of its cases, relative to the ranges of the numbers, is below this
+        value.
     """
 
     paths: tuple[str, ...]

@@ -95,8 +95,7 @@ def has_friction(scene: Scene) -> bool:
 def friction_variants(
     scene: Scene, laws: tuple[str, ...] = (), v_eps: tuple[float, ...] = ()
 ) -> tuple[list[FrictionVariant], list[str]]:
-    """(friction variants whose parameters the scene defines; notes that say why other laws are left out). The exact law comes
-    first.
+    """(friction variants whose parameters the scene defines; notes that say why other laws are missing). The exact law comes first.
 
     laws: names of laws, default all; v_eps: regularisation speeds, m/s, for laws that have one.
     """

@@ -75,8 +75,8 @@ def _make_models(study: WorkPrecision, laws: list[FrictionVariant], progress: Pr
 
 
 def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
-    """Build times (what, s) of a kernel: symbolic time and compile time from its record, and the time that a new build of its
-    Jacobian unit takes."""
+    """Build times (what, s) of a kernel: symbolic time and compile time from the kernel's record, and the measured time of a new
+    build of its Jacobian unit."""
     from trunnion.kernel.shared_libraries import build_jacobian
 
     facts, law = ready.model.kernel.facts, f" ({ready.variant.law})" if ready.variant.law else ""

@@ -71,11 +71,10 @@ def _smallest_error(points: list[Measurement]) -> float:
 
 
 def _speed_ratio(study: WorkPrecision, peer: Measurement) -> tuple[float, float] | None:
-    """(ratio of the solver's time to the least time in which the engine reaches this error, solver's error). None if the engine
-    never reaches this error.
+    """(ratio of the solver's time to the least time in which the engine reaches the solver's error, solver's error). None if the
+    engine never reaches this error.
 
-    Errors below twice the reference's own error cannot be distinguished. A solver's error in this range is replaced by twice the
-    reference's own error.
+    Errors below twice the reference's own error cannot be distinguished. A smaller error of a solver is replaced by this limit.
     """
     own = study.references.get(peer.variant)
     floor = own.error if own else 0.0

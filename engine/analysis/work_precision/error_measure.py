@@ -71,7 +71,7 @@ def make_error_measure(scene: Scene, patterns: tuple[str, ...] = (), norm: str =
 
 def _group_vectors(chosen: list[Column], norm: str) -> ErrorMeasure:
     """Columns grouped by quantity: the components name[k] of a vector become one group. Columns name[k] of different contacts,
-    coordinates or states do not."""
+    coordinates or states remain separate groups."""
     groups: dict[str, list[int]] = {}
     units: dict[str, str] = {}
     for i, c in enumerate(chosen):

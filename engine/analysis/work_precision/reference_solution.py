@@ -13,8 +13,8 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
 TIME_STEPPING = tuple(m.name for m in REGISTRY if isinstance(m, Impulses))
-"""First-order methods take millions of steps for few digits at tight tolerance. They run only if fewer than two other methods
-reach the end of the run."""
+"""The first-order methods. They take millions of steps for few digits at tight tolerance, so they run only if fewer than two other
+methods reach the end of the run."""
 STEPS = 3_000_000
 """Step limit of a reference run."""
 
@@ -62,6 +62,6 @@ def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
 
 
 def _median_distance(ready: BenchmarkModel, t: _ReferenceRun, others: list[_ReferenceRun]) -> float:
-    """Median distance from the runs of the other methods. The run with the smaller median of this distance is the better
+    """Median distance of run t from the runs of other methods. Of two runs, the one with the smaller median is the better
     reference."""
     return float(np.median([ready.measure.error(o.data, t.data) for o in others if o.method != t.method]))

@@ -23,7 +23,7 @@ MOST_REPORTED = 5
 class Reader:
     """Converts values of one path to SI numbers. The first mistakes are appended to ``problems``.
 
-    The unit of the path is determined only once, so that a million values do not build a million scenes.
+    The unit of the path is determined only once, because this needs a scene, and there may be a million values.
     """
 
     def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
@@ -49,8 +49,8 @@ class Reader:
             self.complain(what, hint)
 
     def number(self, value: Any) -> float:
-        """SI value of one entry. A number without a unit is in SI units. A value that the scene rejects is not reported here: its
-        case fails."""
+        """SI value of one entry. A number without a unit is in SI units. A value that the scene rejects is not reported here;
+        instead, its case fails."""
         value = _plain(value)
         if isinstance(value, bool) or not isinstance(value, float | str):
             self.complain(f"{shown(value)} is not a number")
@@ -74,8 +74,8 @@ class Reader:
         return float(value)
 
     def _first(self, value: float | str) -> float:
-        """SI value of the first value at a path whose number the scene does not give. The scene is built with this value, and
-        thereby defines the unit."""
+        """SI value of the first value at a path where the scene gives no number. The scene is built with this value, which
+        determines the path's unit."""
         try:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:

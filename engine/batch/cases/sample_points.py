@@ -21,7 +21,7 @@ REPLICATES = 16
 intervals follow from the differences between the results of the replicates."""
 BITS = 30
 LARGE = 4_000_000
-"""A sample with more cases than this is never held in memory as a whole. The strips of such a Latin sample follow from a
+"""A sample with more cases than this is never held in memory as a whole. The strips of a Latin sample then follow from a
 permutation that is computed case by case."""
 TOGETHER = 10
 """Number of low bits of a point's index for which the points are cached."""
@@ -85,8 +85,8 @@ def _replicate(bits: np.ndarray, seed: int, start: int, replicate: int) -> np.nd
 def _bits(axes: int, start: int, stop: int) -> np.ndarray:
     """Sobol points from start to stop − 1 as integers of BITS bits (n × axes). ValueError beyond the last point.
 
-    Point n is the exclusive or of the direction numbers in the Gray code of n. It is therefore the exclusive or of two points,
-    whose indices are the high bits and the low bits of n.
+    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Therefore it is the exclusive or of
+    two points, whose indices are the high bits and the low bits of n.
     """
     if stop > 1 << BITS:
         raise ValueError(f"Sobol's sequence has 2^{BITS} points here")
@@ -120,8 +120,8 @@ def _directions(axes: int) -> np.ndarray:
 
 
 def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
-    """The direction numbers of a new sequence, computed from its points: the Gray code of 2ᵏ − 1 is 2ᵏ⁻¹, so this point is one
-    direction number. The computation takes seconds."""
+    """The direction numbers of a new sequence, computed from its points. The Gray code of 2ᵏ − 1 is the single bit 2ᵏ⁻¹, so the
+    point with this index is a direction number. The computation takes seconds."""
     out = []
     for k in range(bits):
         sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
@@ -139,7 +139,7 @@ def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> 
     """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
-    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) changes itself and lower bits
+    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) affects itself and lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column

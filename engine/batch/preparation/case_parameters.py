@@ -1,11 +1,10 @@
 """Computes the parameters of many cases. They are bit-identical to those of a scene built for each case, at a fraction of the
 cost.
 
-The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. The values of many groups are written
-directly into the rows (``parameter_entries``). Such a value is an entry of the table of parameters (friction, springs, dampers,
-drives, …), a copy of an entry, or the result of a formula. For any other group, a scene is built once for each distinct value, and
-the changed entries are combined. If groups share an entry, a scene is built for every case. A scene is also built for each case
-with another structure.
+The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. Many groups determine entries of the rows
+directly (``parameter_entries``): the value is an entry of the table of parameters (friction, springs, dampers, drives, …), is
+copied to entries, or gives them by a formula. For any other group, a scene is built once for each distinct value, and its changed
+entries are copied to the rows. If groups share an entry, a scene is built for every case, as for each case with another structure.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import Curve, Outside
 
 MANY = 48
-"""After a group has had more new values than this, its entries are written directly."""
+"""A group's entries are written directly (without building scenes) after the group has had more new values than this."""
 MOST_CACHED = 20_000
 """Largest number of built values in the cache of a group. Each value takes a few hundred bytes."""
 
@@ -69,7 +68,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class _Entry:
-    """A built scene as one row of numbers: [p | q v | inputs | until every rtol mass | length gravity]. built: the scene if its
+    """A built scene as a flat row of numbers: [p | q v | inputs | until every rtol mass | length gravity]. built: the scene if its
     structure differs from that of the base scene, otherwise None."""
 
     built: Built | None
@@ -123,8 +122,8 @@ class Preparer:
 
 
     def _group(self, g: int, values: np.ndarray, flat: np.ndarray, alone: np.ndarray, touched: np.ndarray, wrong: dict) -> None:
-        """Write the numbers of one group into ``flat`` (cases × numbers), and mark in ``alone`` (cases) the cases to build
-        alone."""
+        """Write the numbers of one group into ``flat`` (cases × numbers). Mark in ``alone`` (cases) the cases that need a scene of
+        their own, and count in ``touched`` the groups that write each number."""
         distinct, inverse = np.unique(values, axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
@@ -226,7 +225,7 @@ def owner(path: str) -> tuple[str, ...]:
 
 
 def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
-    """Rows from flat numbers (n × numbers). The rate scale follows from gravity, length and start rates as in
+    """Rows from flat numbers (n × numbers). The rate scale is computed from gravity, length and start rates as in
     ``system.construction.start_values_and_scales``."""
     n, s = built.numbers, built.system
     ends = np.cumsum([len(built.parameters.values), s.nq + s.nv, len(n.inputs)])

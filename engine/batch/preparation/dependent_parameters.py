@@ -14,7 +14,7 @@ from trunnion.scene.expressions.parameter_dependence import DependentNumbers, pa
 
 class Followers:
     """Converts values of varied paths to values of ``self.paths``: the varied numbers of the scene, then the numbers that depend
-    on varied parameters. A number that is itself varied does not follow the scene's parameters."""
+    on varied parameters. A number that is itself varied no longer depends on the scene's parameters."""
 
     def __init__(self, scene: Scene, paths: Sequence[str]):
         self.following = DependentNumbers(scene)

@@ -13,10 +13,10 @@ from trunnion.scene.overrides import apply
 from trunnion.system.construction.system_builder import Built
 
 MOST_CORNERS = 64
-"""The scene is checked at the corners of the box that contains a group's values. If the box has more corners than this, a scene is
-built for every value."""
+"""The scene is checked at the corners of the box that contains a group's values. If the box has more corners than this, the check
+is not made, and a scene is built for every value."""
 TRIED = 5
-"""To find the entries that belong to a number, scenes are built for this number of values."""
+"""Number of values for which scenes are built to find the entries that depend on a number."""
 Placed = tuple[np.ndarray, np.ndarray]
 """(indices of entries, the numbers in these entries for each value)."""
 Known = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]

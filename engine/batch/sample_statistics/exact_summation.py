@@ -1,4 +1,4 @@
-"""Sums of doubles without rounding errors. The sums do not depend on the partition of their terms.
+"""Sums of doubles without rounding errors. Therefore they do not depend on how their terms are partitioned.
 
 A sum is an expansion (Shewchuk 1997): its first double is the correctly rounded sum, and each further double is the correctly
 rounded remainder (``math.fsum``). The expansion of a sum is unique, and sums of expansions are exact. The last axis of an array of
@@ -31,7 +31,7 @@ def expansion(values: Sequence[float]) -> list[float]:
 def sums(columns: np.ndarray) -> np.ndarray:
     """The exact sums of columns (n × m) as expansions (m × doubles).
 
-    First the leading bits of a column are added, limited to so many bits that n additions are exact. The lower bits follow in the
+    First the leading bits of a column's numbers are added: so few bits that n additions are exact. The lower bits follow in the
     same way (Rump, Ogita, Oishi 2008).
     """
     parts, left, carries = [np.zeros(columns.shape[1])], columns, len(columns).bit_length() + 1

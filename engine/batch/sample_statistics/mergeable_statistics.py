@@ -1,10 +1,10 @@
 """Tallies: mergeable statistics of parts of a batch, which answer queries about very many cases.
 
 A tally holds the count, least value, largest value and sum of every numerical column, and the sums of a crossed sample's points
-(``sobol_index_sums``). It also holds the drawn rows: about a million pseudo-randomly chosen cases of the whole batch. The merged
-tally does not depend on the partition, bit for bit. This holds because sums are exact (``exact_summation``), and because only the
-number of a case decides whether the case is drawn. Reading all rows of 10⁹ cases for each query would take half an hour and several
-gigabytes; tallies take a minute (``service/CAPACITY.md``).
+(``sobol_index_sums``). It also holds the part's drawn rows; about a million cases of the whole batch are drawn pseudo-randomly. The
+merged tally does not depend on the partition of the batch, bit for bit. This holds because sums are exact (``exact_summation``),
+and because only the number of a case decides whether the case is drawn. Reading all rows of 10⁹ cases for each query would take
+half an hour and several gigabytes; tallies take a minute (``service/CAPACITY.md``).
 """
 
 from __future__ import annotations

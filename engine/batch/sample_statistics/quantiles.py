@@ -1,8 +1,8 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
-The interval of a quantile lies between two order statistics. Only the ranks of these two determine the confidence, whatever the
-distribution is. A probability has the Clopper–Pearson interval. For the lower end of an interval, a case without a value counts as
-the smallest value; for the upper end, as the largest value. The intervals are therefore valid for any value of such a case.
+The interval of a quantile lies between two order statistics. Their ranks alone determine the confidence, whatever the distribution
+is. The interval of a probability is that of Clopper and Pearson. A case without a value counts as the smallest value for the lower
+end of an interval, and as the largest value for the upper end. Therefore the intervals are valid whatever value such a case has.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
     n, tail = len(known) + missing, 0.5 * (1.0 - CONFIDENCE)
     if not len(known):
         return Estimate(None, None, None)
-    below = binomial(np.arange(n, dtype=float), n, p)  # probability of at most k cases below the quantile
+    below = binomial(np.arange(n, dtype=float), n, p)  # probability that at most k cases are below the quantile, k = 0 … n − 1
     low, high = int(np.searchsorted(below, tail, "right")) - 1, int(np.searchsorted(below, 1.0 - tail, "left"))
     padded = np.concatenate([np.full(missing, -np.inf), known]), np.concatenate([known, np.full(missing, np.inf)])
     ends = padded[0][low] if low >= 0 else -np.inf, padded[1][high] if high < n else np.inf

@@ -2,8 +2,8 @@
 
 ``sobol_indices`` defines the estimators and evaluates them from all rows. A result has one value f for each case of a point. All
 estimates follow from the number of points, the sums of f, and the sums of products of two values f. These are kept for each
-replicate, because the jackknife leaves out one replicate at a time. Incomplete points are summed separately. In these sums a
-missing value counts as zero. The number of missing values is kept, so that another value can replace the zeros later.
+replicate, because the jackknife leaves out one replicate at a time. Incomplete points are summed separately, with zero for a
+missing value. Sums that involve missing values are also kept, so that another value can replace these zeros later.
 """
 
 from __future__ import annotations

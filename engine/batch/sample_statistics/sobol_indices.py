@@ -11,7 +11,8 @@ from A. ⟨⟩ is the mean over all points. Both halves of the sample are used (
 For any points, the index of the only influential number is exactly 1, and that of a number without influence exactly 0.
 
 Intervals: the points belong to REPLICATES independent scrambles. The jackknife leaves out one scramble at a time, and Student's t
-gives an interval from the differences. The intervals are therefore also valid for evenly spread points.
+gives an interval from the differences. Because whole scrambles are left out, the intervals are valid although the points of a
+scramble are evenly spread and not independent.
 """
 
 from __future__ import annotations
@@ -34,8 +35,7 @@ CONFIDENCE = 0.95
 FAILED = "failed"
 """Name of an additional result if cases fail: 1 for a case whose outcome is not ``done``, otherwise 0."""
 FLAT = 1e-12
-"""If the standard deviation of a result, relative to its largest value, is below this value, it is rounding error, and the result
-does not vary."""
+"""A standard deviation below this multiple of the result's largest value is rounding error: the result does not vary."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ FORMAT = "trunnion sweep 1"
 HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
 """Columns of every table, in addition to the varied paths and the reductions."""
 WHY = "error.why"
-"""The column that precedes ``steps`` if the reductions include errors."""
+"""The column before ``steps``; only if the reductions include errors."""
 
 
 def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:

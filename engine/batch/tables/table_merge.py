@@ -26,8 +26,8 @@ class TableMerge:
             self._merge()
 
     def _merge(self) -> None:
-        """Merge each run of adjacent tables in the first half. The second half stays separate, because further tables may come
-        between them."""
+        """Merge adjacent tables in the first half. The second half stays separate, because further tables may come between its
+        tables."""
         import pyarrow as pa
 
         runs: list[list[int]] = []

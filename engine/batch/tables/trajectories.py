@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     import pyarrow
 
 ON_A_ROW = 1e-6
-"""A row counts as a multiple of the spacing if its distance from the multiple, relative to the spacing, is below this value."""
+"""A row's time counts as a multiple of the spacing if its distance from the multiple, relative to the spacing, is below this
+value."""
 FORMAT = "trunnion rows 1"
 
 

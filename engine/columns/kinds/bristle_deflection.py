@@ -7,8 +7,7 @@ from trunnion.columns.subjects import BRISTLES
 
 
 def deflection(state: SX, scale: SX) -> dict[str, SX]:
-    """Deflection = state / scale. A bristle's state is a ratio of friction to normal force, equal to the deflection times the
-    scale."""
+    """Deflection = state / scale. A bristle's state is the friction ratio σ0 z: deflection z times scale σ0."""
     return {"deflection": state / scale}
 
 

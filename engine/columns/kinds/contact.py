@@ -20,8 +20,8 @@ TINY = 1e-300
 TOUCHING = 1e-140
 """A contact is closed if its normal force is above this value, N."""
 WATCHED = 4
-"""Number of values of a ``tr_contact``: the force, and the three components of the watched vector. These are the components on the
-cosine axis, the sine axis and the third axis. The contact's angle is atan2(sine component, cosine component)."""
+"""Number of values of a ``tr_contact``: the force, then the watched vector's components on the cosine axis, the sine axis and the
+third axis. The contact's angle is atan2(sine component, cosine component)."""
 
 
 def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, pose: Pose) -> dict[str, list[SX]]:
@@ -42,7 +42,7 @@ def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, 
 
 def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
     """Outputs of one contact. turn: rotation from the pin's frame into the inboard joint frame (3×3). The angle is measured in the
-    pin's frame. For contacts with ``inboard`` (ball), the angle is measured in the inboard joint frame."""
+    pin's frame, or for contacts with ``inboard`` (ball) in the inboard joint frame."""
     vector = turn @ ca.vertcat(*c.vector)
     normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
     (axis, base), third = c.plane, 3 - c.plane[0] - c.plane[1]

@@ -8,8 +8,7 @@ from trunnion.runtime.abi.run_records import EXTRA
 
 
 def residual(energies: SX, runtime: SX, drives: SX, loads: SX, taken: SX) -> dict[str, SX]:
-    """Present energy, minus energy at the start, minus work of drives and loads, minus work of friction and dampers (which is ≤
-    0)."""
+    """Present energy, minus energy at the start, minus work of drives and loads, minus work of friction and dampers (≤ 0)."""
     return {"residual": energies[0] + energies[1] - runtime[EXTRA.at("energy0")] - (drives + loads) - taken}
 
 

@@ -1,6 +1,6 @@
 """Ball in a socket (paper §7.1): one contact, closed form of (105)–(114) without a 3×3 solve (theory, "Ball").
 
-F = |f_c|, f̂ = f_c/F; ω is the angular velocity of the socket relative to the ball; s = |ω×n|; μ_e is the friction ratio:
+f = f_c, F = |f_c|, f̂ = f_c/F; ω is the angular velocity of the socket relative to the ball; s = |ω×n|; μ_e is the friction ratio:
   proportional branch, μ_e = K s:   s² = |f̂×ω|²/(1 + K²(f̂·ω)²),  K = slope · r
   sliding branch, μ_e given:        s² = |ω|² − (f̂·ω)²(1+μ_e²)
   f_n = F/√(1+μ_e²),   n = −(f + k ω×f + k²(ω·f) ω)/(f_n (1 + k²ω²)) with k = μ_e/s,   m_c = r n × f_c
@@ -70,14 +70,14 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     torque about the force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque: a pair holds even without load
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque: holds without load
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. It is computed as on the proportional branch, because the speed on this
-    branch alone selects the branch (theory, "Ball")."""
+    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula is used on both branches: it suffices to select
+    the branch, because both formulas cross the kink together (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
     along2 = fw * fw / FF
@@ -89,9 +89,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """s²/|ω|². The value is positive while the ball slides, and negative while ω lies inside the friction cone about the force. For
-    a law with a viscous part and without tilt, only the sign of the value is correct. In Adams' form, which has no cone, the value
-    is 1."""
+    """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. For a law with a
+    viscous part, only the sign is correct unless the mode gives the tilt. In Adams' form, which has no cone, the value is 1."""
     law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
     level = level_of(f, rates, law, g)
     if adams or level is None:
@@ -105,7 +104,7 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
     """(f_n, n f_n) of a ball at rest, computed from its friction torque m. From m = r n × f_c follows n = −cosφ f̂ + sinφ f̂ × m̂
-    with sinφ = |m|/(r F). The friction ratio tanφ has the limit of ``ratio_held``."""
+    with sinφ = |m|/(r F). The friction ratio tanφ is limited to HELD_MOST · μ_static, as in ``ratio_held``."""
     f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
     F, M = ca.sqrt(dot(f, f) + TINY), ca.sqrt(dot(m, m) + TINY)
     most = HELD_MOST * law.static
@@ -119,7 +118,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # use branch and direction at this instant, and not those that the step froze or that Adams' friction selected
+    if law.kinks:  # branch and direction of this instant replace those that the step froze or that Adams' friction selected
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)

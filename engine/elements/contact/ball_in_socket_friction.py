@@ -10,12 +10,12 @@ from trunnion.elements.contact.contact_element import TINY, Wrench
 from trunnion.elements.friction import Law
 
 FLOOR = 1e-24
-"""Lower bound of s²/|ω|² on the sliding branch. Inside the friction cone the formula gives no real s; with the bound, a trial
-step past the end of sliding stays finite until the event is located.
+"""Lower bound of s²/|ω|² on the sliding branch. Inside the friction cone the formula gives no real s. The bound keeps a trial step
+past the end of sliding finite until the event is located.
 
 Near the border of the cone, friction varies as the square root of the distance to the border. There the runtime solves for the
-tilt u = s/|ω|, the sine of the angle between ω and the normal; friction is a smooth function of u. With a given tilt (> 0 in the
-mode), friction does not depend on the distance (theory, "Ball near its cone")."""
+tilt u = s/|ω|, the sine of the angle between ω and the normal; friction is a smooth function of u. If the mode gives a tilt > 0,
+friction is computed from u and not from the distance (theory, "Ball near its cone")."""
 
 
 def dot(a, b) -> SX:
@@ -132,8 +132,8 @@ def slope_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX 
 
 
 def drag_of(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """Viscous part of μ_e, divided by |ω|. Where a direction frozen at rest replaces ω (``Law.moving``), the viscous part still
-    uses the true speed."""
+    """Viscous part of μ_e, divided by |ω|. It uses the true speed, even where a direction frozen at rest replaces ω
+    (``Law.moving``)."""
     if law.drag is None:
         return None
     return law.drag * g["radius"] * ca.sqrt((dot(rates, rates) + TINY) / (dot(omega, omega) + TINY))

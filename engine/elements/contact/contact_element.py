@@ -46,11 +46,11 @@ class Contact:
     """One contact.
 
     force    normal force, N, ≥ 0
-    vector   force times the outward unit normal on the pin (3), so that a contact without force needs no direction
+    vector   force times the outward unit normal on the pin (3 components); a contact without force needs no direction
     plane    indices of the axes for the cosine and the sine of the contact's angle
     inboard  whether ``vector`` and ``plane`` refer to the inboard joint frame; otherwise, to the pin's frame
-    watched  vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use the component along
-             their motion, because their force rotates by less than 180°.
+    watched  vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use its component along
+             their motion, because their force rotates by less than 180° when they change flanks.
     """
 
     force: SX
@@ -124,7 +124,7 @@ class Hold:
 
 HELD_MOST = 1.5
 """Limit of the friction ratio of a pair at rest in the computation of its contacts, relative to the static coefficient. Only trial
-solutions exceed the static coefficient; their friction may be larger than any contact can carry."""
+solutions exceed the static coefficient. Without the limit, their friction could be larger than any contact can carry."""
 
 
 def ratio_held(load: Callable[[SX], SX], size: SX, static: SX, rounds: int = 6) -> SX:
@@ -148,7 +148,8 @@ def signum(x: SX) -> SX:
 
 @dataclass(frozen=True)
 class ContactElement:
-    """A kind of joint contact: closed forms, and data for scenes, pictures and tables.
+    """A kind of joint contact: closed forms, and data for scenes, pictures and tables. In the arguments below, numbers are sizes
+    and law parameters by name; adams: whether Adams' form applies.
 
     sizes      its numbers in a scene.
     pairs      for each friction pair, the indices of the freedoms along which it slides.
@@ -156,24 +157,24 @@ class ContactElement:
     places     (sizes by label) → positions of the first contacts, in order; the remaining contacts (a couple) have no position.
     pins       (sizes by label) → pins for pictures.
     ideal      the part with the pin in pictures of a joint without friction.
-    anywhere   whether a contact can be at any angle. False for a sleeve, whose contacts change sides, and a thread (all around).
+    anywhere   whether a contact can be at any angle. False for a sleeve (contacts on either side) and a thread (all around).
     needs      (names of numbers, adams) → names of the components of f_c, m_c that the closed forms use.
     friction   (wrench, rates, laws, numbers, adams) → friction on the inboard part along each freedom (η).
     own_speeds (wrench, rates, laws, numbers, adams) → sliding speed of each pair; default: from ``velocity``, one component each.
     held       (wrench, required friction, laws, numbers, adams) → ``Hold`` of each pair at rest.
     contacts   (wrench, rates, laws, numbers, friction) → contacts; for a pair at rest they follow from the friction.
     pressed    (wrench with six components, rates, laws, numbers, friction) → components of contact forces, each times
-               √(compliance of its spring / compliance of one contact) (theory, "Redundant loops"). Friction turns the normals of
-               these forces, unless ``laws`` is empty: a sliding pair by its law, a pair at rest by ``friction``, if that is not
-               empty.
+               √(compliance of its spring / compliance of one contact) (theory, "Redundant loops"). Friction rotates the normals
+               of these forces: in a sliding pair by its law, in a pair at rest by ``friction``. Empty ``laws`` leave out all
+               friction; an empty ``friction`` leaves out friction at rest.
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    names of the components of f_c that end faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
     count      number of contacts; 0 if friction is independent of the load.
     springs    number of entries that ``pressed`` returns.
     drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
-    cone       (arguments of ``own_speeds``) → a number for each pair that is negative while the pair turns without sliding; None
-               if this is impossible. Only the ball has it.
+    cone       (arguments of ``own_speeds``) → for each pair, a number that is negative while the pair turns without sliding. Only
+               the ball can do so; other elements have None.
     frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (the joint frame of the rates, for a ball), "both" (u1,
                u2, u1 × u2, with the wrench on the inboard part)."""
 

@@ -53,7 +53,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return ca.sqrt(sum((w[n] * w[n] for n in forces), ca.SX(TINY)))
 
     def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction torque, force that pushes the wheels apart). This force acts at rest, too."""
+        """(friction torque, force that pushes the wheels apart). The second also acts at rest."""
         k, f = laws[0].ratios(_velocity(rates, g)[0])[0], load(w)
         return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
 
@@ -61,8 +61,8 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return [Hold(laws[0].static * load(w), ca.fabs(u[0]) / _arm(g))]
 
     def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-        """One contact, whose outward normal opposes the force on the inboard wheel. The contact moves to the opposite flanks where
-        two values pass through zero: the force component along the motion of the teeth, and the torque about the wheel's axis."""
+        """One contact, whose outward normal opposes the force on the inboard wheel. The contact moves to the opposite flanks when
+        the force component along the motion of the teeth passes through zero, together with the torque about the wheel's axis."""
         none = ca.SX(0)
         lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
         c, s = ca.cos(lean), ca.sin(lean)

@@ -60,8 +60,8 @@ def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX
 
 
 def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
-    """The two forces on a pin, in the form of ``sums`` divided by √2. The sum of squares is that of the forces. The sums describe
-    the mean load, the differences the tilting."""
+    """The two forces on a pin, as their sums and differences (``sums``) divided by √2. This keeps the sum of squares of the forces.
+    The sums describe the mean load, the differences the tilting."""
     found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
     return [HALF_ROOT * x for x in found]
 

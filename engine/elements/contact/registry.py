@@ -53,7 +53,7 @@ GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].s
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether joints with this law always have the number (default 0). If so, one primitive serves joints with and without
+    """Whether joints with this law always have the number ``n`` (default 0), so that one primitive serves joints with and without
     preload."""
     return n.name == PRELOAD.name and LAWS[law].sets and not adams
 

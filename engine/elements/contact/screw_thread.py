@@ -83,7 +83,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The capacity is k f at k = μ_static, the largest value of k f, because k f increases with k (theory, "Rest")."""
+    """The capacity is k f at k = μ_static: k f increases with k, so this is its largest value (theory, "Rest")."""
     most = laws[0].static
     return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) * _lead(g)[0] / g["radius"])]
 
@@ -108,8 +108,8 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 def _rests(j: Rubs) -> list[Pair]:
     """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
     normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound. As in the kernel's laws, a share is relative to
-    the capacity with u at its limit."""
+    increases the load more than the friction; the capacity is then an upper bound. As in the kernel, a share is the friction
+    divided by the capacity with u at its limit."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

@@ -94,7 +94,7 @@ class Norm:
 class Capacity:
     """Largest friction of a pair, as a force at the surface, N: the sum of its norms.
 
-    sense  sense of friction that it applies to, +1 or −1; 0 for any
+    sense  sense of friction for which the capacity is valid, +1 or −1; 0 for both
     exact  False for an upper bound (the load of a shaft depends on the direction of friction)
     least  for an upper bound, the weights of a lower bound
     """
@@ -109,7 +109,7 @@ class Capacity:
 class AtLimit:
     """Capacity of a pair whose friction is at its limit, for one sense of friction: weight · load + constant, where load = rows · f
     + fixed ≥ 0. Shares and normal forces are computed with this capacity. Whether a state is admissible is decided with the
-    capacity at the present friction. Where the friction is at its limit, both capacities are equal."""
+    capacity at the present friction (``Capacity``). The two capacities are equal where the friction is at its limit."""
 
     sense: int
     rows: np.ndarray
@@ -127,9 +127,9 @@ class Pair:
     friction    matrix from multipliers to forces at the surface (entries 1/r or 1)
     static      μ_s
     across      for a ball, the rows of the force, about which it holds no torque; else None
-    along       function from a sliding direction (unit vector of surface velocities) to the capacity, if ``capacities`` do not
-                give it
-    limits      capacities with friction at its limit, where ``capacities`` depend on the present friction; else empty
+    along       function from a sliding direction (unit vector of surface velocities) to the capacity; only if ``capacities`` do
+                not give this capacity
+    limits      if ``capacities`` depend on the present friction: the capacities with friction at its limit; else empty
     """
 
     joint: str

@@ -24,13 +24,13 @@ HALF = 0.5
 """Offset for comparisons with integer states. A comparison by this offset makes a step 3 percent faster than a test for
 equality."""
 HAIR = 1e-120
-"""Factor of the frozen direction. The direction times this factor is added to a velocity of several components. The sum differs
-from the velocity only if the runtime freezes a direction of huge norm (first step of slip from rest, ``slip_onset.c``). The result
-is then the direction of sliding."""
+"""Factor of the frozen direction in ``Law.moving``, which adds the direction times this factor to a velocity of several components.
+The sum differs from the velocity only if the runtime freezes a direction of huge norm (first step of slip from rest,
+``slip_onset.c``). The sum then points in the direction of sliding."""
 AT_REST = 1e-138
-"""Factor as HAIR, for the sign of a velocity (``Law.side``). With it, a velocity against the frozen direction counts as round-off
-of dependent rates. For a starting pair, this holds for velocities below 1e-12 m/s. For a pair on a line (``sliding_directions.c``,
-with larger norms), it always holds."""
+"""Like HAIR, but for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
+dependent rates and does not change the sign. For a starting pair, this holds below 1e-12 m/s. For a pair on a line
+(``sliding_directions.c``, with larger norms), it always holds."""
 
 
 class Rest(Enum):
@@ -56,8 +56,8 @@ class Law:
 
     value  expressions of the law's scene numbers, by name
     mode   (flag, d1, d2, d3, tilt) of the pair. The flag selects the branch. d1, d2, d3 are the rates at the start of the step
-           (for a single rate, its sign), which fix the direction of sliding. The tilt of a ball is > 0 if the runtime solves for
-           it (``elements.contact.ball_in_socket_friction``).
+           (for a single rate, its sign); they fix the direction of sliding. tilt: of a ball, > 0 if the runtime solves for it
+           (``elements.contact.ball_in_socket_friction``).
     state  the law's states
 
     The class variables declare a law; scenes, checks, units, FMUs, time stepping, ``--hold`` and documents use them. The import
@@ -72,13 +72,13 @@ class Law:
     scale: ClassVar[str] = "mu"
     """Name of the number to which all friction of the law is proportional."""
     steps: ClassVar[bool] = True
-    """Whether time stepping (method moreau) supports the law: set-valued friction, or friction smooth in the velocity."""
+    """Whether time stepping (method moreau) supports the law. The law must be set-valued or smooth in the velocity."""
     exact: ClassVar[str] = ""
     """Name of the set-valued law that this law smooths. The set-valued law is the reference for errors. "" if this law smooths no
     law."""
     dry: ClassVar[str] = ""
     """Name of the set-valued law with the same coefficients, which static analyses use instead of this law. "" if they use this law
-    itself, which may have no static friction."""
+    itself; it may have no static friction."""
     state_scale: ClassVar[str] = ""
     """Only for bristles: name of the number by which the state is divided to give a deflection."""
     formula: ClassVar[str] = ""
@@ -177,8 +177,8 @@ class Law:
         return self.flag < PairState.STUCK.value + HALF
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """Sliding velocity. For a set-valued law with several components, the result has a direction even at the start of slip,
-        where v is zero. ``arms`` as in ``sign``."""
+        """Sliding velocity. For a set-valued law with several components, the result is not zero at the start of slip, where v is
+        zero: it then has the frozen direction. ``arms`` as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
@@ -207,9 +207,9 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign as in ``sign``, for use in friction. In two cases, this sign stays +1 after the reversal. The first case is a
-        pair on a line (``sliding_directions.c``), whose friction continues until the event. The second case is a starting pair with
-        a velocity at round-off level (``AT_REST``)."""
+        """The sign that friction uses. It is that of ``sign``, but in two cases it stays +1 after the reversal: for a pair on a
+        line (``sliding_directions.c``), whose friction continues until the event, and for a starting pair with a velocity at
+        round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 

@@ -5,7 +5,8 @@ z (m) is the deflection, one per velocity component; |v| is the norm over all co
 σ0 bristle_stiffness (1/m), σ1 bristle_damping (s/m), σ2 viscosity (s/m) are ratios to the normal force, as in all laws here.
 Without μ_static, g = μ. |σ0 z| never exceeds μ_static. In steady sliding k = g v/|v| + σ2 v.
 
-The integrated state is the friction ratio σ0 z. Its magnitude is about μ for any stiffness, so that one absolute tolerance fits."""
+The integrated state is the friction ratio σ0 z. Its magnitude is about μ for any stiffness, so that one absolute tolerance suits
+all."""
 
 from __future__ import annotations
 

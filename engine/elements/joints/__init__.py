@@ -31,7 +31,7 @@ TYPES = (
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
 
 TIES = {kind.name: kind for kind in (MIMIC, LIGHT_ROW)}
-"""Kinds of rows beside those of cut joints: couplings of two freedoms, and light freedoms. They are not allowed as the ``type``
-of a joint in a scene."""
+"""Kinds of constraint rows that do not belong to cut joints: couplings of two freedoms, and light freedoms. They are not allowed as
+the ``type`` of a joint in a scene."""
 
 __all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "TIES", "Axis", "JointKind"]

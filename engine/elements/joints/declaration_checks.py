@@ -113,7 +113,7 @@ def _rows(kind: JointKind) -> Iterator[str]:
         rows.append([0.0] * 3 + [outer[(i + 1) % 3] * e[(i + 2) % 3] - outer[(i + 2) % 3] * e[(i + 1) % 3] for i in range(3)])
     axes = [_column(kind, k) for k in range(kind.nv)]
     if _rank(axes) != kind.nv or (kind.cuttable and any(abs(_dot(a, b)) > CLOSE for a in axes for b in axes if a is not b)):
-        yield "its axes are not at right angles"  # because the rates of a cut joint are the components of the motion along its axes
+        yield "its axes are not at right angles"  # the rates of a cut joint are projections of the relative motion on its axes
     if _rank(rows) != kind.rows or any(abs(_dot(a, r)) > CLOSE for a in axes for r in rows):
         yield "its rows must prevent exactly what its axes exclude"
 

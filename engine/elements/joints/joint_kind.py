@@ -82,7 +82,7 @@ class JointKind:
     travel       q → s = p_out − p_in, components along the inboard axes.
     rows_s       for a cut joint, the indices k of the translational constraints (r_out − r_in)·h_in^k = 0, (49).
     rows_r       for a cut joint, the pairs (m, k) of the rotational constraints h_in^m·h_out^k = 0, (46).
-    ties         number of constraints that are neither (46) nor (49), but couple two coordinates (screw). If it is not 0, the
+    ties         number of constraints that couple two coordinates (screw), and so are neither (46) nor (49). If it is not 0, the
                  joint cannot be cut.
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element of a frictional joint of this type; "" if there is none.
@@ -178,8 +178,8 @@ class JointKind:
 
     @property
     def freely_rubbed(self) -> tuple[bool, ...]:
-        """Whether each freedom is a rotation, for constant friction along the freedoms. The tuple is empty if the joint cannot have
-        constant friction."""
+        """For each freedom, whether it is a rotation. This determines the joint's constant friction. The tuple is empty if the
+        joint cannot have constant friction."""
         return tuple(self.turns(k) for k in range(self.nv)) if 0 < self.nv <= 2 and self.quaternion < 0 else ()
 
     def turns(self, rate: int) -> bool:
@@ -193,7 +193,7 @@ class JointKind:
 
 
 def about_e1(angle: Scalar, ops: Any) -> list[list[Scalar]]:
-    """The rotation by an angle about e1."""
+    """The matrix of a rotation by an angle about e1."""
     c, s = ops.cos(angle), ops.sin(angle)
     return [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
 

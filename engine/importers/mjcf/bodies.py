@@ -180,8 +180,8 @@ class Bodies:
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio in the initial
-        pose."""
+        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio. These refer to
+        the initial pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:
             return

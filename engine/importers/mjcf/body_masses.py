@@ -95,7 +95,7 @@ class Masses:
     # -- geoms --------------------------------------------------------------------------------------------------------------
 
     def geom(self, e: Element, around: str, weighs: bool) -> Geom | None:
-        """A geom, with its mass if ``weighs``. None for a plane or height field, and for a geom with a fault."""
+        """A geom; it has a mass only if ``weighs``. None for a plane or height field, and for a geom with a fault."""
         said = self.model.attributes(e, around)
         kind = said.get("type", "sphere")
         if kind in FLAT:

@@ -33,7 +33,7 @@ def solid(corners: np.ndarray, way: str) -> Solid:
     apex = (area[:, None] * corners.mean(axis=1)).sum(axis=0) / area.sum() if way == "legacy" else np.zeros(3)
     parts = _volumes(corners - apex, way)
     center = apex + (parts[:, None] * (corners - apex).sum(axis=1) / 4).sum(axis=0) / parts.sum()
-    arms = corners - center  # the legacy method computes again with the apex at this centre, which changes the volume
+    arms = corners - center  # the legacy method repeats the computation with the apex at this centre, which changes the volume
     parts, total = _volumes(arms, way), arms.sum(axis=1)
     second = (np.einsum("nki,nkj,n->ij", arms, arms, parts) + np.einsum("ni,nj,n->ij", total, total, parts)) / 20
     return Solid(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)

@@ -19,7 +19,7 @@ class Frame:
 
     at         pose relative to the frame ``within``
     held_by    full name of the link or frame that the frame moves with; "" if the frame is that of a link
-    placement  for a model, full name of the frame that ``at`` places instead of the model's own frame
+    placement  for a model: full name of the frame to which ``at`` applies, if not to the model's own frame
     """
 
     element: Element

@@ -19,7 +19,7 @@ TYPES = {
 
 
 def axis_of(found: Findings, joint: Element, axis: Element | None) -> tuple[np.ndarray, str | None]:
-    """(direction of an axis, name of the frame in which the direction is expressed). The name is None if the file gives no
+    """(direction of an axis, name of the frame in which the direction is expressed). The name is None if the file does not name a
     frame."""
     xyz = axis.first("xyz") if axis is not None else None
     given = np.array(found.numbers(xyz, "text", xyz.text, (3,)) or [0, 0, 1.0] if xyz is not None else [0, 0, 1.0])

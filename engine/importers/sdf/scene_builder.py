@@ -185,8 +185,8 @@ class SdfReader:
 
     def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
              given: dict[str, Pose] | None = None) -> str:  # fmt: skip
-        """Add a joint whose frame is given in the world, and return its name. ``given`` holds poses of links that are not in the
-        file."""
+        """Add a joint whose frame is given in the world, and return its name. ``given`` holds the poses of added links, which are
+        not in the file."""
         at = [(given or {}).get(n) if n in (given or {}) else self._link_pose(n) for n in ends]
         sides = [inverse(where if where is not None else np.eye(4)) @ frame for where in at]
         made = self.names.new(name, "joint")

@@ -22,8 +22,8 @@ CREASE = np.cos(np.radians(40.0))
 class Solid:
     """A mesh for ``Sheet.solid``: vertices (n × 3), triangles (m × 3), the face of each triangle, normals of the faces.
 
-    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn on the outline, where one of the two faces in
-    ``sides`` looks away from the viewer.
+    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline, where one of their two
+    faces (``sides``) faces the viewer and the other does not.
     """
 
     vertices: np.ndarray
@@ -85,7 +85,7 @@ class Sheet:
             self.lines(corners[np.concatenate([s.creases, rim])], DARK * color)
 
     def triangles(self, corners: np.ndarray, colors: np.ndarray) -> None:
-        """Fill triangles (n × 3 × 3, pixels), each with its colour (n × 3), in the pixels where they are nearest."""
+        """Fill triangles (n × 3 × 3, pixels), each with its colour (n × 3), where nothing is nearer to the viewer."""
         p, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
         keep = np.abs(area) > 1e-9
@@ -106,7 +106,7 @@ class Sheet:
             self.shade[rows, columns][seen] = colors[i]
 
     def lines(self, ends: np.ndarray, color: np.ndarray, wide: int = 2, nearer: float = NEARER) -> None:
-        """Draw lines (n × 2 × 3, pixels) in one colour, in the pixels where nothing is nearer."""
+        """Draw lines (n × 2 × 3, pixels) in one colour, where nothing is nearer to the viewer."""
         if not len(ends):
             return
         steps = np.maximum(2, np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1)).astype(int) + 1)

@@ -50,8 +50,8 @@ def ramp(x: float) -> np.ndarray:
 
 
 class Frames:
-    """Pictures of the run from its first view, in parallel projection, over a round patch of ground. size: width and height,
-    pixels."""
+    """Pictures of the run in the direction of ``first_view``, in parallel projection, over a round patch of ground. size: width and
+    height, pixels."""
 
     def __init__(self, result: Result, size: tuple[int, int], aside: tuple[float, float]):
         self.result, self.size = result, size
@@ -84,7 +84,7 @@ class Frames:
         return self._labelled(halved(picture), float(self.result.time[row]), speed)
 
     def spots(self, points: np.ndarray, row: int) -> np.ndarray:
-        """Points of the world (n × 3) in the picture: right, down, towards the viewer, in half pixels."""
+        """Points of the world (n × 3) in the picture: right, down, towards the viewer, in pixels of double resolution."""
         flat = self.scale * (np.asarray(points) - self._middle(row)) @ self.view.T
         return np.column_stack([self.size[0] + flat[:, 0], self.size[1] + HEAD - flat[:, 1], flat[:, 2]])
 

@@ -34,8 +34,8 @@ def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> 
 
 
 def _gap(t: np.ndarray, w: np.ndarray, i: int, wraps: bool) -> np.ndarray:
-    """Points (times, angles) of a gap between the rows i and i + 1. The gap is a NaN; if the angle wraps, the crossings of ±π stand
-    before and after the NaN."""
+    """Points (times, angles) of a gap between the rows i and i + 1. The gap is a NaN; if the angle wraps, the points ±π and ∓π at
+    the time of the crossing enclose the NaN."""
     if not wraps:
         return np.array([[t[i]], [np.nan]])
     edge = np.copysign(np.pi, w[i])

@@ -19,7 +19,7 @@ NEGLIGIBLE = 1e-7
 MOST_CURVES = 8
 MOST_JOINTS = 4
 NAMED = 3
-"""Largest count of left-out joints that a figure names."""
+"""Largest number of omitted joints that a figure names."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,7 @@ def frictional(result: Result) -> list[str]:
 
 
 def moving(result: Result) -> list[str]:
-    """Joints without a drive, except cut joints without friction, because the motion of such cut joints follows from the other
-    joints."""
+    """Joints without a drive, except cut joints without friction, whose motion follows from the other joints."""
     from trunnion.system.construction.spanning_tree import span
 
     cut = span(result.scene).cut
@@ -115,7 +114,7 @@ def _heading(result: Result, joint: str) -> str:
 
 
 def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[list[Curve], int]:
-    """(curves of a family of columns without negligible columns, number of curves left out)."""
+    """(curves of those columns of a family that are not negligible, number of further curves that are left out)."""
     here = [n for n in names if n in result]
     sizes = [float(np.max(np.abs(result[n][np.isfinite(result[n])]), initial=0.0)) for n in here]
     largest = max(sizes, default=0.0)

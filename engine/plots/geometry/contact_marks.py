@@ -39,8 +39,8 @@ class ContactMark:
     """A place where pin and bearing touch: ``base`` on part ``part``, plus ``arm`` times the outward normal.
 
     columns: prefix of the contact's columns. state: column of its friction state. axis: axis of the pin in the part's axes.
-    follows: only for overlapping parts, whose contacts move along ``axis``. It holds the column of the travel, the lengths of the
-    inboard and the outboard part, and the end (±1).
+    follows: only for overlapping parts, whose contacts move along ``axis``: the column of the travel, the lengths of the inboard
+    and the outboard part, and the end of the overlap (±1).
     """
 
     columns: str

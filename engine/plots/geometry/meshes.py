@@ -12,8 +12,8 @@ ROUND = 20
 SHARP = np.cos(np.deg2rad(40))
 """The common side of two triangles is drawn as an edge if the cosine of the angle between their normals is below this value."""
 PIECES = 8
-"""Largest count of pieces along the longer edge of a face. Small pieces are needed so that bodies which cross each other hide each
-other correctly."""
+"""Largest number of pieces along the longer edge of a face. Only with small pieces do bodies that intersect hide each other
+correctly."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,7 @@ def sphere(radius: float, around: int = ROUND) -> Mesh:
 
 
 def surface(points: np.ndarray, faces: np.ndarray) -> Mesh:
-    """A surface of triangles (indices, m×3) between points (n×3), m. ``SHARP`` decides which common sides of triangles are
-    edges."""
+    """A surface of triangles (indices, m×3) between points (n×3), m. Common sides of triangles are edges by the limit ``SHARP``."""
     corners = points[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]

@@ -147,7 +147,7 @@ def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIE
 
 
 def arrow_scale(result: Result, scene: Scenery) -> float:
-    """Length of arrows per force, m/N. The arrow of the forces' 98th percentile is 0.45 times as long as a typical body. 0 without
+    """Length of arrows per force, m/N. The forces' 98th percentile gets an arrow 0.45 times as long as a typical body. 0 without
     contacts."""
     top = _largest_usual([force for _, force in _normal_forces(result, scene)])
     return 0.45 * scene.size / top if top > 0 else 0.0

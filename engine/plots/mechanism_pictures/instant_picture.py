@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Bodies in one plane get different depths before they are sorted. Without this difference, divided here by a body's length, pieces
-of the bodies would alternate like stripes."""
+"""Difference of depth between successive bodies, divided by a body's length, which is added before faces are sorted. Without it,
+the pieces of bodies in one plane would alternate like stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
@@ -35,8 +35,8 @@ Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 COILS, WIDTH = 9, 0.05
 """Count of corners of a spring's zigzag; half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
-"""A picture at time 0, or of the assembled start, needs a short run. The run ends at the first or second of these fractions of the
-scene's end time."""
+"""Durations, as fractions of the scene's end time, of the short runs for a picture at time 0 (START_TIME) and for the assembled
+start (ASSEMBLY_TIME)."""
 ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
 
 
@@ -157,7 +157,7 @@ def draw_bodies(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row
 
 
 def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, bias: float) -> list[Polygon]:
-    """Faces that face the viewer, and their edges. A face has an outline in its own colour, so that no seams are visible."""
+    """Faces towards the viewer, and their edges. A face has an outline in its own colour, so that no seams are visible."""
     from matplotlib.colors import to_rgb
 
     spots = (mesh.vertices @ r.T + p) @ view.T

@@ -33,7 +33,7 @@ GAP = 8.0
 LED = 14.0
 """If a label is farther from the named place than this distance, points, a line joins the two."""
 ASIDE = 0.1
-"""Weight of the distance to a label's middle. The distance to the label's nearest edge has weight 1."""
+"""Weight, in the cost of a label's place, of the distance to the label's middle. The distance to its nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
 """Costs of a label's place, in points of distance: overlap with another label (per square of the font size), each named place that
 the label covers, and a label that leaves the picture."""
@@ -87,7 +87,7 @@ def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
         cost = _gap(options, name.at) + ASIDE * np.linalg.norm((options[:, :2] + options[:, 2:]) / 2 - name.at, axis=1)
         cost += HIDDEN / (SIZES[name.kind] ** 2) * _shared(options, others).sum(axis=1)
         inside = (spots[None] > options[:, None, :2]) & (spots[None] < options[:, None, 2:])
-        inside[:, k] &= name.kind == "joint"  # a body's name may cover the body's own place
+        inside[:, k] &= name.kind == "joint"  # a body's name may cover its own named place
         cost += COVERED * inside.all(axis=2).sum(axis=1)
         cost += OUTSIDE * ((options[:, :2] < frame[:2]) | (options[:, 2:] > frame[2:])).any(axis=1)
         name.box = options[int(np.argmin(cost))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7A6A00")
 DASHES = ("-", (0, (4, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
-"""Line styles of matplotlib. They differ, so that two curves on top of each other are both visible."""
+"""Line styles of matplotlib. Their gaps differ, so that two curves on top of each other are both visible."""
 EVENT = "#8A8A8A"
 GRID = "#E3E3E3"
 INK = "#222222"

@@ -27,7 +27,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def shorten_paths(paths: Sequence[str]) -> dict[str, str]:
-    """{path: the shortest end of the path that distinguishes it from all other paths}."""
+    """{path: its last n parts, with the smallest n that makes all results different}."""
     parts = {p: p.split(".") for p in paths}
     for n in range(1, max(map(len, parts.values())) + 1):
         short = {p: ".".join(x[-n:]) for p, x in parts.items()}

@@ -13,8 +13,8 @@ from trunnion.system.structure.parameter_table import Leaf
 
 TURN = 2 * math.pi
 AROUND = 1e-9
-"""Tolerance of a closed profile: of the angles' span from 2π, rad, and of the last radius from the first, relative. Values computed
-from parameters have round-off."""
+"""Tolerance of a closed profile, because values computed from parameters have round-off. It limits the deviation of the angles'
+span from 2π, rad, and the relative deviation of the last radius from the first."""
 
 
 def closed(given: Given) -> bool:
@@ -37,7 +37,7 @@ def profile(given: Given, roller: Leaf) -> Profile:
     slope = np.diff(radius) / h - h * (2 * moments[:-1] + moments[1:]) / 6
     pieces = np.column_stack([radius[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)])
     starts = angle[:-1] - middle
-    if not closed(given):  # a linear piece beyond each end
+    if not closed(given):  # add a linear piece beyond each end
         end = slope[-1] + h[-1] * (0.5 * moments[-2] + 0.5 * moments[-1])
         before = [radius[0], slope[0], 0.0, 0.0]
         pieces = np.vstack([before, pieces, [radius[-1], end, 0.0, 0.0]])

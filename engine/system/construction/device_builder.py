@@ -19,14 +19,14 @@ ENDLESS = 1e300
 
 
 class Builder:
-    """Makes the devices of all joints. Meanwhile it collects the tables of signals, and counts the flags of end stops and the hooks
-    of latches."""
+    """Makes the devices of all joints, collects the tables of signals, and counts the flags of end stops and the hooks of
+    latches."""
 
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
         """("input", input) for every external input, then ("drive" or "load", data) for every table signal. An input that
-        prescribes a motion has "tracked" in place of "input"; the motion then follows the input smoothly."""
+        prescribes a motion has "tracked" instead of "input"; the motion follows such an input smoothly."""
         self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
@@ -106,7 +106,7 @@ class Builder:
         return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
-        """A component of a load vector. A component written as exactly 0 is None, which removes terms from the generated code."""
+        """A component of a load vector. For a component written as exactly 0, None, which removes terms from the generated code."""
         if isinstance(value, float | int):
             leaf: Leaf = self.table.component(path, float(value), unit)
             return None if leaf == 0.0 else Signal("value", (leaf,))

@@ -54,7 +54,7 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
             numbers += _by_speed(table, f"joints.{j.name}.friction.{n.name}", value)
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
-        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one value for two journals
+        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # scalar: one value for two journals
         for label, one in zip(n.labels, values, strict=True):
             if isinstance(one, sm.FromInput | sm.Signal):
                 at = label if isinstance(value, tuple) else n.name

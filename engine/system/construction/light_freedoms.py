@@ -15,15 +15,15 @@ from trunnion.system.structure.joint_couplings import LightFreedom
 from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTable
 
 LIGHT = 1e-3
-"""A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. The loop equations lose as many
-digits as the ratio of inertias has. Above this limit, they keep the digits that events and steps need."""
+"""A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. An inertia ratio of 10^-n costs
+the loop equations n digits. Above this limit, they keep the digits that events and steps need."""
 
 
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. Heavier bodies outboard do not count: for example, a wheel that turns on the axis of a
-    shaft adds nothing to the inertia of the shaft. more: couplings, which close loops too."""
+    """All light freedoms of tree joints. Only the body that the joint carries counts, not heavier bodies outboard: a wheel that
+    turns freely on a shaft's axis adds nothing to the inertia of the shaft. more: couplings, which close loops too."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
@@ -56,7 +56,7 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
 def massless_and_free(
     scene: Scene, bodies: Sequence[Body], joints: Sequence[Joint], found: Sequence[LightFreedom]
 ) -> list[Problem]:
-    """Bodies of mass 0 whose motion is undetermined: no loop and no heavier body outboard of them determines their motion."""
+    """Problems with bodies of mass 0 whose motion neither a loop nor a body with mass outboard of them determines."""
     light = {(x.joint, x.freedom) for x in found}
     mass, out = [_mass(scene, b) for b in bodies], []
     carried = _largest_outboard(bodies, mass)
@@ -81,7 +81,7 @@ def with_inertias(joints: Sequence[Joint], found: Sequence[LightFreedom]) -> tup
 
 
 def _largest_outboard(bodies: Sequence[Body], sizes: Sequence[float]) -> list[float]:
-    """For each body, the largest of the sizes of all bodies outboard of it; −1 if there are none."""
+    """For each body, the largest value in ``sizes`` of the bodies outboard of it; −1 if there are none."""
     out = [-1.0] * len(bodies)
     for i in reversed(range(len(bodies))):  # inboard bodies come first
         if (parent := bodies[i].parent) != GROUND:
@@ -99,7 +99,7 @@ def _path(bodies: Sequence[Body], body: int) -> list[int]:
 
 
 def _bodies_on_loops(bodies: Sequence[Body], cuts: Sequence[Joint]) -> list[int]:
-    """Bodies on the path through the tree between the two bodies of a cut joint or coupling."""
+    """Bodies on the tree paths between the bodies of each cut joint or coupling."""
     found: set[int] = set()
     for c in cuts:
         ends = [_path(bodies, b) for b in c.ends]

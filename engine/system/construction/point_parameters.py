@@ -12,7 +12,7 @@ from trunnion.system.structure.parameter_table import Leaves, ParameterTable
 
 
 class Points:
-    """The data that all parts of a system share.
+    """Data that the builders of bodies, joints and loads share.
 
     table     the parameter table.
     devices   builder of the devices.

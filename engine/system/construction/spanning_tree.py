@@ -12,8 +12,8 @@ from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mass_properties import mass_properties
 
 LIGHT = 1e-6
-"""A body is light if its mass is below this fraction of the heaviest body's mass. If only the reaction of a cut joint moves a light
-body, the body's motion loses more than six of sixteen digits."""
+"""A body is light if its mass is below this fraction of the heaviest body's mass. The motion of a light body that only the reaction
+of a cut joint moves loses more than six of sixteen digits."""
 BY_ANGLE = ("spring", "end_stops", "latch")
 """Devices whose force depends on a coordinate."""
 DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
@@ -31,11 +31,11 @@ class Spanning:
 def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
     """The cost of cutting a joint, a tuple that compares lexicographically.
 
-    The first entry adds up the reasons against a cut. A joint may be uncuttable (``tied``: the joint follows or leads another
-    joint). Forces may depend on the joint's angle: the angle of a cut joint is measured within ±π, so these forces would be wrong
-    beyond ±π. Further reasons are the scene's key ``cut``, a light body, and devices. The second entry counts friction, given start
-    values and new multipliers. A spherical joint is the best cut, because it adds only three multipliers and saves a quaternion.
-    """
+    The first entry adds up the reasons against a cut. The joint's type may exclude a cut, as does ``tied`` (the joint follows or
+    leads another joint). Forces that depend on an angle are a reason: the angle of a cut joint is measured within ±π, so they would
+    be wrong beyond ±π. Further reasons are the scene's key ``cut``, a light body, and devices. The second entry counts friction,
+    given start values and new multipliers. A spherical joint is the best cut: it adds only three multipliers and saves a
+    quaternion."""
     kind = REGISTRY[j.type]
     never = 0 if may_be_cut(j) and not tied else 16
     devices = sum(getattr(j, d) is not None for d in DEVICES)
@@ -47,16 +47,16 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
 
 def light_bodies(scene: Scene) -> set[str]:
-    """Bodies with so little mass or inertia that they must not be at the end of a chain. There, round-off of their large
-    accelerations would hide the motion of other bodies."""
+    """Bodies with so little mass or inertia that they must not be at the end of a chain. Round-off of their large accelerations
+    there would hide the motion of other bodies."""
     made = {n: mass_properties(b) for n, b in scene.bodies.items()}
     heaviest = max((m for m, _, _ in made.values()), default=0.0)
     return {n for n, (m, _, inertia) in made.items() if m < LIGHT * heaviest or not any(map(any, inertia))}
 
 
 def span(scene: Scene) -> Spanning:
-    """The spanning tree. If a branch ends with a light body at a cut joint, the tree is built again, with a higher cost for cutting
-    joints of light bodies."""
+    """The spanning tree. If a branch ends with a light body at a cut joint, the tree is built again; cutting a joint of a light
+    body then costs more."""
     made = _span(scene, set())
     carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
     loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying

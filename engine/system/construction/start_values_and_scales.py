@@ -41,7 +41,7 @@ class Numbers:
     """Energy scale, J: mass of all bodies × (length × rate)²."""
     inputs: np.ndarray
     ignored: tuple[str, ...]
-    """Notes about start values and cuts of the scene that are not used, with the reason."""
+    """Notes about start values and ``cut`` keys of the scene that are not used, with the reason."""
     q_given_by_rate: np.ndarray
     """For each rate (nv): 1 if the scene gives the start coordinates of the joint to which the rate belongs, else 0."""
 

@@ -27,8 +27,7 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, System
 from trunnion.system.structure.parameter_table import Param, ParameterTable
 
 MASSLESS = 1e-15
-"""A body of mass 0 gets this fraction of the heaviest body's mass, so little that its effect is round-off (theory, "Light
-bodies")."""
+"""A body of mass 0 gets this fraction of the heaviest body's mass. Its effect is below round-off (theory, "Light bodies")."""
 INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
@@ -45,7 +44,7 @@ class Built:
 def fit(j: sm.Joint) -> Fit:
     """Which part of a joint carries the pin, and at the ends of which part the contacts are (see ``Fit``)."""
     out = j.pin == "outboard"
-    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, both parts end at the same places
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the choice makes no difference
         return Fit(out)
     if j.ends == OVERLAP:
         return Fit(out, OVERLAP if j.friction is not None else "pin")

@@ -22,7 +22,7 @@ from trunnion.system.structure.joint_couplings import Wheels
 from trunnion.system.structure.parameter_table import ParameterTable
 
 ASKEW = 1e-9
-"""Two directions count as parallel or perpendicular if the sine of their deviation from this is below this value."""
+"""Two directions count as parallel or perpendicular if the sine of their angular deviation is below this value."""
 NEAR = 1e-6
 """Tolerance of the wheels' positions, relative to the larger wheel's radius."""
 
@@ -119,7 +119,7 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
     of = sizes(j)
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     met = phase(rolls_of(j).touch, Ea.T.tolist(), Eb.T.tolist(), (pb - pa).tolist(), of, Numeric)
-    return Wheels(  # the module is not an ``own`` parameter: a changed module moves the wheels, so the system must be built again
+    return Wheels(  # the module is not ``own``: a changed module moves the wheels, so the system must be built again
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
     )  # fmt: skip

@@ -19,8 +19,8 @@ from trunnion.runtime.abi.run_records import INPUT, KNOTS
 from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
-"""Default interpolation of drives and of loads. The default of drives is neither linear, because a drive needs continuous
-acceleration, nor clamped, because the data may have a rate at their ends."""
+"""Default interpolation of drives and of loads. For drives, linear interpolation would give no continuous acceleration, and a
+clamped spline would force the rate at the ends to zero."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,7 +162,8 @@ class System:
     joints           tree joints, in the order of the bodies that they carry; then cut joints.
     ties             couplings, which count as cut joints.
     tables           number of tables, external inputs included.
-    stops, latches   numbers of flags of end stops and latches, and of hooks of latches; ``stops`` includes the hooks.
+    stops            number of flags of end stops and latches, hooks of latches included.
+    latches          number of latches.
     bounded          whether steps have a bounded cost, for real-time use."""
 
     bodies: tuple[Body, ...]
@@ -209,7 +210,7 @@ class System:
 
     @cached_property
     def light(self) -> tuple[Joint, ...]:
-        """The rows of light freedoms, the last of the ties."""
+        """The rows of light freedoms. They come last among the ties."""
         return tuple(j for j in self.ties if j.light)
 
     @property
@@ -223,7 +224,7 @@ class System:
 
     @cached_property
     def nq(self) -> int:
-        """Number of coordinates in the state, which contains no coordinates of driven freedoms."""
+        """Number of coordinates in the state. Coordinates of driven freedoms are not in the state."""
         return sum(len(state_coordinates(j)) for j in self.tree)
 
     @cached_property
@@ -248,8 +249,8 @@ class System:
 
     @cached_property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers whose law has a state. In the state of the run, these states come after the rates, in
-        this order."""
+        """Indices of the friction multipliers whose law has a bristle state. The bristle states follow the rates in the state of
+        the run, in this order."""
         return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
     @cached_property

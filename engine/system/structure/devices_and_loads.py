@@ -13,7 +13,7 @@ class Signal:
 
     value      a constant.
     ramp       start, end, begin, duration, origin.
-    begun      as ramp, but with begin < 0; for a drive, origin is still the coordinate at t = 0.
+    begun      a ramp with begin < 0. As for ramp, the origin of a drive is the coordinate at t = 0.
     move_…     start, end, begin, duration of a rest-to-rest move (``motion_profiles``).
     harmonic   amplitude, frequency, phase, offset.
     rate       start, rate: q = start + rate t.
@@ -50,10 +50,10 @@ class Motor:
 class Latch:
     """A hook that falls behind a passing part and then holds the part.
 
-    side      1: the latch keeps the part above ``at``; −1: below ``at``.
+    side      1: the latch keeps the coordinate above ``at``; −1: below ``at``.
     holds     largest force, N or N·m.
     release   signal that lifts the hook while above 0.5.
-    pressed   among the flags of end stops, index of the flag that is 1 while the hook is pressed.
+    pressed   index, among the flags of end stops, of the flag that is 1 while the hook is pressed.
     hook      index among the latches.
     down      tooth on which the hook is at the start, from 1; 0: the hook is up.
     pitch     distance of the teeth; constant 0: a single tooth.

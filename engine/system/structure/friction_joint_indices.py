@@ -52,8 +52,8 @@ class Element:
 
 
 def everything(j: Joint) -> tuple[str, ...]:
-    """All values that the contact forms of a joint may need: the components of f_c and m_c, and the distance between the contacts
-    if that changes."""
+    """All values that the contact forms of a joint may need: the components of f_c and m_c, and half the distance between the
+    contacts (``SPAN``) if it changes."""
     return (*COMPONENTS, SPAN) if j.fit.ends == OVERLAP else COMPONENTS
 
 

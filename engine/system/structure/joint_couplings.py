@@ -26,7 +26,7 @@ class Wheels:
 class Profile:
     """Profile of a cam: distance of the follower from the cam's axis as a piecewise cubic function of the angle about the axis.
 
-    middle   (cosine, sine) of the angle from which all other angles are measured, within ±π.
+    middle   (cosine, sine) of the reference angle; all other angles are measured from it, within ±π.
     roller   radius of the follower's roller, m.
     starts   angles at which the pieces begin, rad. The first and the last piece continue beyond the profile's ends.
     pieces   four coefficients for each piece, of powers of (angle − start)."""
@@ -113,6 +113,6 @@ class LightFreedom:
     @property
     def response(self) -> float:
         """The part of the row's diagonal entry in S that does not come from the mechanism's response: −1/inertia. A freedom may
-        have no inertia and be in no loop (a massless rod that turns about its own axis). Such a freedom keeps the fraction
-        NO_INERTIA of the added inertia."""
+        have no inertia of its own, and no loop that moves it (a massless rod that turns about its own axis). So that S stays
+        regular, every freedom keeps the fraction NO_INERTIA of the added inertia."""
         return -(1.0 + NO_INERTIA) / self.inertia

@@ -1,5 +1,5 @@
-"""Multiplications of an evaluation with friction in a mechanism with loops, in two forms: dense maps, or passes along the recursion
-(theory, "Friction along the recursion"). The kernel uses the form with fewer."""
+"""Number of multiplications of an evaluation with friction in a mechanism with loops. The evaluation has two forms: dense maps, or
+passes along the recursion (theory, "Friction along the recursion"). The kernel uses the form with fewer multiplications."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from trunnion.system.structure.friction_joint_indices import elements
 from trunnion.system.structure.loop_matrix_fill import coupled, path, pattern, rows_by_loop
 
 BODY = 1200
-"""Of the passes over a body: inertias with the laws' derivative, forces, accelerations; two Newton steps."""
+"""Multiplications of the passes per body: inertias with the laws' derivative, forces, accelerations; two Newton steps."""
 COLUMN = 150
-"""Of a force column of the maps on a body, inward and outward, with what the bytecode adds."""
+"""Multiplications of the maps per force column and body, inward and outward, with the overhead of the bytecode."""
 ROW = 120
-"""Of a force column and of a constraint row along the recursion, on a body of their path."""
+"""Multiplications of the recursion per constraint row (with its force column) and body on the row's path."""
 MEETING = 24
-"""Of an entry of the unsymmetric S."""
+"""Multiplications per entry of the unsymmetric S."""
 MAPS_SERVE_MORE = 1.2
-"""Ratio of multiplications from which the recursion is used. Decisions about pairs at rest need maps in both forms."""
+"""The recursion is used if maps need more than this multiple of its multiplications. The factor is above 1, because decisions about
+pairs at rest need maps in both forms."""
 
 
 def maps_work(system: System, active: Sequence[int]) -> float:
-    """Multiplications of maps: columns, elimination of λ from reactions and accelerations, a Newton step."""
+    """Multiplications of the maps: columns, elimination of λ from reactions and accelerations, a Newton step."""
     a, e, n = len(active), system.neta, sum(len(x.needs) for x in elements(system))
     return COLUMN * len(system.bodies) * (a + e) + n * a * e + a * a * (a / 3 + e) + 2 * a * e * e + e**3 / 3
 

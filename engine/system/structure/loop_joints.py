@@ -1,5 +1,5 @@
-"""Joints on loops, and the numbers of their scaled reactions, which select the reactions of redundant loops (theory, "Redundant
-loops"). This module does not need the symbolic library."""
+"""Joints on loops, and how many scaled reactions each has. Scaled reactions select the reactions of redundant loops (theory,
+"Redundant loops"). This module does not need the symbolic library."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ USUAL = 1e8
 """Default radial stiffness of a joint's contacts, N/m: about that of a steel pin of 20 mm in a bearing. The value matters only if
 the scene gives the stiffness of other joints."""
 NO_SIZE = 1e-24
-"""Square of the smallest size of a joint, m². Sizes are at least this large, to avoid a division by zero; even the squares of the
-quotients stay finite."""
+"""Square of the smallest size of a joint, m². This lower bound avoids a division by zero. It is large enough that even the squares
+of the quotients stay finite."""
 
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
@@ -61,12 +61,12 @@ def springs_of(j: Joint) -> int:
 
 def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
     """For each joint with friction on a loop: the joint, the index of its first row among the scaled reactions, and the number of
-    its rows that change with friction."""
+    its rows that friction changes."""
     first, at = {}, 0
     for name, rows in rows_of(system):
         first[name] = at
         at += rows
     found = [e for e in elements(system) if e.joint.name in first]
-    # friction that does not depend on contact forces does not change them
+    # friction without contacts (a given force) does not change contact forces
     found = [e for e in found if e.contact.count]
     return [(e, first[e.joint.name], springs_of(e.joint) - len(e.contact.thrusts) - len(e.joint.driven)) for e in found]

@@ -19,7 +19,7 @@ lists costs more than sparsity saves."""
 class Fill:
     """Sparsity pattern of the factor of S. Empty: dense.
 
-    order   rows of λ in the order of elimination.
+    order   indices of λ in the order of elimination.
     start   for each pivot, index of its first entry in ``below``.
     below   positions in ``order`` of the nonzero entries below each pivot, ascending."""
 

@@ -1,5 +1,5 @@
-"""The numbers in a system's expressions: structural constants, which generated code contains literally, and run-time parameters,
-which generated code reads from memory.
+"""The numbers in a system's expressions (leaves): structural constants, which generated code contains literally, and run-time
+parameters, which generated code reads from memory.
 
 A component of a vector or matrix that is written as exactly 0 is a structural constant, which removes terms. Every other component,
 and every scalar field, is a run-time parameter. A zero whose path matches a ``tunable`` pattern is also a run-time parameter.
@@ -45,8 +45,8 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that is the scene's number at this path and the only place where this number acts. (Other numbers
-        also act on scales, start values, times of kinks or other parameters.)"""
+        """A run-time parameter that is the scene's number at this path. Only for numbers that act nowhere else: not on scales,
+        start values, times of kinks or other parameters."""
         self._own.add(path)
         return self.scalar(path, value, unit)
 

@@ -1,5 +1,5 @@
-"""Loops whose open reactions are found together, because no joint transmits the multipliers of two of them (theory, "Redundant
-loops")."""
+"""Groups of redundant loops. The undetermined reactions of a group are computed together, because no joint transmits the
+multipliers of two of its loops (theory, "Redundant loops")."""
 
 from __future__ import annotations
 

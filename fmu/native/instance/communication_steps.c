@@ -42,8 +42,8 @@ static fmu_status fmu_set_off(fmu_instance *m) {
   return fmu_take_over(m);
 }
 
-/* The latest end of the internal steps towards `target`. This time is beyond `target`, except after a change by the host: after a
- * change, another change is likely, and the work beyond `target` would then be lost. */
+/* The latest end of the internal steps towards `target`. It is beyond `target`, unless the host has just made a change: another
+ * change is then likely, which would discard the work beyond `target`. */
 static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + FAR * h; }
 
 /* Largest number of internal steps in a communication step. */

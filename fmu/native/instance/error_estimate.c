@@ -1,9 +1,9 @@
-/* Error estimates of outputs: the difference to a second run with a tighter tolerance (theory, "Global error"). */
+/* Error estimates of outputs, from the difference to a second run with a tighter tolerance (theory, "Global error"). */
 
 #define RESOLVED 3e-3   /* smallest meaningful difference of the runs, relative to tolerance times size of an output */
 #define ROUND_OFF 1e-13 /* smallest error, relative to the size of an output or the scale of its unit, whichever is larger */
 #define LINEAR 0.3      /* largest error that counts as small, relative to the size of an output plus the scale of its unit */
-#define DECIDED_LATE 1.0 /* longest time with different numbers of events, relative to 1/rate; later, the runs have diverged */
+#define DECIDED_LATE 1.0 /* if the numbers of events differ for longer than this, relative to 1/rate, the two runs have diverged */
 
 /* Start the second run with the same start values as the run. begin: function that starts a run. */
 static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *m, double tighter)) {

@@ -1,7 +1,7 @@
 /* Steps that end at events (FMI 3.0). A copy of the run locates the next event, and the run then advances to this event. The
  * internal steps of the run are the same as in a run without stops. */
 
-#define LOOK_AHEAD 1.0 /* longest look-ahead for the record of a reversal, relative to 1/rate; later records are reported later */
+#define LOOK_AHEAD 1.0 /* longest look-ahead for a reversal's record, relative to 1/rate; a later record is reported when made */
 
 #define DUE 32         /* largest number of events in a look-ahead; clocks of further events tick when these are recorded */
 
@@ -21,7 +21,7 @@ static int fmu_can_look(fmu_instance *m) {
   return m->ahead && m->before;
 }
 
-/* Whether the block contains recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead
+/* Whether state s contains recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead
  * result to update, or NULL. An event at or before `from` is reported at the time of its record. */
 static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(s);
@@ -38,8 +38,8 @@ static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   return found;
 }
 
-/* Whether a pair in its proportional zone has reversed by `until`, and this reversal is neither reported nor given up. The
- * look-ahead no longer waits for a reversal that is given up. give_up: whether to give up the found reversals. */
+/* Whether a pair of the copy, in its proportional zone, has reversed by `until`, and this reversal is neither reported nor given
+ * up. give_up: whether to give up the found reversals: the look-ahead then no longer waits for their records. */
 static int fmu_unsure(const fmu_instance *m, double until, int give_up) {
   int found = 0;
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) {
@@ -109,8 +109,8 @@ static fmu_sight fmu_look(fmu_instance *m, double target, double limit) {
   return sight;
 }
 
-/* Compute in `before` the row just before the event that is recorded at `time`, if the look-ahead has not stored this row. The row
- * comes from a run to `time` that leaves out the event. */
+/* Compute in `before` the row just before the event that is recorded at `time`, by a run to `time` that leaves out the event. Only
+ * needed if the look-ahead has not stored this row. */
 static void fmu_row_up_to(fmu_instance *m, double time, double limit) {
   memcpy(m->ahead, m->state, m->state->bytes);
   if (tr_reach(FMU_SIM(m->ahead), time, limit, (long)MANY_STEPS, m->before) != TR_DONE) m->before[0] = NAN;

@@ -2,7 +2,7 @@
 
 #define CARRIED 0.2 /* largest product of bandwidth and sample time. With a larger product, the motion jerks at every sample.
                      * A host that feeds the force back to the source of the input then amplifies these jerks */
-#define IN_A_ROW 2  /* an input that changes at this many consecutive communication points is sampled; a single change is a step */
+#define IN_A_ROW 2  /* an input that changes at this many consecutive communication points is sampled; a single change is a jump */
 
 /* Whether an input is sampled. The value of a sampled input changes at consecutive communication points, and the host does not give
  * its acceleration.
@@ -47,7 +47,7 @@ static void fmu_note_input(const fmu_state *s, fmu_input *in, double t, double a
   if (in->last_t > in->before_t) fmu_sample(in, asked);
 }
 
-/* Whether a sampled input did not change at the present communication point. Its extrapolation must then stop. */
+/* Whether a sampled input did not change at the present communication point, so that its extrapolation must stop. */
 static int fmu_input_stopped(const fmu_state *s) {
   for (int i = 0; i < MODEL->inputs; ++i) {
     const fmu_input *in = FMU_INPUTS(s) + i;
@@ -82,7 +82,7 @@ static void fmu_hand_inputs(fmu_instance *m, double t, int begin) {
     tr_signal now;
     tr_input_value(in, t, &now);
     in->t0 = t, in->u[0] = told->value, in->u[1] = fmu_told(told, 0), in->u[2] = fmu_told(told, 1);
-    /* The mean rate of a sample is the rate in the middle of the sample, half a sample time ago. */
+    /* The mean rate between two samples is the rate at the middle of their interval, half a sample time ago. */
     const double half = told->derived > 0.0 ? 0.0 : 0.5 * (told->last_t - told->before_t);
     if (fmu_sampled(told)) in->u[1] = told->rate + half * told->curve, in->u[2] = told->curve;
     int behind = in->followed != 0.0 && !begin;

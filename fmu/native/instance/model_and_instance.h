@@ -74,7 +74,7 @@ typedef struct fmu_clocks {
 } fmu_clocks;
 
 /* Properties of the error of an output. errs: whether the output has an error estimate. jumps: whether the output jumps at events.
- * wraps: whether the output is an angle modulo 2*pi. tells: whether this error takes part in the decision whether errors are small.
+ * wraps: whether the output is an angle modulo 2*pi. tells: whether errors count as small only if this error is small.
  * scale: size of the output's unit in the scene. */
 typedef struct fmu_erring {
   int errs, jumps, wraps, tells;
@@ -91,7 +91,7 @@ typedef struct fmu_model {
   const int *derivative; /* for each derivative input: 2 · index of its input, + 1 for the second derivative */
   const int *whole;      /* for each variable: 1 for an integer variable, else 0 */
   const int *slope;      /* for each output: index of its time derivative among the outputs; −1: none; −2: discrete output */
-  const int *integral;   /* for each output: 1 if it is computed from works, else 0 */
+  const int *integral;   /* for each output: 1 if it is computed from integrated powers (works), else 0 */
   const tr_kernel *kernel;
   const tr_outputs *columns;
   const tr_jacobian *jacobian;
@@ -119,7 +119,7 @@ typedef struct fmu_model {
   const int *type;          /* for each reference: FMU_FLOAT64, …; NULL in FMI 2.0 */
   const fmu_clocks *clocks; /* NULL in FMI 2.0 */
   const fmu_erring *erring; /* for each output; NULL without error estimates */
-  double tighter, larger;   /* tolerance ratio of the run to the second run; ratio of the error to the difference of the runs */
+  double tighter, larger;   /* tolerance of the run / that of the second run; error / difference of the two runs */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -135,7 +135,7 @@ typedef struct fmu_input {
   double value, told[2], given[2];
   double last, last_t, before, before_t;
   double rate, curve;      /* mean rate between the last two samples; smoothed derivative of the rate */
-  double rate_before, curve_before; /* these values one sample before */
+  double rate_before, curve_before; /* rate and curve one sample before */
   double changes, derived; /* derived: highest order of a received derivative, 0 for none */
 } fmu_input;
 
@@ -194,7 +194,7 @@ typedef struct fmu_instance {
   int exchange;     /* whether the instance is for model exchange, in which the host makes the steps */
   fmu_state *ahead; /* memory for the copy of the run in a look-ahead; NULL if the host does not stop at events */
   double *before;   /* memory for the row just before an event; NULL if the host does not stop at events */
-  int events, early; /* whether the host handles events; whether it accepts early returns */
+  int events, early; /* whether the host handles events; whether the host accepts early returns */
   void (*between)(void); /* callback between communication points, or NULL */
 } fmu_instance;
 

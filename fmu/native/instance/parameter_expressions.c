@@ -1,4 +1,4 @@
-/* Evaluation of the expressions that compute numbers from parameters of the scene. */
+/* Evaluation of the expressions that compute dependent numbers of the model from parameters of the scene. */
 
 static double fmu_least(double a, double b) { return b < a ? b : a; }
 static double fmu_most(double a, double b) { return b > a ? b : a; }

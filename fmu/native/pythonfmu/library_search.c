@@ -9,7 +9,7 @@
 #endif
 
 #define PATH_MOST 4096
-#define NEWEST 20 /* newest minor version of Python 3 that is tried, down to 3.9, if the process contains no libpython */
+#define NEWEST 20 /* if the process contains no libpython, the versions from 3.NEWEST down to 3.9 are tried */
 
 #if defined _WIN32
 static void *bridge_find(void *library, const char *name) { return (void *)GetProcAddress(library, name); }

@@ -1,5 +1,5 @@
-/* Access to variables in FMI 3.0. The value references of FMI 2.0 are used; an array has the reference of its first value. The next
- * references are time, clocks, times of the clocks' last ticks, numbers of the clocks' ticks, and the joint of the last event. */
+/* Access to variables in FMI 3.0. Value references are those of FMI 2.0; an array has the reference of its first value. Then
+ * follow the references of time, clocks, times of their last ticks, numbers of their ticks, and the joint of the last event. */
 
 #define FMI3_NONE (-1)
 

@@ -99,7 +99,7 @@ def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read:
 
 def recompute_chunk(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
     """Request that the cases of a chunk are recomputed, and wait for the result. Returns the chunks that then contain these cases.
-    If the job does not continue, cases can be missing."""
+    Cases can be missing if the job does not continue (``reopen_chunk``)."""
     log.warning("job %s, cases %d to %d: %s; they are recomputed", chunk.job, chunk.start, chunk.stop - 1, why)
     s.store.reopen_chunk(chunk.job, chunk.start, why)
     s.metrics.chunks.labels("spoiled").inc()

@@ -29,7 +29,7 @@ DRAWN = Field(None, description=f"null: the answer covers all cases. Above {MANY
 
 
 def job_tally(s: Service, job: str) -> Tally | None:
-    """The total of the tallies of all finished cases of a job; None for a job so small that all its rows can be read. CorruptPart
+    """The total of the tallies of all finished cases of a job. None for a small job, all of whose rows can be read. CorruptPart
     when a damaged part cannot be recomputed."""
     there = job_contents(s, job)
     if not is_tallied(there.plan):
@@ -38,7 +38,7 @@ def job_tally(s: Service, job: str) -> Tally | None:
     with kept.lock:
         chunks = s.store.finished(job)
         spans = {(c.start, c.stop): c for c in chunks}
-        if not kept.pieces <= spans.keys():  # some cases were recomputed, and the chunks are divided differently
+        if not kept.pieces <= spans.keys():  # some cases were recomputed in other chunks than before
             kept.pieces, kept.tally = set(), None
         ended = sum(c.stop - c.start for c in chunks) == there.plan.cases.count and len(chunks) > BATCH
         all_of = Piece(job, f"{there.digest} all {digest_of(repr(sorted(spans)).encode())}", 0, there.plan.cases.count)

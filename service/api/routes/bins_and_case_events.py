@@ -133,8 +133,8 @@ async def get_job_bins(
 
 
 def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: list[str], read: bool) -> Answer:
-    """The answer with the bins. read: whether the rows are read before the response starts; otherwise, they are read while its body
-    is sent."""
+    """The answer with the bins. read: whether the rows are read before the response starts; otherwise, they are read while the
+    response is sent."""
     there, schema = find_job(s, job), job_contents(s, job).schema
     problems: list[Problem] = []
     names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
@@ -160,7 +160,7 @@ def _counted(
     s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: tuple[Within, ...]
 ) -> dict[str, Any]:
     """The document of the bins for the present rows. The rows are scanned twice: first for the axes, then for the bins. Rows that
-    do not fit in memory are read again for the second scan. For jobs with very many cases, the sampled rows are used."""
+    do not fit in memory are read again for the second scan. For jobs with very many cases, only the sampled rows are used."""
     import pyarrow as pa
 
     schema, there, whole = job_contents(s, job).schema, find_job(s, job), job_tally(s, job)

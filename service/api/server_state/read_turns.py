@@ -1,5 +1,5 @@
-"""Turns of requests that read stored rows. Only few requests read at the same time, so that large reads do not delay small
-reads."""
+"""Turns of requests that read stored rows. At most READERS requests read at the same time, and callers take turns, so that large
+reads do not delay small reads."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ class ReadTurns(FairQueue[int]):
             self.release(who, slot)
 
     async def stream(self, who: str, first: bytes, others: Iterator[bytes]) -> AsyncIterator[bytes]:
-        """The pieces of a response. Each piece is created in its own turn, so that a slow client occupies no turn."""
+        """The pieces of a response. Each piece is created in its own turn, so that no turn is occupied while a slow client
+        receives a piece."""
         piece: bytes | None = first
         while piece is not None:
             yield piece

@@ -40,7 +40,7 @@ class Caller:
 
 def new_key(name: str, role: str) -> tuple[Key, str]:
     """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits and cannot be
-    guessed; a plain digest of the secret is therefore safe to store."""
+    guessed. Therefore it is safe to store a plain digest of the secret."""
     identity, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
     return Key(identity, name, role, _digest(secret), time.time(), None), f"tr_{identity}_{secret}"
 

@@ -78,7 +78,7 @@ async def _run_call(s: Service, call: ClusterCall) -> bytes:
         loop, over = asyncio.get_running_loop(), asyncio.Event()
 
         def came(_: Any) -> None:
-            with suppress(RuntimeError):  # when the server ends, the event loop is already closed
+            with suppress(RuntimeError):  # the event loop is already closed when the server ends
                 loop.call_soon_threadsafe(over.set)
 
         future.add_done_callback(came)

@@ -32,8 +32,8 @@ WARNING, SAFE = b'299 trunnion "%s"', " !#$&'()*+,/:;=?@[]~"
 
 
 class GuardMiddleware:
-    """Admits or refuses requests. A server without keys admits only requests whose Host is a loopback address. If it admitted
-    others, a page of another site could send requests through a visitor's browser."""
+    """Admits or refuses requests. A server without keys admits only requests whose Host is a loopback address. Otherwise, a page of
+    another site could send requests to it through the browser of a user."""
 
     def __init__(self, app: ASGIApp, most: int, open: bool):
         self.app, self.most, self.open = app, most, open

@@ -67,7 +67,7 @@ export function lines(text, most = 42) {
 // Joins notes to one text. Each note begins with a capital letter and ends with a full stop.
 export const sentences = (notes) => [...new Set(notes.filter(Boolean))].map((n) => n[0].toUpperCase() + n.slice(1) + (/[.!?]$/.test(n) ? "" : ".")).join(" ");
 
-// For each path: its shortest end, with the same number of parts for all paths, that distinguishes the paths.
+// For each path: its last n parts, with the smallest n that makes all results different.
 export function short(paths) {
   for (let n = 1; ; n++) {
     const cut = paths.map((p) => p.split(".").slice(-n).join("."));

@@ -116,7 +116,7 @@ function update(now) {
   seen.add(now.stage);
   const going = !ENDED.includes(now.state);
   staged(going);
-  if (!going) $("trouble").textContent = ""; // the list of problems contains it
+  if (!going) $("trouble").textContent = ""; // the list of problems contains the text
   $("bar").value = now.progress;
   $("bar").hidden = !going;
   const left = now.state === "running" && now.eta_seconds != null ? `, about ${few(Math.ceil(now.eta_seconds), "second")} to go` : "";

@@ -35,7 +35,7 @@ function failing(got, at = null) {
   }).filter((t) => t.x.length);
 }
 
-// The ends of the colour scale, so that a few far outliers do not extend it; {} if there are no outliers.
+// The ends of the colour scale, chosen so that a few far outliers do not extend it; {} (Plotly's default) if there are no outliers.
 export function span(values) {
   const known = values.filter((v) => v != null).sort((a, b) => a - b), at = (part) => known[Math.round(part * (known.length - 1))];
   if (known.length < 20) return {};
@@ -49,7 +49,7 @@ const counted = (got, selection) => (got.drawn ? `${few(got.cases, "case")} of $
 // Draws a result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
   const n = table.large ? fit(table.job.cases / 2) : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
-  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // a grid has few distinct numbers compared with its cases
+  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // in a grid, the cells are few compared with the cases
   const coarse = grid ? got : await table.bins(x, y, up, { nx: n, ny: n, within: selection });
   if (!still()) return null;
   const c = coarse.cells, ends = span(c.mean), z = matrix(coarse, (k) => c.mean[k]), text = matrix(coarse, (k) => told(c, k, up));

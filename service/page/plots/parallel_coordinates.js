@@ -89,7 +89,7 @@ function shaded(canvas, pairs, some) {
       ctx.fill();
     });
   });
-  layer(pairs, some ? soft : accent, some ? 0.02 : 0.06); // weak, because about twenty bands cover each point
+  layer(pairs, some ? soft : accent, some ? 0.02 : 0.06); // nearly transparent, because about twenty bands overlap at each point
   if (some) layer(some, accent, 0.2);
   ruled(ctx);
 }

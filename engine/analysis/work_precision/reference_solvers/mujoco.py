@@ -80,8 +80,8 @@ class Mujoco(ReferenceSolver):
         return out
 
     def xml(self, s: Setting) -> str:
-        """The scene as MJCF. Body frames lie at the mass centres with the bodies' axes. All joint coordinates are zero at the
-        start."""
+        """The scene as MJCF. Body frames have their origins at the mass centres, and the bodies' axes. All joint coordinates are
+        zero at the start."""
         tight = f'solref="{2 * s.step:.17g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
         head = (
             '<mujoco><compiler angle="radian" autolimits="true" inertiafromgeom="false" balanceinertia="false"/>'
@@ -145,7 +145,7 @@ def repair_inertia(inertia: np.ndarray) -> np.ndarray:
     """The inertia with its two smaller principal moments raised until their sum is at least the largest moment, as MuJoCo
     requires.
 
-    Thin rods and planar bodies have zero moments about some axes. Planar motion does not depend on this change.
+    Only bodies with zero moments about some axes (thin rods, planar bodies) need this. Planar motion does not depend on the change.
     """
     moments, axes = np.linalg.eigh(inertia)
     lack = moments[2] * (1 + 1e-9) - moments[0] - moments[1]

@@ -84,8 +84,8 @@ class Link:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring-damper between two points. points: position relative to the mass centre in the body's axes, m (ground: world
-    position).
+    """A spring-damper between two points. points: for each end, the position relative to the mass centre in the body's axes, m; for
+    the ground, the world position.
 
     stiffness, N/m; damping, N s/m; length: free length, m.
     """

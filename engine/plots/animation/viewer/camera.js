@@ -24,7 +24,7 @@ const boxes = run.meshes.map((mesh) => {
   return Array.from({ length: 8 }, (_, k) => [0, 1, 2].map((i) => (k >> i & 1 ? high : low)[i]));
 });
 
-// Corners of boxes, ends of springs and arrows at up to 60 instants: in the world, and relative to ``centre`` at that instant.
+// Points at up to 60 instants (corners of boxes, ends of springs, tips of arrows): in the world, and relative to ``centre``.
 const swept = (() => {
   const all = [], near = [], count = Math.min(60, last + 1);
   for (let k = 0; k < count; k++) {
@@ -86,7 +86,7 @@ function camera(m) {
   const eye = look.parallel ? [...view.toward, 0] : [...add(o, view.toward, distance), 1];
   const row = (a, k) => [...a.map((x) => k * x), -k * dot(a, o)];
   const right = row(view.right, 2 * s / w), up = row(view.up, 2 * s / h), toward = row(view.toward, 1);
-  // Depth in units of the distance, 1 at the middle point. The middle of the picture is not the middle of the window.
+  // deep: depth divided by the distance, 1 at the middle point. The middle of the picture is not the middle of the window.
   const deep = look.parallel ? [0, 0, 0, 1] : toward.map((x, k) => (k === 3 ? 1 : 0) - x / distance);
   const shift = [2 * x0 / w - 1, 1 - 2 * y0 / h], near = NEAREST, far = span / distance;
   const line = look.parallel
@@ -121,7 +121,7 @@ function shift(dx, dy) {
   view.shift = add(add(view.shift, view.right, -dx / s), view.up, dy / s);
 }
 
-// Return the view. If ``before`` is given, it first becomes the view: a page that shows a changed scene keeps the user's view.
+// Return the view. If ``before`` is given, it first becomes the view. So a page that shows a changed scene keeps the user's view.
 function standing(before) {
   if (before) { view = { ...firstView(), ...before }; refresh(); }
   return view;

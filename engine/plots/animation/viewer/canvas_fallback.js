@@ -1,7 +1,7 @@
 // The picture without WebGL: polygons from back to front, then pins and contacts over the polygons.
 "use strict";
 
-// Canvases in main memory. Their finished picture is copied to the page: with software rendering, this is faster for many polygons.
+// Canvases in main memory; the finished picture is copied to the page. With software rendering, this is faster for many polygons.
 const [layer, leaf] = [0, 1].map(() => document.createElement("canvas").getContext("2d", { willReadFrequently: true }));
 const LIGHT = unit([0.3, 0.65, 0.7]);
 const shades = new Map();

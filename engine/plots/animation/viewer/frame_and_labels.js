@@ -18,7 +18,7 @@ function equip(refused) {
   document.getElementById("note").hidden = Boolean(card);
 }
 
-// Give the height of the controls to the style sheet: in narrow windows the panel of values is above the controls.
+// Pass the height of the controls to the style sheet, which in narrow windows places the panel of values above the controls.
 function settle() {
   document.documentElement.style.setProperty("--foot", $("foot").offsetHeight + "px");
 }

@@ -21,8 +21,8 @@ vec4 hatched(vec3 color, float wide) {
 }
 `;
 
-// The back of a face is drawn like a cut. It is visible only where an open surface is cut, because a closed surface has a cap. A
-// ghost (see through) is more transparent where its face points more directly at the viewer.
+// The back of a face is drawn like a cut. It is visible only where an open surface is cut, because a closed surface gets a cap. The
+// faces of a see-through body (uGhost) are the more transparent, the more directly they face the viewer.
 const SURFACE = `#version 300 es
 precision highp float;
 ${HATCHED}in vec3 vP, vN;

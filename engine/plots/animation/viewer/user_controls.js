@@ -111,7 +111,7 @@ function typed(e) {
   act(e);
 }
 
-// Apply the options in the page, then those in the address after ?, then after #. Later options override earlier options. The
+// Apply the options in the page, then those in the address after ?, then those after #. Later options override earlier options. The
 // options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title, no
 // legend) and flat (no WebGL).
 function parameters() {

@@ -45,7 +45,7 @@ function table(joint, curves) {
   return box;
 }
 
-// Fill the panel with all joints that have values. The first joints with friction are open; without friction, the first joints.
+// Fill the panel with all joints that have values. The first joints with friction are open (without friction, the first joints).
 function panel() {
   const told = run.joints.filter((j) => j.values.length), boxes = told.map((j) => {
     const box = made("details", { open: j.panel }, made("summary", {}, made("b", { textContent: j.name }), " " + j.type)), fill = () => {

@@ -1,4 +1,4 @@
-// The picture with depth: ground and shadow, bodies, pins and contacts; bodies hide pins and contacts only partly.
+// The picture with depth: ground and shadow, bodies, pins and contacts. Pins and contacts remain faintly visible behind bodies.
 "use strict";
 
 const stage = document.getElementById("stage");
@@ -58,15 +58,15 @@ function coil(p, q) {
   return strip([...points, q]);
 }
 
-// The plane that cuts bodies (normal, level). It faces the viewer at the time when the user chose it, or is perpendicular to an
-// axis. Points beyond the plane are not drawn.
+// The plane that cuts bodies (normal, level). It either faced the viewer when the user chose it, or is perpendicular to an axis.
+// Points beyond the plane are not drawn.
 function cutting() {
   if (!look.cut) return OFF;
   const n = look.cut === "view" ? look.cutFrom : [0, 1, 2].map((k) => (k === "xyz".indexOf(look.cut) ? 1 : 0));
   const side = look.cut === "view" || dot(n, view.toward) >= 0 ? n : n.map((x) => -x), m = moment(clock.t), spots = [];
   run.parts.forEach((part, i) => { const v = run.meshes[part.mesh].v; for (let k = 0; k < v.length; k += 3) spots.push(dot(side, m.place(i, v.slice(k, k + 3)))); });
   const low = Math.min(...spots), high = Math.max(...spots);
-  return [...side, low + (1.002 * look.cutAt - 0.001) * (high - low)]; // from a little before to a little after the bodies
+  return [...side, low + (1.002 * look.cutAt - 0.001) * (high - low)]; // from slightly below to slightly above the bodies' extent
 }
 
 const pose = (b) => ({ uModel: placed(b.r, b.p), uTurn: turning(b.r) });
