@@ -75,8 +75,8 @@ static int tr_switch_crossed_balls(tr_sim *s) {
   return crossed;
 }
 
-/* Decide the modes of the n pairs `rest` at (t, y), the current state, and evaluate the solution. Repeats while balls change branch, because forces
- * and branches depend on each other. *decided receives the result of tr_decide_modes. Returns a status. */
+/* Decide the modes of the n pairs `rest` at the current state (t, y), and evaluate the solution. Repeats while balls change branch,
+ * because forces and branches depend on each other. *decided receives the result of tr_decide_modes. Returns a status. */
 static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int *rest, int n, int released, int *decided) {
   for (int turn = 0; turn < BALL_TURNS; ++turn, released = -1) {
     if (n) {

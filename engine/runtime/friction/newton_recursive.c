@@ -171,8 +171,9 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
     stalled = step < STALLS * best ? 0 : stalled + 1, best = fmin(best, step);
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
+    const int round_off = step <= NEWTON_QUADRATIC * size && stalled > 1; /* of an ill-conditioned equation */
     if (near && it == 1) { /* no convergence test here, because laws may jump between the loads of two states */
-    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size) || (step <= NEWTON_QUADRATIC * size && stalled > 1)) {
+    } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size) || round_off) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
     }

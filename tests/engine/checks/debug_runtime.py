@@ -32,6 +32,18 @@ int tr_decide_one_way(tr_sim *s, int by_cones, double *eta, double *flags) {
   tr_restore_modes(s, modes);
   return found;
 }
+
+/* Evaluate the state `y` along the recursion. Returns how far Newton's method with maps then moves the frictions, relative to the
+ * largest; −1 if maps were used at once. */
+double tr_gap_to_maps(tr_sim *s) {
+  double *eta = TR_A(s, z) + s->k->active, along[s->k->neta + 1], gap = 0.0, size = 0.0;
+  if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)) || !s->step.recursive) return -1.0;
+  memcpy(along, eta, sizeof(double) * s->k->neta);
+  tr_form_all_maps(s);
+  if (!tr_newton(s, eta)) return INFINITY;
+  for (int i = 0; i < s->k->neta; ++i) gap = fmax(gap, fabs(eta[i] - along[i])), size = fmax(size, fabs(along[i]));
+  return gap / size;
+}
 """
 
 

@@ -3,6 +3,7 @@ determinant, whole runs. Its cost grows with the number of loops (theory, "Frict
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.speed.four_bar_loops import rubbing
+from tests.engine.checks.debug_runtime import in_place_of_the_runtime
 from tests.engine.loops.test_sparse_loop_solve import beside, cranks
 from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
 from tests.engine.mechanisms.stewart_platform import stewart
@@ -19,9 +21,10 @@ from tests.sampling import slow
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.parts.kernels import scene_kernel
 from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.runtime.abi import PairState
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scalable_mechanisms import n_four_bar
-from trunnion.simulation.run import Model, simulate
+from trunnion.simulation.run import Model, run, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.construction.system_builder import Built, build
 from trunnion.system.structure.friction_joint_indices import elements
@@ -175,6 +178,20 @@ def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkey
             found.append(m.block.evaluate())
         for one, other in zip(*found, strict=True):
             assert np.abs(one - other).max() <= SAME * np.abs(other).max()
+
+
+def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_maps() -> None:
+    """Of a Stewart platform: two legs at rest while all other pairs slide, and later all pairs at rest, most with stored loads."""
+    with in_place_of_the_runtime() as debug:
+        debug.tr_gap_to_maps.restype = ctypes.c_double
+        model = Model(stewart(6), ("*.friction.state*",), "parts")
+        held = []
+        for until in (0.1145, 0.2):
+            r = run(model, until, until, Settings())
+            held.append(sum(r[c][-1] == PairState.STUCK.value for c in r.names if c.startswith("leg")))
+            assert 0.0 <= debug.tr_gap_to_maps(ctypes.c_void_p(model.block.at)) <= SAME
+    assert held == [2, 6]
+    assert r.stats.counters["newton_iterations"] <= 19_000  # 22,800 with maps at rest, and searches below round-off of time
 
 
 @pytest.mark.parametrize("name", ["cranks", "half0"])
