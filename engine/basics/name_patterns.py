@@ -19,8 +19,9 @@ def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
     """A predicate for names that match at least one of the patterns. The patterns with wild cards are compiled once."""
     every = tuple(patterns)
     plain = frozenset(p for p in every if not is_wild(p))
-    wild = [re.compile(translate(p.replace("[", "[[]"))).match for p in dict.fromkeys(every) if is_wild(p)]
-    return lambda name: name in plain or any(match(name) for match in wild)
+    wild = "|".join(translate(p.replace("[", "[[]")) for p in dict.fromkeys(every) if is_wild(p))
+    match = re.compile(wild or r"(?!)").match  # without a wild card, the form matches no name
+    return lambda name: name in plain or match(name) is not None
 
 
 def unmatched(patterns: Iterable[str], names: Iterable[str]) -> list[str]:

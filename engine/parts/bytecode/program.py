@@ -128,10 +128,8 @@ class Program:
 
     def call(self, function: int, operands: Sequence[Slot], numbers: Sequence[int] = ()) -> None:
         """Append a call of an op."""
-        self.code.extend((function, len(operands), len(numbers)))
-        for b in operands:
-            self.code.extend((b.space, b.at))
-        self.code.extend(numbers)
+        slots = [i for b in operands for i in (b.space, b.at)]
+        self.code.extend([function, len(operands), len(numbers), *slots, *numbers])
 
     def scratch_slot(self, size: int) -> Slot:
         """Allocate a slot in T. Its values are valid during one execution of the program."""

@@ -34,7 +34,7 @@ class ForceColumns:
         joints = stepping.shares.joints if stepping.shares else []
         self.transmitted = {j.child: self._transmitted(j, N) for j in joints if not j.cut}
         self.moving: frozenset[int] = frozenset()
-        self.passes: dict[frozenset[int], array[int]] = {}
+        self.passes: dict[frozenset[int], tuple[frozenset[int], array[int]]] = {}
         self.parents = [self.scene.parent(b) for b in range(n)]
         self.roots = self._roots()
         self.where = stepping.where()
@@ -152,14 +152,15 @@ class ForceColumns:
         program = self.program
         for i in self._path(begin):
             program.code += self.inward[i]
-        roots = {self.roots[i] for i in begin if i != GROUND}
-        self.moving = moving = frozenset(b for b, root in enumerate(self.roots) if root in roots)
-        if moving not in self.passes:
-            self.passes[moving] = self._outward(sorted(moving))
-        program.code += self.passes[moving]
+        roots = frozenset(self.roots[i] for i in begin if i != GROUND)
+        if roots not in self.passes:
+            branch = [b for b, root in enumerate(self.roots) if root in roots]
+            self.passes[roots] = frozenset(branch), self._outward(branch)
+        self.moving, outward = self.passes[roots]
+        program.code += outward
         for e in self.stepping.elements if self.maps.held else []:
-            if e.joint.cut and (e.joint.inb in moving or e.joint.out in moving):
-                Z = [self.Z.slice(6 * b, 6) if b in moving else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
+            if e.joint.cut and not self.moving.isdisjoint((e.joint.inb, e.joint.out)):
+                Z = [self.Z.slice(6 * b, 6) if b in self.moving else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
                 self.stepping.along_cut(program, self.stepping.closing(e.joint), Z, self.held.slice(e.eta[0], e.joint.kind.nv))
 
     def _constrain(self, out: Slot, count: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any
 
 from trunnion.basics.number_declarations import Bound, Order
@@ -24,21 +25,31 @@ RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in gro
 
 def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
     """(path, value, SI unit) of every number of a scene, defaults included."""
-    yield from _numbers(scene, (), scene)
-
-
-def _numbers(value: Any, path: Path, scene: Scene) -> Iterator[tuple[Path, float, str]]:
-    if isinstance(value, float):
+    found: list[tuple[Path, float]] = []
+    _collect(scene, (), found)
+    for path, value in found:
         yield path, value, unit_of(scene, path)
-    elif isinstance(value, dict):
-        for k, v in value.items():
-            yield from _numbers(v, (*path, k), scene)
+
+
+@cache
+def _names(of: type) -> tuple[str, ...]:
+    """Names of the fields of a scene class; none for any other type."""
+    return tuple(f.name for f in fields(of)) if is_dataclass(of) else ()
+
+
+def _collect(value: Any, path: Path, found: list[tuple[Path, float]]) -> None:
+    """Append the numbers inside a value. Most fields of a scene are None or text."""
+    if isinstance(value, dict):
+        inside: Any = value.items()
     elif isinstance(value, tuple):
-        for i, v in enumerate(value):
-            yield from _numbers(v, (*path, i), scene)
-    elif is_dataclass(value):
-        for f in fields(value):
-            yield from _numbers(getattr(value, f.name), (*path, f.name), scene)
+        inside = enumerate(value)
+    else:
+        inside = [(name, getattr(value, name)) for name in _names(value.__class__)]
+    for key, v in inside:
+        if isinstance(v, float):
+            found.append(((*path, key), v))
+        elif v is not None and v.__class__ is not str:
+            _collect(v, (*path, key), found)
 
 
 def number_at(scene: Scene, path: Path) -> float | None:
