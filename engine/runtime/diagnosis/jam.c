@@ -106,10 +106,10 @@ static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
   memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* from the last accepted root, not from later attempts */
   *pair = tr_find_jamming_pair(s);
   tr_evaluate_maps_at(s, s->clock.t, y);
-  const int moving = *pair < 0 || tr_is_at_rest(s, *pair) ? tr_find_stopping_pair(s, y, modes) : -1;
-  int why = TR_WHY_UNKNOWN;
-  if (moving >= 0) *pair = moving, why = TR_WHY_JAM;
-  else if (*pair >= 0) why = tr_is_fully_driven(s, *pair) || tr_stop_by_impact(s, copy, *pair) ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
+  const int found = *pair, moves = found >= 0 && !tr_is_at_rest(s, found), driven = found >= 0 && tr_is_fully_driven(s, found);
+  int why = (moves && driven) || (found >= 0 && tr_stop_by_impact(s, copy, found)) ? TR_WHY_JAM : TR_WHY_UNKNOWN;
+  if (why == TR_WHY_UNKNOWN && !moves && (*pair = tr_find_stopping_pair(s, y, modes)) >= 0) why = TR_WHY_JAM;
+  else if (why == TR_WHY_UNKNOWN && found >= 0) *pair = found, why = driven ? TR_WHY_JAM : TR_WHY_INCONSISTENT;
   tr_restore_modes(s, modes);
   return why;
 }

@@ -191,9 +191,11 @@ static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
   if (tr_release_class(s, rest, n, released)) return 1;
   memcpy(eta, old, sizeof(double) * s->k->neta);
   const int shares = s->friction.shared;
-  if (released >= 0 && shares && tr_hold_by_yielding(s, rest, n, released, start, 1)) return 1;
+  if (released >= 0 && shares && tr_slide_by_yielding(s, rest, n, released, start, 1)) return 1;
   for (s->friction.stored = TR_STORES_NONE; released >= 0 && shares && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    if (s->friction.stored == TR_STORES_PLACED && tr_hold_by_yielding(s, rest, n, released, start, 0)) return 2;
+    if (s->friction.stored == TR_STORES_PLACED && tr_hold_by_yielding(s, rest, n, released, start)) return 2;
+    if (s->friction.stored == TR_STORES_PLACED && tr_slide_by_yielding(s, rest, n, released, start, 0)) return 1;
+    memcpy(eta, old, sizeof(double) * s->k->neta);
     if (tr_hold_by_resharing(s, rest, n)) return 2;
     memcpy(eta, old, sizeof(double) * s->k->neta);
   }

@@ -39,32 +39,63 @@ static int tr_has_given_capacity(tr_sim *s, int i) {
   return given;
 }
 
-/* Solve in the modes in force, in which all pairs that stick without yielding need a reserve. Returns 1 if the modes fit. */
-static int tr_fits_with_yielding(tr_sim *s, const int *rest, int n) {
-  s->friction.reserve = 1;
-  int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s);
-  s->friction.reserve = 0;
-  for (int q = 0; q < n && ok; ++q)
-    ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) && !tr_yields(s, rest[q]) ? -KEPT_GAIN : 0.0);
-  return ok && tr_is_valid_decision(s, rest, n);
+/* Whether pair i yielded in the modes `start`. */
+static inline int tr_yielded(const tr_mode *start, int i) { return tr_mode_flag(start + i) == TR_STUCK && start[i].tilt != 0.0; }
+
+/* Let pairs that yielded in the modes `start`, and the pair `released` (−1: none), yield (`flag` TR_STUCK) or slip
+ * (TR_SLIPS, with its class); all others stick. Returns the number of pairs that yield or slip. */
+static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mode *start, int released, int flag) {
+  int count = 0;
+  tr_stick_all(s, rest, n);
+  for (int q = 0; q < n; ++q) {
+    const int i = rest[q];
+    if (!tr_yielded(start, i) && i != released && !(flag == TR_SLIPS && released >= 0 && tr_are_coupled(s, i, released))) continue;
+    *tr_mode_of(s, i) = start[i];
+    tr_mode_of(s, i)->flag = flag, tr_mode_of(s, i)->tilt = flag == TR_STUCK;
+    ++count;
+  }
+  return count;
 }
 
-static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int moves) {
+static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start) {
+  const int was = s->friction.stored, given = tr_has_given_capacity(s, released);
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
-  const int given = !moves && tr_has_given_capacity(s, released);
-  const int was = s->friction.stored;
-  int yields = 0;
-  if (moves && tr_pair_of(s, released)->nrates > 1) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_NONE; s->friction.stored <= TR_STORES_CREEP; ++s->friction.stored) {
-    tr_stick_all(s, rest, n);
-    for (int q = 0; q < n; ++q) {
-      const int i = rest[q], full = tr_mode_flag(start + i) == TR_STUCK && start[i].tilt != 0.0;
-      if (!full && !(moves ? tr_are_coupled(s, i, released) : given && i == released)) continue;
-      *tr_mode_of(s, i) = start[i], yields |= full || given;
-      tr_mode_of(s, i)->flag = moves ? TR_SLIPS : TR_STUCK, tr_mode_of(s, i)->tilt = !moves;
-    }
-    if (yields && tr_fits_with_yielding(s, rest, n)) return 1;
+    if (!tr_set_yielding_modes(s, rest, n, start, given ? released : -1, TR_STUCK)) break;
+    s->friction.reserve = 1;
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s);
+    s->friction.reserve = 0;
+    for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_yields(s, rest[q]) ? 0.0 : -KEPT_GAIN);
+    if (ok && tr_is_valid_decision(s, rest, n)) return 1;
+    memcpy(now, eta, sizeof(double) * s->k->neta);
+  }
+  s->friction.stored = was;
+  return 0;
+}
+
+/* Let overloaded pairs slip one after another, until all modes fit and the pairs that stick no longer hold the freedom of the pair
+ * `released`. Pairs have one component. Returns 1 on success. */
+static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) {
+  for (int it = 0; it <= n && tr_solve_in_modes(s); ++it) {
+    const int worst = tr_find_worst_misfit(s, rest, n);
+    if (worst < 0) return tr_rank_of_stuck(s, released) > tr_rank_of_stuck(s, -1) && tr_is_valid_decision(s, rest, n);
+    if (tr_is_sliding(s, worst) || tr_pair_of(s, worst)->nrates > 1) return 0;
+    tr_let_slip(s, worst);
+  }
+  return 0;
+}
+
+static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
+  const int was = s->friction.stored;
+  double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
+  int yielded = !first && tr_has_given_capacity(s, released);
+  for (int q = 0; q < n; ++q) yielded |= tr_yielded(start, rest[q]);
+  if (!yielded || tr_pair_of(s, released)->nrates > 1) return 0;
+  memcpy(eta, now, sizeof(double) * s->k->neta);
+  for (s->friction.stored = TR_STORES_NONE; s->friction.stored <= TR_STORES_CREEP; ++s->friction.stored) {
+    tr_set_yielding_modes(s, rest, n, start, released, TR_SLIPS);
+    if (tr_slide_one_by_one(s, rest, n, released)) return 1;
     memcpy(now, eta, sizeof(double) * s->k->neta);
   }
   s->friction.stored = was;

@@ -96,9 +96,16 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n);
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
 /* Whether the n pairs `rest` hold where the pair `released` and pairs that already yielded exert their capacity and others hold their
- * freedoms. Only pairs of given capacity yield. With `moves`: whether pairs that yielded start to slide with `released`. start: modes
- * before the decision. On success, the modes are in force. */
-static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int moves);
+ * freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are in force. */
+static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start);
+
+/* Whether the pair `released`, pairs that already yielded and pairs that they overload start to slide, without loads that brace the
+ * group. `first`: only if a pair already yielded; otherwise also if `released` has a given capacity. start: modes before the
+ * decision. On success, the modes are in force. */
+static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first);
+
+/* Rank of the responses of all stuck pairs and of pair i (−1: none). Requires held maps. */
+static int tr_rank_of_stuck(tr_sim *s, int i);
 
 /* Whether the stuck pairs among the n pairs `rest` hold with stored loads, where the sharing rule fails. On success, the loads stay
  * stored. */

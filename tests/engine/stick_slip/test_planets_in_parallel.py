@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.reference.scenes.crossed_scenes import crossed as crossed_scene
 from tests.reference.scenes.epicyclic_trains import train
 from tests.sampling import crossed
 from trunnion import Scene, scene_from_dict, simulate
@@ -90,3 +91,21 @@ def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, prel
     if not preload:
         assert abs(r["rsun.friction.torque[1]"][held]).max() <= 1e-9
         assert r["rring.friction.torque[1]"][held] == pytest.approx(r.time[held], abs=1e-9)
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize(("seed", "until"), [(67, 0.25), (11, 0.7)])
+def test_a_braked_train_starts_from_no_acceleration_at_one_instant_whatever_the_settings(seed: int, until: float) -> None:
+    """The ring's brake reaches its torque, then the sun's bearing its capacity. Loads that brace the train would hold it up to
+    1.5 ms longer, as long as a search found them."""
+    scene = crossed_scene("planets", seed)
+    starts, outputs = [], ["rring.qd[1]", "rring.qdd[1]"]
+    for method in ("rk5", "rosenbrock"):
+        r = simulate(scene, until=until, every=until, method=method, outputs=outputs)
+        assert r.outcome.ok
+        assert r.stats.events < 60  # with decisions in which pairs only share again
+        starts.append(next(e.time for e in r.events if (e.kind, e.joint) == ("slip", "rring")))
+    assert starts[1] == pytest.approx(starts[0], abs=5e-6)
+    ends = (starts[0] + 1e-5, starts[0] + 2e-3)
+    just, later = (simulate(scene, until=t, every=t, outputs=outputs)["rring.qdd[1]"][-1] for t in ends)
+    assert abs(just) < 0.05 * abs(later)
