@@ -15,6 +15,7 @@
 #define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
 #define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
 #define NO_INFLUENCE 1e-9         /* × the unit of a state: smaller change by a parameter's whole magnitude is round-off */
+#define EASY 1e-3                 /* × TANGENT_ERROR: smaller errors double the part of a step that is made at once */
 #define LEAST_STEP_PART 1e-3      /* × a step: smallest part in which a step is made */
 
 typedef struct tr_march {
@@ -26,6 +27,7 @@ typedef struct tr_march {
   int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
   const double *times;                       /* times of the next samples */
   int inside;                                /* number of them inside the present step */
+  double part;                               /* part of a recorded step that is made at once: 1, 1/2, 1/4, … */
   double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
 } tr_march;
 
@@ -234,21 +236,23 @@ static int tr_make_tangent_step(tr_march *c, double t, double h, const double *s
   return 1;
 }
 
-/* Estimated error of the tangents in the step to c->end, relative to their size. For each parameter, states count in the units of
- * the run's tolerance, and integrals in the unit of energy. */
+/* Estimated error of the tangents in the step to c->end, relative to their size. Coordinates, rates with friction states, and
+ * integrals count separately, in the units of the run's tolerance; integrals in the unit of energy. */
 static double tr_tangent_error(const tr_march *c, double h) {
   const tr_tangents *g = c->g;
-  const int vectors = (int)(c->width / TR_LANES);
+  const int vectors = (int)(c->width / TR_LANES), ends[] = {0, g->nq, g->ny, g->n};
   const double *unit = TR_A(c->s, scale);
   double worst = 0.0;
   c->method->error[0](vectors, h, (tr_vec *)c->K, (tr_vec *)c->now);
   c->method->error[1](vectors, h, (tr_vec *)c->K, (tr_vec *)c->sample);
-  for (int k = 1; k <= g->m; ++k) {
-    double first = 0.0, second = 0.0, size = NO_INFLUENCE / g->magnitude[k - 1] * NO_INFLUENCE / g->magnitude[k - 1];
-    for (int i = 0; i < g->n; ++i) {
-      const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy);
-      const double *at = c->start + k * g->n + i, *to = c->end + k * g->n + i, e = w * c->now[k * g->n + i], f = w * c->sample[k * g->n + i];
-      first += e * e, second += f * f, size += w * w * fmax(*at * *at, *to * *to);
+  for (int part = 0; part < 3 * g->m; ++part) {
+    const int k = part / 3;
+    const double least = NO_INFLUENCE / g->magnitude[k];
+    double first = 0.0, second = 0.0, size = least * least;
+    for (int i = ends[part % 3]; i < ends[part % 3 + 1]; ++i) {
+      const int at = (k + 1) * g->n + i;
+      const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy), e = w * c->now[at], f = w * c->sample[at];
+      first += e * e, second += f * f, size += w * w * fmax(c->start[at] * c->start[at], c->end[at] * c->end[at]);
     }
     worst = fmax(worst, tr_combine_estimators(first, second) / size);
   }
@@ -328,18 +332,20 @@ static int tr_march_step(tr_march *c, double t, double h, const double *y, const
   const tr_tangents *g = c->g;
   memcpy(c->start, y, sizeof(double) * g->n);
   memcpy(c->start + g->n, g->S, sizeof(double) * g->n * g->m);
-  for (double done = 0.0, part = 1.0; done < 1.0;) {
+  for (double done = 0.0; done < 1.0;) {
     const double from = t + done * h;
-    const double *known = part == 1.0 ? stages : 0;
-    if (!tr_make_tangent_step(c, from, part * h, known)) return 0;
-    if (part > LEAST_STEP_PART && tr_tangent_error(c, part * h) > TANGENT_ERROR * c->s->set.rtol) {
-      part *= 0.5;
+    const double *known = c->part == 1.0 ? stages : 0;
+    if (!tr_make_tangent_step(c, from, c->part * h, known)) return 0;
+    const double error = tr_tangent_error(c, c->part * h) / (TANGENT_ERROR * c->s->set.rtol);
+    if (error > 1.0 && c->part > LEAST_STEP_PART) {
+      c->part *= exp2(-ceil(log2(error) / tr_method_of(c->s)->order));
       continue;
     }
-    if (!tr_append_samples(c, from, part * h, known)) return 0;
+    if (!tr_append_samples(c, from, c->part * h, known)) return 0;
     memcpy(c->start, c->end, sizeof(double) * c->width);
     for (int i = 0; i < g->nrates; ++i) g->speeds[i] = fmax(g->speeds[i], fabs(c->f[g->rates + i]));
-    done += part;
+    done += c->part;
+    if (error < EASY && c->part < 1.0 && fmod(done, 2.0 * c->part) == 0.0) c->part *= 2.0;
   }
   memcpy(g->S, c->end + g->n, sizeof(double) * g->n * g->m);
   return 1;
@@ -388,7 +394,7 @@ void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, 
 
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives) {
-  tr_march c = {.s = s, .g = g, .times = times, .values = values, .derivatives = derivatives};
+  tr_march c = {.s = s, .g = g, .times = times, .values = values, .derivatives = derivatives, .part = 1.0};
   tr_begin_march(&c);
   for (int k = 0; k < count; ++k, marks += 4) {
     const int stops = marks[0], sampled = marks[2], solved = marks[3];
