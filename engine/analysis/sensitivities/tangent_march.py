@@ -19,6 +19,8 @@ from trunnion.system.structure.external_value_layout import External
 
 COMPONENTS = 3
 """Largest number of components of a pair."""
+BY_HOST = 2
+"""Result of a function in C for which Python found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 """Type of ``tr_tangents.host``."""
 
@@ -42,7 +44,6 @@ class HostSolver:
 
     Attributes:
         function: the function for C.
-        solved: whether the last evaluation of C needed the function.
         failure: the reason why the function failed.
     """
 
@@ -50,7 +51,7 @@ class HostSolver:
         n, m = unit.ny + unit.nquad, dp.shape[1]
         self.unit, self.dp, self.n, self.m = unit, dp, n, m
         self.lengths = (nx, n, m * n, unit.nz, unit.n["values"], m * unit.n["values"])
-        self.solved, self.failure = False, SimulationError("the multipliers of a state have no derivative")
+        self.failure = SimulationError("the multipliers of a state have no derivative")
         self.function = HOST(self.solve)
 
     def solve(self, *places: int) -> int:
@@ -65,7 +66,6 @@ class HostSolver:
             return 0
         by_parameters[n : n + u.nz] = dz
         df[:] = by_parameters.T.ravel()
-        self.solved = True
         return 1
 
 
@@ -138,21 +138,25 @@ class TangentMarch:
         u, n = self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)
-        self.host.solved = False
         places = [a.ctypes.data for a in (y, x, f, df)]
         if not self.block.lib.tr_evaluate_tangents(self.block.at, ctypes.addressof(self._table), t, *places):
             raise self.host.failure
         return f, df.T, df[:, n : n + u.nz].T
 
-    def differentiate_by_time(self, f: np.ndarray) -> np.ndarray:
-        """Derivatives of the unit's values (values) by time along the motion, at the state of the last ``evaluate``, which
-        returned f."""
-        u = self.unit
-        if self.host.solved:
-            return u.total_derivatives(f[: u.ny + u.nquad, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
-        out = np.zeros(len(f))
-        self.block.lib.tr_differentiate_by_time(self.block.at, ctypes.addressof(self._table), f.ctypes.data, out.ctypes.data)
-        return out
+    def cross(self, k: int, x: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(f, df, flow, after) at the end of step k: the unit's values just before an event, with external values x; their
+        derivatives by the parameters and by time along the motion; and the rates just after it, with external values x1."""
+        u, run, n = self.unit, self.run, self.unit.ny + self.unit.nquad
+        f, df, flow, after = (np.zeros(size) for size in (u.n["values"], (self.m, u.n["values"]), u.n["values"], n))
+        known = k + 1 < len(run.x) and self._marks[k + 1, 3]
+        z1 = _row(run.stages, k + 1) if known else 0
+        places = [_row(run.y, k + 1), x.ctypes.data, x1.ctypes.data, z1, *(a.ctypes.data for a in (f, df, flow, after))]
+        found = self.block.lib.tr_cross_event(self.block.at, ctypes.addressof(self._table), run.time[k + 1], *places)
+        if not found:
+            raise self.host.failure
+        if found == BY_HOST:
+            flow = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
+        return f, df.T, flow, after
 
     def append(self, values: np.ndarray, derivatives: np.ndarray) -> None:
         """Append the columns (columns) and derivatives (columns × m) of a sample that Python evaluated."""

@@ -65,10 +65,10 @@ class SensitivityIntegrator:
         self.turning = _directional_pairs(unit.system)
         self.march = TangentMarch(self, run)
 
-    def complete(self, step: RecordedStep) -> None:
-        """Change S by the event and the kinks at a step's end."""
+    def complete(self, k: int, step: RecordedStep) -> None:
+        """Change S by the event and the kinks at the end of step k."""
         if step.changes_mode:
-            self._cross_event(step)
+            self._cross_event(k, step)
         for k in np.flatnonzero(self._kinks_at(step.t1)) if self.moved.any() else ():
             self._cross_kink(step, int(k))
 
@@ -82,19 +82,16 @@ class SensitivityIntegrator:
         near: np.ndarray = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
         return np.logical_and(near, self.moved)
 
-    def _cross_event(self, step: RecordedStep) -> None:
-        n, y = self.unit.ny + self.unit.nquad, step.y1
-        x, x1 = step.x.copy(), step.x1.copy()
+    def _cross_event(self, k: int, step: RecordedStep) -> None:
+        n, x, x1 = self.unit.ny + self.unit.nquad, step.x.copy(), step.x1.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
-        after = self.march.evaluate(step.t1, y, x1)[0][:n]
-        z_after = self.march.z.copy()
-        f, df, _ = self.march.evaluate(step.t1, y, x)
+        f, df, flow, after = self.march.cross(k, x, x1)
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
         self.block.signals(step.t1, x)
-        cause = self._find_cause(step, f, df, x, z_after)
+        cause = self._find_cause(step, f, df, flow, x)
         if cause is None and self._only_stops_change(step):
             return
         if cause is None:
@@ -136,7 +133,7 @@ class SensitivityIntegrator:
         self.march.S += np.outer(sides[0] - sides[1], self.start.breaks[k])
 
     def _find_cause(
-        self, step: RecordedStep, f: np.ndarray, df: np.ndarray, x: np.ndarray, z_after: np.ndarray
+        self, step: RecordedStep, f: np.ndarray, df: np.ndarray, flow: np.ndarray, x: np.ndarray
     ) -> tuple[str, np.ndarray, float] | None:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
         the event.
@@ -144,11 +141,10 @@ class SensitivityIntegrator:
         g is the distance of a hook from its release, the speed of a pair that came to rest, the friction ratio of a released pair,
         or a combination for pairs released together.
 
-        dg and ġ are taken just before the event, at the last evaluation of the march. z_after: multipliers after the event.
+        dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values there.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
-        flow = self.march.differentiate_by_time(f)
         if lifted := self._find_lifted_hook(step, f):
             row, joint = lifted
             return (joint, df[row], float(flow[row])) if flow[row] else None
@@ -172,7 +168,7 @@ class SensitivityIntegrator:
                     released.append((j.name, s))
             at += j.kind.nv
         if len(released) > 1:
-            return self._release_together(released, f[:n], step.y1, x, z_after)
+            return self._release_together(released, f[:n], step.y1, x, self.march.z)
         for name, s in released:
             row = rates + u.n["rates"] + s.flag
             found.append((abs(f[row]), name, df[row], float(flow[row])))
@@ -241,7 +237,7 @@ def integrate_sensitivities(
         next_step, left = march.advance(next_step)
         if left:
             step = run.step(next_step - 1)
-            integrator.complete(step)
+            integrator.complete(next_step - 1, step)
             if step.sample:
                 march.append(*_columns(integrator, step.t1, step.y1, step.x1))
     return march.values, march.derivatives.transpose(0, 2, 1), integrator

@@ -128,12 +128,15 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
 size_t tr_tangents_work(const tr_tangents *g);
 
 /* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
- * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found. */
+ * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found it. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
-/* Derivatives df (nf) of f by time along the motion ẏ = f, at the state of the last tr_evaluate_tangents, which returned f. This
- * function uses its factors of ∂R/∂z; the host must not have found its solution. */
-void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, double *df);
+/* Evaluate both sides of an event at time t and state y: `after`, the rates with external values x1; then, as tr_evaluate_tangents,
+ * f and df with external values x, and `flow` (nf), the derivatives of f by time along the motion before the event. z1: multipliers
+ * after the event; null pointer: unknown. Sets g->z to them. Returns 2 if the host found the solution before the event; `flow` is
+ * then unknown. */
+int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
+                   double *df, double *flow, double *after);
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
  * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step (tr_record_steps).

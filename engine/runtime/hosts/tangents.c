@@ -262,10 +262,10 @@ static double tr_tangent_error(const tr_march *c, double h) {
 /* -- samples ----------------------------------------------------------------------------------------------------------------------- */
 
 /* As tr_tangents_at, at the state c->now. */
-static int tr_tangents_of_state(tr_march *c, double t) {
+static int tr_tangents_of_state(tr_march *c, double t, int solved) {
   memcpy(c->before, c->g->z, sizeof(double) * c->g->nz);
   tr_keep_slip_direction(c, c->now, c->now + c->g->n);
-  return tr_tangents_at(c, t, c->now, c->now + c->g->n, 0);
+  return tr_tangents_at(c, t, c->now, c->now + c->g->n, solved);
 }
 
 /* Append the columns and their derivatives at the state c->sample and time t. */
@@ -274,7 +274,7 @@ static int tr_append_sample(tr_march *c, double t) {
   const int wide = tr_column_width(g), nz = g->nz;
   const double *y = c->sample, *S = y + g->n;
   memcpy(c->now, c->sample, sizeof(double) * c->width);
-  if (!tr_tangents_of_state(c, t)) return 0;
+  if (!tr_tangents_of_state(c, t, 0)) return 0;
   memset(c->all, 0, sizeof(double) * g->nall);
   memset(c->column_seeds, 0, sizeof(double) * wide * g->m);
   for (int j = 0; j < nz; ++j) c->all[g->place[j]] = g->z[j];
@@ -368,28 +368,48 @@ static void tr_set_external(const tr_march *c, const double *x, double inside) {
   ((tr_moment *)c->x)->inside = inside;
 }
 
+/* As tr_evaluate_tangents. Returns 2 if the host found the solution. */
+static int tr_evaluate_state(tr_march *c, double t, const double *y, const double *x, int solved) {
+  const tr_tangents *g = c->g;
+  memcpy(c->x, x, sizeof(double) * g->nx);
+  memcpy(c->now, y, sizeof(double) * g->n);
+  memcpy(c->now + g->n, g->S, sizeof(double) * g->n * g->m);
+  return tr_tangents_of_state(c, t, solved) ? 2 - (c->solved || !g->nz) : 0;
+}
+
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df) {
   tr_march c = {.s = s, .g = g};
   tr_begin_march(&c);
-  memcpy(c.x, x, sizeof(double) * g->nx);
-  memcpy(c.now, y, sizeof(double) * g->n);
-  memcpy(c.now + g->n, g->S, sizeof(double) * g->n * g->m);
-  if (!tr_tangents_of_state(&c, t)) return 0;
+  const int found = tr_evaluate_state(&c, t, y, x, 0);
   memcpy(f, c.f, sizeof(double) * g->nf);
   memcpy(df, tr_derivatives_by(&c, g->nz), sizeof(double) * g->nf * g->m);
-  return 1;
+  return found;
 }
 
-void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, double *df) {
+int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
+                   double *df, double *flow, double *after) {
   tr_march c = {.s = s, .g = g};
-  tr_divide_work(&c, g->work);
-  double *seed = c.seeds + (size_t)g->nz * tr_seed_width(g), *row = tr_derivatives_by(&c, g->nz);
-  memset(seed, 0, sizeof(double) * tr_seed_width(g));
+  const int nz = g->nz, wide = tr_seed_width(g);
+  tr_begin_march(&c);
+  memcpy(c.old, g->z, sizeof(double) * nz);
+  if (z1) memcpy(g->z, z1, sizeof(double) * nz);
+  if (!tr_evaluate_state(&c, t, y, x1, z1 != 0)) return 0;
+  memcpy(after, c.f, sizeof(double) * g->n);
+  memcpy(c.old + nz, g->z, sizeof(double) * nz), memcpy(g->z, c.old, sizeof(double) * nz);
+  c.solved = 0;
+  const int found = tr_evaluate_state(&c, t, y, x, 0);
+  memcpy(g->z, c.old + nz, sizeof(double) * nz);
+  memcpy(f, c.f, sizeof(double) * g->nf);
+  memcpy(df, tr_derivatives_by(&c, nz), sizeof(double) * g->nf * g->m);
+  if (found != 1) return found;
+  double *seed = c.seeds + (size_t)nz * wide;
+  memset(seed, 0, sizeof(double) * wide);
   memcpy(seed, f, sizeof(double) * g->ny);
-  seed[tr_seed_width(g) - 1] = 1.0;
-  g->along(c.x, c.now, g->c, g->z, 0, 0, g->w, 1, seed, 0, row, 0);
-  if (g->nz) tr_eliminate_multipliers(&c, g->nz);
-  memcpy(df, row, sizeof(double) * g->nf);
+  seed[wide - 1] = 1.0;
+  g->along(c.x, c.now, g->c, c.old, 0, 0, g->w, 1, seed, 0, tr_derivatives_by(&c, nz), 0);
+  if (nz) tr_eliminate_multipliers(&c, nz);
+  memcpy(flow, tr_derivatives_by(&c, nz), sizeof(double) * g->nf);
+  return 1;
 }
 
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
