@@ -32,9 +32,9 @@ AT_CAPACITY = 1e-7
 multiplier."""
 LET_GO = 1e-9
 """A hook lets go where its event function (m, rad, or a fraction of its release signal) is below this value."""
-SLIP_SPEED = 1e-7
+SLIP_SPEED = 1e-10
 """Speed, relative to the run's rate scale, that replaces the zero speed of a pair at the instant at which its sliding begins or
-ends."""
+ends. The error of derivatives is about ten times this value. Below it, round-off disturbs the direction."""
 
 
 @dataclass(frozen=True)
