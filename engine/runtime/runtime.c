@@ -115,6 +115,7 @@ TR_RARE
 #include "hosts/static_friction_ratios.c"
 #include "hosts/linearization.c"
 #include "hosts/step_record.c"
+#include "hosts/tangent_evaluation.c"
 #include "hosts/tangents.c"
 #include "hosts/model_exchange.c"
 #include "hosts/model_exchange_derivatives.c"

@@ -56,7 +56,7 @@ class StepRecord:
         time, y, after: time, s, state and external values before the first step, then at the end of each step (n + 1 rows).
         x: external values during each step, with frozen modes (n rows).
         stages: multipliers of the first steps, at each row of K of the method (at most n rows).
-        solved: whether ``stages`` belongs to the step, which an event has not cut (n).
+        solved: whether ``stages`` has the step's multipliers, which requires that no event has cut the step (n).
         changes_mode, sample: as in ``RecordedStep``, of each step (n).
         samples: sample times, the start included, s.
         passed: number of samples before the first step, then up to the end of each step (n + 1).
@@ -139,26 +139,25 @@ class _Recorder:
         n = self._made.value
         t, y, x = self._room
         self.parts.append((t[:n].copy(), y[:n].copy(), x[:n].copy()))
-        if self.count < MOST_SOLVED:
-            stages, solved = self._solved
-            self.solutions.append((stages[:n].copy(), solved[:n].copy()))
+        stages, whole = self._solved
+        self.solutions.append((stages[: n if self.count < MOST_SOLVED else 0].copy(), whole[:n].copy()))
         self.count += n
         return status
 
     def record(self, samples: np.ndarray) -> StepRecord:
         """The record of the finished run."""
         time, y, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
-        stages, solved = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
+        stages, whole = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
         before, now = after[:-1, self.flags], after[1:, self.flags]
-        turned = (np.sign(before) != np.sign(now)).any(axis=1)
-        # Frozen directions of several components may differ in magnitude, because every step renews them.
+        # A whole step renews frozen directions of several components at its start, which is no event.
+        turned = (np.sign(before) != np.sign(now)).any(axis=1) & (whole == 0)
         x = after[1:].copy()
         x[turned] = after[:-1][turned]
         near = SAME_TIME * np.maximum(1.0, time)
         passed = np.searchsorted(samples, time + near, side="right")
         passed[-1] = len(samples)
         sample = passed[1:] > np.maximum(np.searchsorted(samples, (time - near)[1:]), passed[:-1])
-        solved = np.append(solved, np.zeros(self.count - len(solved), np.intc))
+        solved = whole * (np.arange(self.count) < len(stages))
         return StepRecord(time, y, after, x, stages, solved, turned, sample, samples, passed, self.rows[: len(samples)])
 
 

@@ -4,7 +4,6 @@ they have no clear solution. Events are left to the caller."""
 from __future__ import annotations
 
 import ctypes
-import weakref
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,6 +19,8 @@ from trunnion.system.structure.external_value_layout import External
 
 COMPONENTS = 3
 """Largest number of components of a pair."""
+BY_HOST = 2
+"""Result of a function in C for which Python found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 """Type of ``tr_tangents.host``."""
 
@@ -31,9 +32,6 @@ class Integrator(Protocol):
     block: Block
     start: InitialDerivatives
     at: External
-    m: int
-    S: np.ndarray
-    z: np.ndarray
     speeds: np.ndarray
     slow: float
     turning: list[tuple[int, list[int]]]
@@ -46,7 +44,6 @@ class HostSolver:
 
     Attributes:
         function: the function for C.
-        solved: whether the last evaluation of C needed the function.
         failure: the reason why the function failed.
     """
 
@@ -54,7 +51,7 @@ class HostSolver:
         n, m = unit.ny + unit.nquad, dp.shape[1]
         self.unit, self.dp, self.n, self.m = unit, dp, n, m
         self.lengths = (nx, n, m * n, unit.nz, unit.n["values"], m * unit.n["values"])
-        self.solved, self.failure = False, SimulationError("the multipliers of a state have no derivative")
+        self.failure = SimulationError("the multipliers of a state have no derivative")
         self.function = HOST(self.solve)
 
     def solve(self, *places: int) -> int:
@@ -69,7 +66,6 @@ class HostSolver:
             return 0
         by_parameters[n : n + u.nz] = dz
         df[:] = by_parameters.T.ravel()
-        self.solved = True
         return 1
 
 
@@ -77,38 +73,40 @@ class TangentMarch:
     """The integration of one run's tangents in C.
 
     Attributes:
+        S: derivatives of states and integrals by the parameters ((ny + nquad) × m).
+        z: multipliers of the last evaluation.
         values: the unit's columns at the sample times that C passed (samples × columns).
         derivatives: their derivatives (samples × m × columns).
         count: number of these samples so far.
     """
 
     def __init__(self, integrator: Integrator, run: StepRecord):
-        self.integrator, self.run, self.count = weakref.proxy(integrator), run, 0
-        u: SensitivityUnit = integrator.unit
-        self.unit, self.block, self.m = u, integrator.block, integrator.m
+        u, self.run, self.count = integrator.unit, run, 0
+        self.unit, self.block, self.m = u, integrator.block, integrator.start.p.shape[1]
         samples, columns = len(run.samples), len(u.chosen)
         self.values, self.derivatives = np.zeros((samples, columns)), np.zeros((samples, self.m, columns))
-        self._S, self._z = np.zeros((self.m, u.ny + u.nquad)), np.zeros(u.nz)
+        rows, self.z = np.zeros((self.m, u.ny + u.nquad)), np.zeros(u.nz)
+        rows[:, : u.ny], self.S = integrator.start.y.T, rows.T
         stops, inside = run.changes_mode | integrator.kinks_of(run), np.diff(run.passed) - run.sample
         solved = run.solved * (u.nz == len(u.active) + u.ne == run.stages.shape[1] // RK8.rows)
         self._marks = np.ascontiguousarray(np.column_stack([stops, inside, run.sample, solved]), np.intc)
         self._keep = {
             "dp": np.ascontiguousarray(integrator.start.p.T), "magnitude": integrator.start.magnitudes,
-            "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w, "wo": u.wo, "z": self._z, "S": self._S,
+            "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w, "wo": u.wo, "z": self.z, "S": rows,
             "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
         }  # fmt: skip
         self.host = HostSolver(u, integrator.start.p, run.x.shape[1])
-        self._table = self._record()
+        self._table = self._record(integrator.slow)
 
-    def _record(self) -> Any:
+    def _record(self, slow: float) -> Any:
         """The record ``tr_tangents``."""
         u, system = self.unit, self.unit.system
         n, turning = u.ny + u.nquad, self._keep["turn"]
         numbers = {
             "ny": u.ny, "n": n, "nq": system.nq, "nv": system.nv, "nx": self.run.x.shape[1], "nz": u.nz,
-            "nall": system.rows + u.ne, "np": u.np, "m": self.integrator.m, "nf": u.n["values"], "residual": n,
+            "nall": system.rows + u.ne, "np": u.np, "m": self.m, "nf": u.n["values"], "residual": n,
             "rates": n + u.n["residuals"], "nrates": u.n["rates"], "columns": len(u.chosen), "turning": len(turning),
-            "slow": self.integrator.slow, "regular": REGULAR,
+            "slow": slow, "regular": REGULAR,
         }  # fmt: skip
         addresses = {k: a.ctypes.data for k, a in self._keep.items()} | u.functions.addresses()
         table = TANGENTS.ctype(**numbers, **addresses, host=ctypes.cast(self.host.function, ctypes.c_void_p).value)
@@ -119,9 +117,8 @@ class TangentMarch:
     def advance(self, first: int) -> tuple[int, bool]:
         """Integrate from step ``first`` on, by at most STEPS_PER_CALL steps. Returns (next step to integrate, whether the end of
         the last step must be completed)."""
-        run, own = self.run, self.integrator
+        run = self.run
         count = min(STEPS_PER_CALL, len(run.x) - first)
-        self._S[:], self._z[:] = own.S.T, own.z
         places = [_row(a, first) for a in (run.x, run.after, run.stages, self._marks)]
         out = [_row(a, self.count) for a in (run.samples, self.values, self.derivatives)]
         made = self.block.lib.tr_march_tangents(
@@ -130,34 +127,36 @@ class TangentMarch:
         )  # fmt: skip
         if made < 0:
             raise self.host.failure
-        own.S, own.z = self._S.T.copy(), self._z.copy()
         made += first
         left = bool(self._marks[made - 1, 0])
         self.count = int(run.passed[made]) - (left and bool(run.sample[made - 1]))
         return made, left
 
     def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, dz) at a state with the integrator's S: the unit's values, and the derivatives of these values and of the
+        """(f, df, dz) at a state with the present S: the unit's values, and the derivatives of these values and of the
         multipliers by the parameters."""
-        own, u, n = self.integrator, self.unit, self.unit.ny + self.unit.nquad
+        u, n = self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)
-        self._S[:], self._z[:], self.host.solved = own.S.T, own.z, False
         places = [a.ctypes.data for a in (y, x, f, df)]
         if not self.block.lib.tr_evaluate_tangents(self.block.at, ctypes.addressof(self._table), t, *places):
             raise self.host.failure
-        own.z = self._z.copy()
         return f, df.T, df[:, n : n + u.nz].T
 
-    def differentiate_by_time(self, f: np.ndarray) -> np.ndarray:
-        """Derivatives of the unit's values (values) by time along the motion, at the state of the last ``evaluate``, which
-        returned f."""
-        u = self.unit
-        if self.host.solved:
-            return u.total_derivatives(f[: u.ny + u.nquad, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
-        out = np.zeros(len(f))
-        self.block.lib.tr_differentiate_by_time(self.block.at, ctypes.addressof(self._table), f.ctypes.data, out.ctypes.data)
-        return out
+    def cross(self, k: int, x: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(f, df, flow, after) at the end of step k: the unit's values just before an event, with external values x; their
+        derivatives by the parameters and by time along the motion; and the rates just after it, with external values x1."""
+        u, run, n = self.unit, self.run, self.unit.ny + self.unit.nquad
+        f, df, flow, after = (np.zeros(size) for size in (u.n["values"], (self.m, u.n["values"]), u.n["values"], n))
+        known = k + 1 < len(run.x) and self._marks[k + 1, 3]
+        z1 = _row(run.stages, k + 1) if known else 0
+        places = [_row(run.y, k + 1), x.ctypes.data, x1.ctypes.data, z1, *(a.ctypes.data for a in (f, df, flow, after))]
+        found = self.block.lib.tr_cross_event(self.block.at, ctypes.addressof(self._table), run.time[k + 1], *places)
+        if not found:
+            raise self.host.failure
+        if found == BY_HOST:
+            flow = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
+        return f, df.T, flow, after
 
     def append(self, values: np.ndarray, derivatives: np.ndarray) -> None:
         """Append the columns (columns) and derivatives (columns × m) of a sample that Python evaluated."""

@@ -8,6 +8,7 @@ law cause no jump. A release causes a jump only if static friction exceeds slidi
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,9 +32,9 @@ AT_CAPACITY = 1e-7
 multiplier."""
 LET_GO = 1e-9
 """A hook lets go where its event function (m, rad, or a fraction of its release signal) is below this value."""
-SLIP_SPEED = 1e-7
+SLIP_SPEED = 1e-10
 """Speed, relative to the run's rate scale, that replaces the zero speed of a pair at the instant at which its sliding begins or
-ends."""
+ends. The error of derivatives is about ten times this value. Below it, round-off disturbs the direction."""
 
 
 @dataclass(frozen=True)
@@ -49,17 +50,14 @@ class SensitivityIntegrator:
     """Integrates derivatives along a recorded run.
 
     Attributes:
-        S: derivatives of states and integrals by the parameters ((ny + nquad) × m).
-        z: multipliers.
+        march: the integration between events, with the present derivatives ``S``.
         events: the event shifts found so far.
     """
 
     def __init__(self, unit: SensitivityUnit, block: Block, start: InitialDerivatives, run: StepRecord):
         self.unit, self.block, self.start, self.breaks = unit, block, start, block.numbers.breaks
+        self.moved: np.ndarray = np.any(start.breaks, axis=1)
         self.at = unit.system.external
-        self.m = start.p.shape[1]
-        self.S = np.vstack([start.y, np.zeros((unit.nquad, self.m))])
-        self.z = np.zeros(unit.nz)
         self.events: list[EventShift] = []
         self.notes: list[str] = []
         self.speeds = np.zeros(unit.n["rates"])
@@ -67,11 +65,11 @@ class SensitivityIntegrator:
         self.turning = _directional_pairs(unit.system)
         self.march = TangentMarch(self, run)
 
-    def complete(self, step: RecordedStep) -> None:
-        """Change S by the event and the kinks at a step's end."""
+    def complete(self, k: int, step: RecordedStep) -> None:
+        """Change S by the event and the kinks at the end of step k."""
         if step.changes_mode:
-            self._cross_event(step)
-        for k in np.flatnonzero(self._kinks_at(step.t1)):
+            self._cross_event(k, step)
+        for k in np.flatnonzero(self._kinks_at(step.t1)) if self.moved.any() else ():
             self._cross_kink(step, int(k))
 
     def kinks_of(self, run: StepRecord) -> np.ndarray:
@@ -82,22 +80,18 @@ class SensitivityIntegrator:
         """Whether each kink is at time t and depends on a parameter (times × kinks)."""
         at = np.array(self.breaks, float)
         near: np.ndarray = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
-        moved: np.ndarray = np.any(self.start.breaks, axis=1)
-        return np.logical_and(near, moved)
+        return np.logical_and(near, self.moved)
 
-    def _cross_event(self, step: RecordedStep) -> None:
-        n, y = self.unit.ny + self.unit.nquad, step.y1
-        x, x1 = step.x.copy(), step.x1.copy()
+    def _cross_event(self, k: int, step: RecordedStep) -> None:
+        n, x, x1 = self.unit.ny + self.unit.nquad, step.x.copy(), step.x1.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
-        after = self.march.evaluate(step.t1, y, x1)[0][:n]
-        z_after = self.z
-        f, df, _ = self.march.evaluate(step.t1, y, x)
+        f, df, flow, after = self.march.cross(k, x, x1)
         change = f[:n] - after
         if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
             return
         self.block.signals(step.t1, x)
-        cause = self._find_cause(step, f, df, x, z_after)
+        cause = self._find_cause(step, f, df, flow, x)
         if cause is None and self._only_stops_change(step):
             return
         if cause is None:
@@ -107,7 +101,7 @@ class SensitivityIntegrator:
             return
         joint, dg, gdot = cause
         shift = -dg / gdot
-        self.S = self.S + np.outer(change, shift)
+        self.march.S += np.outer(change, shift)
         self.events.append(EventShift(step.t1, joint, shift))
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
@@ -136,10 +130,10 @@ class SensitivityIntegrator:
             x = step.x1.copy()
             x[INSIDE] = step.t1 + side * max(1.0, abs(step.t1))
             sides.append(self.march.evaluate(step.t1, step.y1, x)[0][:n])
-        self.S = self.S + np.outer(sides[0] - sides[1], self.start.breaks[k])
+        self.march.S += np.outer(sides[0] - sides[1], self.start.breaks[k])
 
     def _find_cause(
-        self, step: RecordedStep, f: np.ndarray, df: np.ndarray, x: np.ndarray, z_after: np.ndarray
+        self, step: RecordedStep, f: np.ndarray, df: np.ndarray, flow: np.ndarray, x: np.ndarray
     ) -> tuple[str, np.ndarray, float] | None:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
         the event.
@@ -147,11 +141,10 @@ class SensitivityIntegrator:
         g is the distance of a hook from its release, the speed of a pair that came to rest, the friction ratio of a released pair,
         or a combination for pairs released together.
 
-        dg and ġ are taken just before the event, at the last evaluation of the march. z_after: multipliers after the event.
+        dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values there.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
-        flow = self.march.differentiate_by_time(f)
         if lifted := self._find_lifted_hook(step, f):
             row, joint = lifted
             return (joint, df[row], float(flow[row])) if flow[row] else None
@@ -165,7 +158,7 @@ class SensitivityIntegrator:
                 mode, new = self.at.mode_in(step.x, s.flag), self.at.mode_in(step.x1, s.flag)
                 rows = [rates + at + e - first for e in s.eta]
                 d = mode.direction[: len(rows)]
-                size = np.linalg.norm(d)
+                size = math.sqrt(d @ d)
                 if mode.flag != PairState.STUCK and size > 0:
                     d = d / size
                     speed = abs(d @ f[rows]) / max(self.speeds[[r - rates for r in rows]].max(), 1e-300)
@@ -175,7 +168,7 @@ class SensitivityIntegrator:
                     released.append((j.name, s))
             at += j.kind.nv
         if len(released) > 1:
-            return self._release_together(released, f[:n], step.y1, x, z_after)
+            return self._release_together(released, f[:n], step.y1, x, self.march.z)
         for name, s in released:
             row = rates + u.n["rates"] + s.flag
             found.append((abs(f[row]), name, df[row], float(flow[row])))
@@ -210,8 +203,9 @@ class SensitivityIntegrator:
             return None
         left, sizes, _ = np.linalg.svd(u.multiplier_derivatives()[rows] / scale[:, None])
         normal = left[:, np.count_nonzero(sizes > RANK * sizes[0]) :].T
-        seeds = np.zeros((self.m + 1, u.width))
-        seeds[:-1, : u.ny], seeds[:-1, u.ny + u.nz : -1] = self.S[: u.ny].T, self.start.p.T
+        S, dp = self.march.S, self.start.p
+        seeds = np.zeros((dp.shape[1] + 1, u.width))
+        seeds[:-1, : u.ny], seeds[:-1, u.ny + u.nz : -1] = S[: u.ny].T, dp.T
         seeds[-1, : u.ny], seeds[-1, -1] = flow[: u.ny], 1.0
         d = normal @ (u.directional_derivatives(seeds)[rows] / scale[:, None])
         rate = d[:, -1]
@@ -243,7 +237,7 @@ def integrate_sensitivities(
         next_step, left = march.advance(next_step)
         if left:
             step = run.step(next_step - 1)
-            integrator.complete(step)
+            integrator.complete(next_step - 1, step)
             if step.sample:
                 march.append(*_columns(integrator, step.t1, step.y1, step.x1))
     return march.values, march.derivatives.transpose(0, 2, 1), integrator
@@ -254,5 +248,5 @@ def _columns(integrator: SensitivityIntegrator, t: float, y: np.ndarray, x: np.n
     u, x = integrator.unit, x.copy()
     x[INSIDE] = t + 1e-12
     f, df, dz = integrator.march.evaluate(t, y, x)
-    y, seeds = np.ascontiguousarray(y[: u.ny + u.nquad]), (integrator.S, dz, df, integrator.start.p)
-    return u.outputs(x, y, integrator.z, f, np.zeros(u.n["extra"] + 1), seeds)
+    y, seeds = np.ascontiguousarray(y[: u.ny + u.nquad]), (integrator.march.S, dz, df, integrator.start.p)
+    return u.outputs(x, y, integrator.march.z, f, np.zeros(u.n["extra"] + 1), seeds)

@@ -112,6 +112,11 @@ static void copy_lane(const tr_directions *d, const double *v, int lane, double 
 static double *tangents_of(const tr_scene *s, double *w) { return w + s->point.scratch; }
 static char *cells_of(const tr_scene *s, double *w) { return (char *)(tangents_of(s, w) + LANES * s->directions->vectors); }
 
+/* Set all tangents of a new work array to zero. Later passes leave nothing behind: every call sets or clears its outputs. */
+static void clear_tangents(const tr_scene *s, double *w) {
+  memset(tangents_of(s, w), 0, sizeof(tr_vec) * s->directions->vectors), memset(cells_of(s, w), 0, s->directions->cells);
+}
+
 /* Compute the values at a point. out receives the outputs of the program. a, extra and out may be null pointers if the program does
  * not use them. */
 void tr_parts_d_point(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
@@ -121,10 +126,9 @@ void tr_parts_d_point(const double *x, const double *y, const double *c, const d
   BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [Z] = (double *)z, [A] = (double *)a, [EXTRA] = (double *)extra, [T] = w,
         [OUT] = out);
   execute(s, &s->point, base);
-  memset(tangents_of(s, w), 0, sizeof(tr_vec) * d->vectors), memset(cells_of(s, w), 0, d->cells);
 }
 
-/* Derivatives at the point of the last ``d_point``, along `count` combinations of the directions. Row k of `sizes` (stride next)
+/* Derivatives at the point of the last ``d_point``, whose work array was zero before the first pass, along `count` combinations of the directions. Row k of `sizes` (stride next)
  * contains a factor for each direction. Row k of `out` (stride next_out) receives the derivatives. */
 void tr_parts_d_along(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       int count, const double *sizes, size_t next, double *out, size_t next_out) {
@@ -153,6 +157,7 @@ void tr_parts_j_eval(const double *x, const double *y, const double *c, const do
   char *live = cells_of(s, w);
   BASES([C] = (double *)c, [X] = (double *)x, [Y] = (double *)y, [Z] = (double *)z, [T] = w, [D] = v);
   tr_parts_d_point(x, y, c, z, 0, 0, w, 0);
+  clear_tangents(s, w);
   for (int q = 0; q < d->directions; q += LANES) {
     const int *which = d->order + q, lanes = d->directions - q < LANES ? d->directions - q : LANES;
     for (int i = 0; i < lanes; ++i) seed(d, which[i], i, 1.0, x, v, live);
@@ -176,6 +181,7 @@ static void differentiate_once(const double *x, const double *y, const double *c
   for (int r = 0; r < d->rows; ++r) out[r] = NAN;
   if (!w) return;
   tr_parts_d_point(x, y, c, z, a, 0, w, 0);
+  clear_tangents(s, w);
   tr_parts_d_along(x, y, c, z, a, 0, w, 1, sizes, 0, out, 0);
   free(w);
 }

@@ -6,6 +6,7 @@ from trunnion.runtime.abi.kernel_records import STATE
 from trunnion.runtime.abi.record_definition import Record
 
 OTHERS = "const double *z, const double *a, const double *extra, double *w"
+HOST = "const double *x, const double *y, const double *S, double *z, double *f, double *df"
 ALONG = f"{STATE}, {OTHERS}, int count, const double *seeds, size_t next, double *out, size_t next_out"
 
 TANGENTS = Record("tr_tangents", "Derivatives of a run by m parameters. The unit of the motion computes f = [F; R; V; …]: rates of "
@@ -46,5 +47,5 @@ void (*point)({STATE}, {OTHERS}, double *f) : values of the motion
 void (*along)({ALONG}) : derivatives of the motion
 void (*column_point)({STATE}, {OTHERS}, double *out) : columns
 void (*column_along)({ALONG}) : derivatives of the columns
-int (*host)(const double *x, const double *y, const double *S, double *z, double *f, double *df) : finds z, f and tangents df (m × nf) where the runtime finds no clear solution; 0: failed
+int (*host)({HOST}) : finds z, f and df (m × nf) at a state without a clear solution; 0: failed
 """)

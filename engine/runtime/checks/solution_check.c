@@ -289,8 +289,7 @@ static int tr_suspect_end(tr_sim *s, const double *y, int *sure) {
 static int tr_confirm_end(tr_sim *s, double t, const double *y) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
-  if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_BREAKS_LAW;
-  const int broken = tr_check_solution(s, y, 0, 0);
+  const int broken = tr_rhs(s, t, y, TR_A(s, dy)) ? tr_check_solution(s, y, 0, 0) : TR_BREAKS_LAW;
   tr_restore_solution(s, kept);
   return broken;
 }

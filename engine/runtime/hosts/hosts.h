@@ -2,6 +2,7 @@
 #ifndef TR_HOSTS_H
 #define TR_HOSTS_H
 #include "base/simulation.h"
+#include "base/method_tables.h"
 
 /* Bytes of a block. ntable: number of doubles in the tables of signals. ev_capacity: number of events stored until they are
  * read. */
@@ -124,16 +125,50 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *x, double *stages,
                     int *solved, int *made);
 
+/* An integration of tangents. The arrays lie in the work space of its record. */
+typedef struct tr_march {
+  tr_sim *s;
+  const tr_tangents *g;
+  const tr_explicit *method;
+  size_t width;                              /* number of doubles of a state with its tangents, padded */
+  double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
+  int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
+  const double *times;                       /* times of the next samples */
+  int inside;                                /* number of them inside the present step */
+  double part;                               /* part of a recorded step that is made at once: 1, 1/2, 1/4, … */
+  double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
+} tr_march;
+
+/* Numbers of seeds of the motion and of the columns; derivatives along seed `row` of the motion. */
+static inline int tr_seed_width(const tr_tangents *g) { return g->ny + g->nz + g->np + 1; }
+static inline int tr_column_width(const tr_tangents *g) { return g->n + g->nall + g->nv + g->np + 1; }
+static inline double *tr_derivatives_by(const tr_march *c, int row) { return c->df + (size_t)row * c->g->nf; }
+
+/* Divide the work space among the arrays. Returns the number of doubles used. */
+static size_t tr_divide_work(tr_march *c, double *work);
+
+/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
+ * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a clear
+ * solution the host finds it. Returns 0 if it fails. */
+static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved);
+
+/* Eliminate the multipliers from the derivatives in a row of df: total derivatives of f, with those of z in place of those of the
+ * residuals. Requires the factors of ∂R/∂z. */
+static void tr_eliminate_multipliers(const tr_march *c, int row);
+
 /* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);
 
 /* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
- * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found. */
+ * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found it. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
-/* Derivatives df (nf) of f by time along the motion ẏ = f, at the state of the last tr_evaluate_tangents, which returned f. This
- * function uses its factors of ∂R/∂z; the host must not have found its solution. */
-void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, double *df);
+/* Evaluate both sides of an event at time t and state y: `after`, the rates with external values x1; then, as tr_evaluate_tangents,
+ * f and df with external values x, and `flow` (nf), the derivatives of f by time along the motion before the event. z1: multipliers
+ * after the event; null pointer: unknown. Sets g->z to them. Returns 2 if the host found the solution before the event; `flow` is
+ * then unknown. */
+int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
+                   double *df, double *flow, double *after);
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
  * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step (tr_record_steps).

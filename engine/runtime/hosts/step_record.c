@@ -8,6 +8,7 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
   *made = 0;
   for (int i = 0; i < most; ++i) {
     const double before = s->clock.t;
+    const long whole = s->stats.of_method[s->step.method];
     long count;
     s->step.stage_z = stages + (size_t)*made * TR_STAGES * nz;
     const int code = tr_advance(s, target, 1, rows + *written * s->clock.width, capacity - *written, &count);
@@ -17,7 +18,7 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
       memcpy(y + (size_t)*made * width, TR_A(s, y), sizeof(double) * width);
       memcpy(x + (size_t)*made * s->k->nx, TR_A(s, x), sizeof(double) * s->k->nx);
       memcpy(s->step.stage_z + (size_t)tr_method_of(s)->end * nz, TR_A(s, zend), sizeof(double) * nz);
-      solved[*made] = s->step.t0 + s->step.size == s->clock.t;
+      solved[*made] = s->stats.of_method[s->step.method] > whole;
       ++*made;
     }
     s->step.stage_z = 0;

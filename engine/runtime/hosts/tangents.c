@@ -1,180 +1,14 @@
 /* Tangents along recorded steps: the variational equation, integrated with the explicit method of the run.
  *
- * A state with its tangents is one vector [y | derivatives by parameter 1 | by parameter 2 | …]. At each stage the multipliers z
- * follow from R(z) = 0. The run has recorded them; where it has not, the factors of ∂R/∂z at the last stage correct z until z
- * settles. One pass of the unit's derivatives along all multipliers and all parameters then gives new factors and the tangents. A
- * step whose tangents are inaccurate is made in parts. The host handles events. */
+ * A state with its tangents is one vector [y | derivatives by parameter 1 | by parameter 2 | …]. A step whose tangents are inaccurate
+ * is made in parts. Samples inside a step come from its dense output. The host handles events. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over such a small change */
-#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction by new factors; error of the tangents before it */
-#define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
-#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
-#define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
-#define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
 #define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
 #define NO_INFLUENCE 1e-9         /* × the unit of a state: smaller change by a parameter's whole magnitude is round-off */
+#define EASY 1e-3                 /* × TANGENT_ERROR: smaller errors double the part of a step that is made at once */
 #define LEAST_STEP_PART 1e-3      /* × a step: smallest part in which a step is made */
-
-typedef struct tr_march {
-  tr_sim *s;
-  const tr_tangents *g;
-  const tr_explicit *method;
-  size_t width;                              /* number of doubles of a state with its tangents, padded */
-  double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
-  int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
-  const double *times;                       /* times of the next samples */
-  int inside;                                /* number of them inside the present step */
-  double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
-} tr_march;
-
-static double *tr_take(double *work, size_t *used, size_t count) {
-  double *at = work ? work + *used : 0;
-  *used += TR_PAD(count + 1);
-  return at;
-}
-
-static int tr_seed_width(const tr_tangents *g) { return g->ny + g->nz + g->np + 1; }
-static int tr_column_width(const tr_tangents *g) { return g->n + g->nall + g->nv + g->np + 1; }
-static double *tr_derivatives_by(const tr_march *c, int row) { return c->df + (size_t)row * c->g->nf; }
-
-/* Divide the work space among the arrays. Returns the number of doubles used. */
-static size_t tr_divide_work(tr_march *c, double *work) {
-  const tr_tangents *g = c->g;
-  const size_t nz = g->nz, rows = nz + g->m;
-  size_t used = 0;
-  c->width = TR_PAD((size_t)g->n * (1 + g->m));
-  c->K = tr_take(work, &used, c->width * TR_STAGES);
-  c->start = tr_take(work, &used, c->width), c->end = tr_take(work, &used, c->width);
-  c->now = tr_take(work, &used, c->width), c->sample = tr_take(work, &used, c->width);
-  c->dense = tr_take(work, &used, c->width * TR_DENSE_ROWS);
-  c->x = tr_take(work, &used, g->nx), c->f = tr_take(work, &used, g->nf);
-  c->df = tr_take(work, &used, rows * g->nf), c->seeds = tr_take(work, &used, rows * tr_seed_width(g));
-  c->column_seeds = tr_take(work, &used, (size_t)g->m * tr_column_width(g));
-  c->A = tr_take(work, &used, nz * nz), c->scale = tr_take(work, &used, 2 * nz);
-  c->change = tr_take(work, &used, nz), c->old = tr_take(work, &used, nz * TR_STAGES);
-  c->before = tr_take(work, &used, nz), c->all = tr_take(work, &used, g->nall);
-  c->perm = (int *)tr_take(work, &used, nz);
-  return used;
-}
-
-size_t tr_tangents_work(const tr_tangents *g) {
-  tr_march c = {.g = g};
-  return tr_divide_work(&c, 0);
-}
-
-/* -- multipliers ------------------------------------------------------------------------------------------------------------------- */
-
-/* Factorise ∂R/∂z with scaled rows and columns. Returns 0 unless the matrix is clearly regular. */
-static int tr_factor_multipliers(tr_march *c) {
-  const int nz = c->g->nz;
-  double *A = c->A, *row = c->scale, *column = row + nz, most = 0.0, least = INFINITY;
-  for (int j = 0; j < nz; ++j) memcpy(A + (size_t)j * nz, tr_derivatives_by(c, j) + c->g->residual, sizeof(double) * nz);
-  for (int i = 0; i < nz; ++i) {
-    row[i] = 0.0;
-    for (int j = 0; j < nz; ++j) row[i] = fmax(row[i], fabs(A[i + (size_t)j * nz]));
-    if (row[i] == 0.0) row[i] = 1.0;
-    for (int j = 0; j < nz; ++j) A[i + (size_t)j * nz] /= row[i];
-  }
-  for (int j = 0; j < nz; ++j) {
-    double *a = A + (size_t)j * nz;
-    column[j] = nz > 1 ? sqrt(tr_dot(a, a, nz)) : 1.0;
-    if (column[j] == 0.0) column[j] = 1.0;
-    for (int i = 0; i < nz; ++i) a[i] /= column[j];
-  }
-  if (!tr_is_finite(nz * nz, A) || !tr_lu(nz, A, c->perm)) return 0;
-  for (int i = 0; i < nz; ++i) most = fmax(most, fabs(A[i + (size_t)i * nz])), least = fmin(least, fabs(A[i + (size_t)i * nz]));
-  return least > c->g->regular * most;
-}
-
-/* b ← (∂R/∂z)⁻¹ b with the present factors. */
-static void tr_apply_factors(const tr_march *c, double *b) {
-  const int nz = c->g->nz;
-  for (int i = 0; i < nz; ++i) b[i] /= c->scale[i];
-  tr_lu_solve(nz, c->A, c->perm, b);
-  for (int i = 0; i < nz; ++i) b[i] /= c->scale[nz + i];
-}
-
-/* Compute the correction of the multipliers from the residuals in f. Returns its largest component, divided by the largest
- * multiplier. */
-static double tr_correction(tr_march *c) {
-  const int nz = c->g->nz;
-  memcpy(c->change, c->f + c->g->residual, sizeof(double) * nz);
-  tr_apply_factors(c, c->change);
-  const double most = tr_largest_size(nz, c->change);
-  if (!tr_is_finite(nz, c->change)) return INFINITY;
-  return most < NO_MULTIPLIERS ? 0.0 : most / fmax(tr_largest_size(nz, c->g->z), most);
-}
-
-/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. If the first
- * correction is large, the extrapolated start is poor. Then start again from `before`, the multipliers of the last stage. */
-static void tr_settle_multipliers(tr_march *c, const double *y) {
-  const tr_tangents *g = c->g;
-  double last = NEAR_MULTIPLIERS;
-  for (;;) {
-    g->point(c->x, y, g->c, g->z, 0, 0, g->w, c->f);
-    if (!c->solved || !g->nz) return;
-    const double size = tr_correction(c);
-    if (!(size <= NEAR_MULTIPLIERS)) memcpy(g->z, c->before, sizeof(double) * g->nz), c->solved = 0;
-    else if (size <= SETTLED_MULTIPLIERS || size > last) return;
-    else for (int j = 0; j < g->nz; ++j) g->z[j] -= c->change[j];
-    last = CONTRACTION * size;
-  }
-}
-
-/* Add dz times the derivatives by the multipliers to f, or to tangents of f. */
-static void tr_add_by_multipliers(const tr_march *c, const double *dz, double sign, double *f) {
-  for (int j = 0; j < c->g->nz; ++j) {
-    const double *by = tr_derivatives_by(c, j), a = sign * dz[j];
-    for (int i = 0; i < c->g->nf; ++i) f[i] += a * by[i];
-  }
-}
-
-/* Eliminate the multipliers from the derivatives in a row of df: total derivatives of f, with those of z in place of those of the
- * residuals. */
-static void tr_eliminate_multipliers(const tr_march *c, int row) {
-  const int nz = c->g->nz;
-  double *df = tr_derivatives_by(c, row), *residual = df + c->g->residual;
-  memcpy(c->change, residual, sizeof(double) * nz);
-  tr_apply_factors(c, c->change);
-  tr_add_by_multipliers(c, c->change, -1.0, df);
-  for (int j = 0; j < nz; ++j) residual[j] = -c->change[j];
-}
-
-/* As tr_tangents_at, with the factors of ∂R/∂z. Returns 0 if z has no clear solution. */
-static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S, int solved) {
-  const tr_tangents *g = c->g;
-  const int nz = g->nz, wide = tr_seed_width(g);
-  for (int k = 0; k < g->m; ++k) memcpy(c->seeds + (size_t)(nz + k) * wide, S + (size_t)k * g->n, sizeof(double) * g->ny);
-  for (int again = 0;; ++again) {
-    if (again || solved) g->point(c->x, y, g->c, g->z, 0, 0, g->w, c->f);
-    else tr_settle_multipliers(c, y);
-    g->along(c->x, y, g->c, g->z, 0, 0, g->w, nz + g->m, c->seeds, wide, c->df, g->nf);
-    if (!nz) return 1;
-    c->solved = tr_factor_multipliers(c);
-    if (!c->solved || again == MOST_CORRECTIONS) return c->solved = 0;
-    const double size = tr_correction(c);
-    for (int j = 0; j < nz; ++j) g->z[j] -= c->change[j];
-    if (size <= SETTLED_AFTER) break;
-  }
-  tr_add_by_multipliers(c, c->change, -1.0, c->f);
-  for (int k = nz; k < nz + g->m; ++k) tr_eliminate_multipliers(c, k);
-  return 1;
-}
-
-/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
- * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a clear
- * solution the host finds it. Returns 0 if it fails. */
-static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved) {
-  const tr_tangents *g = c->g;
-  tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);
-  if (tr_tangents_by_factors(c, y, S, solved)) return 1;
-  memcpy(g->z, c->before, sizeof(double) * g->nz);
-  return g->host(c->x, y, S, g->z, c->f, tr_derivatives_by(c, g->nz));
-}
-
-/* -- steps ------------------------------------------------------------------------------------------------------------------------- */
 
 /* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. Its
  * direction of friction is then the limit before rest, and its velocity perpendicular to this direction has no tangent. */
@@ -234,21 +68,23 @@ static int tr_make_tangent_step(tr_march *c, double t, double h, const double *s
   return 1;
 }
 
-/* Estimated error of the tangents in the step to c->end, relative to their size. For each parameter, states count in the units of
- * the run's tolerance, and integrals in the unit of energy. */
+/* Estimated error of the tangents in the step to c->end, relative to their size. Coordinates, rates with friction states, and
+ * integrals count separately, in the units of the run's tolerance; integrals in the unit of energy. */
 static double tr_tangent_error(const tr_march *c, double h) {
   const tr_tangents *g = c->g;
-  const int vectors = (int)(c->width / TR_LANES);
+  const int vectors = (int)(c->width / TR_LANES), ends[] = {0, g->nq, g->ny, g->n};
   const double *unit = TR_A(c->s, scale);
   double worst = 0.0;
   c->method->error[0](vectors, h, (tr_vec *)c->K, (tr_vec *)c->now);
   c->method->error[1](vectors, h, (tr_vec *)c->K, (tr_vec *)c->sample);
-  for (int k = 1; k <= g->m; ++k) {
-    double first = 0.0, second = 0.0, size = NO_INFLUENCE / g->magnitude[k - 1] * NO_INFLUENCE / g->magnitude[k - 1];
-    for (int i = 0; i < g->n; ++i) {
-      const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy);
-      const double *at = c->start + k * g->n + i, *to = c->end + k * g->n + i, e = w * c->now[k * g->n + i], f = w * c->sample[k * g->n + i];
-      first += e * e, second += f * f, size += w * w * fmax(*at * *at, *to * *to);
+  for (int part = 0; part < 3 * g->m; ++part) {
+    const int k = part / 3;
+    const double least = NO_INFLUENCE / g->magnitude[k];
+    double first = 0.0, second = 0.0, size = least * least;
+    for (int i = ends[part % 3]; i < ends[part % 3 + 1]; ++i) {
+      const int at = (k + 1) * g->n + i;
+      const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy), e = w * c->now[at], f = w * c->sample[at];
+      first += e * e, second += f * f, size += w * w * fmax(c->start[at] * c->start[at], c->end[at] * c->end[at]);
     }
     worst = fmax(worst, tr_combine_estimators(first, second) / size);
   }
@@ -258,10 +94,10 @@ static double tr_tangent_error(const tr_march *c, double h) {
 /* -- samples ----------------------------------------------------------------------------------------------------------------------- */
 
 /* As tr_tangents_at, at the state c->now. */
-static int tr_tangents_of_state(tr_march *c, double t) {
+static int tr_tangents_of_state(tr_march *c, double t, int solved) {
   memcpy(c->before, c->g->z, sizeof(double) * c->g->nz);
   tr_keep_slip_direction(c, c->now, c->now + c->g->n);
-  return tr_tangents_at(c, t, c->now, c->now + c->g->n, 0);
+  return tr_tangents_at(c, t, c->now, c->now + c->g->n, solved);
 }
 
 /* Append the columns and their derivatives at the state c->sample and time t. */
@@ -270,7 +106,7 @@ static int tr_append_sample(tr_march *c, double t) {
   const int wide = tr_column_width(g), nz = g->nz;
   const double *y = c->sample, *S = y + g->n;
   memcpy(c->now, c->sample, sizeof(double) * c->width);
-  if (!tr_tangents_of_state(c, t)) return 0;
+  if (!tr_tangents_of_state(c, t, 0)) return 0;
   memset(c->all, 0, sizeof(double) * g->nall);
   memset(c->column_seeds, 0, sizeof(double) * wide * g->m);
   for (int j = 0; j < nz; ++j) c->all[g->place[j]] = g->z[j];
@@ -328,18 +164,20 @@ static int tr_march_step(tr_march *c, double t, double h, const double *y, const
   const tr_tangents *g = c->g;
   memcpy(c->start, y, sizeof(double) * g->n);
   memcpy(c->start + g->n, g->S, sizeof(double) * g->n * g->m);
-  for (double done = 0.0, part = 1.0; done < 1.0;) {
+  for (double done = 0.0; done < 1.0;) {
     const double from = t + done * h;
-    const double *known = part == 1.0 ? stages : 0;
-    if (!tr_make_tangent_step(c, from, part * h, known)) return 0;
-    if (part > LEAST_STEP_PART && tr_tangent_error(c, part * h) > TANGENT_ERROR * c->s->set.rtol) {
-      part *= 0.5;
+    const double *known = c->part == 1.0 ? stages : 0;
+    if (!tr_make_tangent_step(c, from, c->part * h, known)) return 0;
+    const double error = tr_tangent_error(c, c->part * h) / (TANGENT_ERROR * c->s->set.rtol);
+    if (error > 1.0 && c->part > LEAST_STEP_PART) {
+      c->part *= exp2(-ceil(log2(error) / tr_method_of(c->s)->order));
       continue;
     }
-    if (!tr_append_samples(c, from, part * h, known)) return 0;
+    if (!tr_append_samples(c, from, c->part * h, known)) return 0;
     memcpy(c->start, c->end, sizeof(double) * c->width);
     for (int i = 0; i < g->nrates; ++i) g->speeds[i] = fmax(g->speeds[i], fabs(c->f[g->rates + i]));
-    done += part;
+    done += c->part;
+    if (error < EASY && c->part < 1.0 && fmod(done, 2.0 * c->part) == 0.0) c->part *= 2.0;
   }
   memcpy(g->S, c->end + g->n, sizeof(double) * g->n * g->m);
   return 1;
@@ -362,33 +200,53 @@ static void tr_set_external(const tr_march *c, const double *x, double inside) {
   ((tr_moment *)c->x)->inside = inside;
 }
 
+/* As tr_evaluate_tangents. Returns 2 if the host found the solution. */
+static int tr_evaluate_state(tr_march *c, double t, const double *y, const double *x, int solved) {
+  const tr_tangents *g = c->g;
+  memcpy(c->x, x, sizeof(double) * g->nx);
+  memcpy(c->now, y, sizeof(double) * g->n);
+  memcpy(c->now + g->n, g->S, sizeof(double) * g->n * g->m);
+  return tr_tangents_of_state(c, t, solved) ? 2 - (c->solved || !g->nz) : 0;
+}
+
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df) {
   tr_march c = {.s = s, .g = g};
   tr_begin_march(&c);
-  memcpy(c.x, x, sizeof(double) * g->nx);
-  memcpy(c.now, y, sizeof(double) * g->n);
-  memcpy(c.now + g->n, g->S, sizeof(double) * g->n * g->m);
-  if (!tr_tangents_of_state(&c, t)) return 0;
+  const int found = tr_evaluate_state(&c, t, y, x, 0);
   memcpy(f, c.f, sizeof(double) * g->nf);
   memcpy(df, tr_derivatives_by(&c, g->nz), sizeof(double) * g->nf * g->m);
-  return 1;
+  return found;
 }
 
-void tr_differentiate_by_time(tr_sim *s, const tr_tangents *g, const double *f, double *df) {
+int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
+                   double *df, double *flow, double *after) {
   tr_march c = {.s = s, .g = g};
-  tr_divide_work(&c, g->work);
-  double *seed = c.seeds + (size_t)g->nz * tr_seed_width(g), *row = tr_derivatives_by(&c, g->nz);
-  memset(seed, 0, sizeof(double) * tr_seed_width(g));
+  const int nz = g->nz, wide = tr_seed_width(g);
+  tr_begin_march(&c);
+  memcpy(c.old, g->z, sizeof(double) * nz);
+  if (z1) memcpy(g->z, z1, sizeof(double) * nz);
+  if (!tr_evaluate_state(&c, t, y, x1, z1 != 0)) return 0;
+  memcpy(after, c.f, sizeof(double) * g->n);
+  memcpy(c.old + nz, g->z, sizeof(double) * nz), memcpy(g->z, c.old, sizeof(double) * nz);
+  c.solved = 0;
+  const int found = tr_evaluate_state(&c, t, y, x, 0);
+  memcpy(g->z, c.old + nz, sizeof(double) * nz);
+  memcpy(f, c.f, sizeof(double) * g->nf);
+  memcpy(df, tr_derivatives_by(&c, nz), sizeof(double) * g->nf * g->m);
+  if (found != 1) return found;
+  double *seed = c.seeds + (size_t)nz * wide;
+  memset(seed, 0, sizeof(double) * wide);
   memcpy(seed, f, sizeof(double) * g->ny);
-  seed[tr_seed_width(g) - 1] = 1.0;
-  g->along(c.x, c.now, g->c, g->z, 0, 0, g->w, 1, seed, 0, row, 0);
-  if (g->nz) tr_eliminate_multipliers(&c, g->nz);
-  memcpy(df, row, sizeof(double) * g->nf);
+  seed[wide - 1] = 1.0;
+  g->along(c.x, c.now, g->c, c.old, 0, 0, g->w, 1, seed, 0, tr_derivatives_by(&c, nz), 0);
+  if (nz) tr_eliminate_multipliers(&c, nz);
+  memcpy(flow, tr_derivatives_by(&c, nz), sizeof(double) * g->nf);
+  return 1;
 }
 
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives) {
-  tr_march c = {.s = s, .g = g, .times = times, .values = values, .derivatives = derivatives};
+  tr_march c = {.s = s, .g = g, .times = times, .values = values, .derivatives = derivatives, .part = 1.0};
   tr_begin_march(&c);
   for (int k = 0; k < count; ++k, marks += 4) {
     const int stops = marks[0], sampled = marks[2], solved = marks[3];

@@ -25,6 +25,8 @@ TABLE = run_records.SIGNAL.numbers
 """Number of values per table: value and three derivatives."""
 MODE = run_records.MODE.numbers
 """Number of values per friction pair: state flag, frozen direction (3), given tilt."""
+IN_MODE = tuple(run_records.MODE.at(name) for name in ("flag", "direction", "tilt"))
+"""Indices of these values within a mode."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,8 @@ class External:
 
     def mode_in(self, x: np.ndarray, slider: int) -> Mode:
         """The mode of a friction pair, read from x."""
-        record = np.ascontiguousarray(x[self.mode(slider) : self.mode(slider) + MODE]).view(run_records.MODE.dtype)[0]
-        return Mode(float(record["flag"]), np.array(record["direction"]), float(record["tilt"]))
+        flag, direction, tilt = (self.mode(slider) + at for at in IN_MODE)
+        return Mode(float(x[flag]), x[direction:tilt].copy(), float(x[tilt]))
 
     @property
     def flags(self) -> slice:
