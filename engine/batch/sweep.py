@@ -150,12 +150,12 @@ class _Work:
                 self.next = stop
             if start == stop:
                 return
-            before, began = runner.seconds, time.perf_counter()
+            before, began = runner.seconds, time.thread_time()
             try:
                 got = runner.chunk(start, stop, self.go_on)
             except Stopped as s:
                 got = s.table
-            spent = max(runner.seconds - before, 0.5 * (time.perf_counter() - began - runner.build_seconds), 1e-6)
+            spent = max(runner.seconds - before, 0.5 * (time.thread_time() - began - runner.build_seconds), 1e-6)
             size = int(min(max(1, (stop - start) * CHUNK_SECONDS / spent, 1), 4 * size, LARGEST_CHUNK))
             self._finished(start, got, runner.rows)
 
