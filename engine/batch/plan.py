@@ -152,11 +152,12 @@ class Stopped(Exception):
 
 
 class Runner:
-    """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time."""
+    """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time. preparer: what another
+    runner of the plan has built already."""
 
-    def __init__(self, plan: Plan):
+    def __init__(self, plan: Plan, preparer: Preparer | None = None):
         self.plan = plan
-        self.preparer = Preparer(plan.scene, plan.cases.paths, plan.run)
+        self.preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run)
         self.loops: list[Loop | ErrorEstimateLoop] = []
         self.seconds = 0.0
         self.rows: pyarrow.Table | None = None

@@ -13,6 +13,7 @@ from typing import Any
 from trunnion.basics.interrupts import Held, Unwanted, held, watched
 from trunnion.basics.optional_packages import brought
 from trunnion.batch.plan import Plan, Runner, Stopped, plan
+from trunnion.batch.preparation.case_parameters import Preparer
 from trunnion.batch.sweep_result import Sweep, trajectory
 from trunnion.batch.tables.table_merge import TableMerge
 from trunnion.scene.overrides import Given, scene_given
@@ -132,6 +133,7 @@ class _Work:
         self.next = self.done = 0
         self.tables, self.rows = TableMerge(), TableMerge()
         self.runners: list[Runner] = []
+        self.preparer = Preparer(of.scene, of.cases.paths, of.run)
         self.stopped = self.interrupted = False
         self.told = time.perf_counter()
 
@@ -141,7 +143,7 @@ class _Work:
             self._take()
 
     def _take(self) -> None:
-        runner, size = Runner(self.plan), FIRST_CHUNK
+        runner, size = Runner(self.plan, self.preparer), FIRST_CHUNK
         with self.lock:
             self.runners.append(runner)
         while not self.stopped:
@@ -150,12 +152,12 @@ class _Work:
                 self.next = stop
             if start == stop:
                 return
-            before, began = runner.seconds, time.perf_counter()
+            before, began = runner.seconds, time.thread_time()
             try:
                 got = runner.chunk(start, stop, self.go_on)
             except Stopped as s:
                 got = s.table
-            spent = max(runner.seconds - before, 0.5 * (time.perf_counter() - began - runner.build_seconds), 1e-6)
+            spent = max(runner.seconds - before, 0.5 * (time.thread_time() - began - runner.build_seconds), 1e-6)
             size = int(min(max(1, (stop - start) * CHUNK_SECONDS / spent, 1), 4 * size, LARGEST_CHUNK))
             self._finished(start, got, runner.rows)
 

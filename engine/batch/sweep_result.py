@@ -37,7 +37,7 @@ class Sweep:
         plan: the plan.
         table: an Arrow table with a row for each case; units in the fields' metadata.
         wall_time: duration, s.
-        stepping_time: time of stepping, summed over cores, s.
+        stepping_time: processor time of stepping, summed over cores, s.
         build_time: time of symbolic build and compilation, s.
         counts: number of cases by outcome.
         cancelled: whether Ctrl-C ended the sweep; the table then holds the finished cases.

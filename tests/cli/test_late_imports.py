@@ -24,3 +24,9 @@ def test_processes_that_check_requests_start_without_scipy() -> None:
     code = "import sys, trunnion.service.request_workers.rerun_and_extend_plans; print('scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
+
+
+def test_bounds_at_rest_need_no_scipy() -> None:
+    code = "import sys, trunnion; trunnion.hold('friction_identification', bounds=True); print('scipy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

@@ -37,7 +37,7 @@ class Reduced:
         outcomes: outcomes (n).
         audits: audits (n).
         steps: number of steps of each case (n).
-        seconds: time of stepping, s.
+        seconds: processor time of stepping, s.
         kept: stored rows (index among the cases, time, columns); None if no rows are stored.
         why: reason why each case has no error estimate, as an index of REASONS (n); None if errors are not estimated.
     """
@@ -121,10 +121,10 @@ class Loop(CaseBlocks):
         ``failed``."""
         b = self.batch
         while True:
-            began = time.perf_counter()
+            began, used = time.perf_counter(), time.thread_time()
             status = self.lib.tr_batch_run(ctypes.addressof(b), self.budget)
             spent = time.perf_counter() - began
-            self.seconds += spent
+            self.seconds += time.thread_time() - used
             self._take_kept()
             self.watch.pass_on()
             if status == bl.DONE:

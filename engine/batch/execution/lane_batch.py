@@ -53,10 +53,10 @@ class Ensemble:
         self.lib.tr_ensemble_begin(at)
         self.since = {}
         while True:
-            began = time.perf_counter()
+            began, used = time.perf_counter(), time.thread_time()
             status = self.lib.tr_ensemble_run(at, self.budget)
             spent = time.perf_counter() - began
-            self.loop.seconds += spent
+            self.loop.seconds += time.thread_time() - used
             if status == bl.DONE:
                 return ended, False
             if status == bl.NEED_JACOBIAN:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from threading import Lock
 
 import numpy as np
 
@@ -76,9 +77,10 @@ class _Entry:
 
 
 class Preparer:
-    """Converts values (cases × paths) to rows for the C loop. It caches built scenes and serves a single thread."""
+    """Converts values (cases × paths) to rows for the C loop. It caches built scenes. Threads take turns."""
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
+        self.lock = Lock()
         self.followers = Followers(scene, paths)
         paths = self.followers.paths
         self.scene, self.paths, self.run = scene, tuple(paths), run
@@ -97,6 +99,11 @@ class Preparer:
 
     def rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
         """(rows of the cases, grouped by structure; {index in ``values``: error} of invalid cases). values: cases × paths."""
+        with self.lock:
+            return self._rows_and_errors(values)
+
+    def _rows_and_errors(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
+        """The result of ``rows``."""
         values, wrong = self.followers.values(values)
         kept = np.array([i for i in range(len(values)) if i not in wrong], int)
         if not wrong:

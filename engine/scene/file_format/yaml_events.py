@@ -46,9 +46,7 @@ _SYNTAX = {
     "expected <block end>": ("the indentation does not fit", "entries of one group start in the same column"),
     "expected key": ("the indentation does not fit", "entries of one group start in the same column"),
     "expected '-' indicator": ("the indentation does not fit", "entries of one list start in the same column"),
-    "sequence entries are not allowed": (
-        "a list entry where YAML allows none", "its dash stands below the key, on a line of its own"
-    ),
+    "sequence entries are not allowed": ("a list entry where YAML allows none", "begin it on a line below its key"),
     "did not find expected": ("the brackets or the indentation do not fit", "look for a missing ], } or comma"),
     "unexpected end of stream": ("the text ends inside quotes", "close the quotes"),
     "found undefined alias": ("an alias (*name) without its anchor (&name)", ""),

@@ -56,7 +56,7 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
 @pytest.mark.slow
 def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
     """Wherever that comes, in the midst of the first cones too: no more than those of one vector and one of the next question."""
-    st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._linear
+    st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._solve
 
     class Until(Effort):
         """An effort that is over after so many linear programs."""
@@ -70,7 +70,7 @@ def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.M
         Until.solved += 1
         return solve(*args)
 
-    monkeypatch.setattr(Relaxation, "_linear", counted)
+    monkeypatch.setattr(Relaxation, "_solve", counted)
     for most in range(1, 80, 6):
         Until.solved, Until.most = 0, most
         for load in (None, 0):

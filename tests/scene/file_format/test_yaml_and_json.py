@@ -196,3 +196,12 @@ def test_a_damaged_scene_loads_or_has_problems(damages):
     for at, length, piece in damages:
         text = text[:at] + piece + text[at + length :]
     assert all(p.what and p.where for p in problems_in(text))
+
+
+def test_a_parser_without_libyaml_reads_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "a: [1, 'two', 3.0]\nb: &x {c: null, \"d\": 0x1f}\ne: *x\n"
+    fast = read(text)
+    monkeypatch.delattr("yaml.CSafeLoader", raising=False)
+    slow = read(text)
+    assert fast.data == {"a": [1, "two", 3.0], "b": {"c": None, "d": 31}, "e": {"c": None, "d": 31}}
+    assert (slow.data, slow.lines) == (fast.data, fast.lines)
