@@ -2,7 +2,6 @@
 #ifndef TR_HOSTS_H
 #define TR_HOSTS_H
 #include "base/simulation.h"
-#include "base/method_tables.h"
 
 /* Bytes of a block. ntable: number of doubles in the tables of signals. ev_capacity: number of events stored until they are
  * read. */
@@ -124,37 +123,6 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
  * tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *x, double *stages,
                     int *solved, int *made);
-
-/* An integration of tangents. The arrays lie in the work space of its record. */
-typedef struct tr_march {
-  tr_sim *s;
-  const tr_tangents *g;
-  const tr_explicit *method;
-  size_t width;                              /* number of doubles of a state with its tangents, padded */
-  double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
-  int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
-  const double *times;                       /* times of the next samples */
-  int inside;                                /* number of them inside the present step */
-  double part;                               /* part of a recorded step that is made at once: 1, 1/2, 1/4, … */
-  double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
-} tr_march;
-
-/* Numbers of seeds of the motion and of the columns; derivatives along seed `row` of the motion. */
-static inline int tr_seed_width(const tr_tangents *g) { return g->ny + g->nz + g->np + 1; }
-static inline int tr_column_width(const tr_tangents *g) { return g->n + g->nall + g->nv + g->np + 1; }
-static inline double *tr_derivatives_by(const tr_march *c, int row) { return c->df + (size_t)row * c->g->nf; }
-
-/* Divide the work space among the arrays. Returns the number of doubles used. */
-static size_t tr_divide_work(tr_march *c, double *work);
-
-/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
- * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a clear
- * solution the host finds it. Returns 0 if it fails. */
-static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved);
-
-/* Eliminate the multipliers from the derivatives in a row of df: total derivatives of f, with those of z in place of those of the
- * residuals. Requires the factors of ∂R/∂z. */
-static void tr_eliminate_multipliers(const tr_march *c, int row);
 
 /* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);

@@ -13,12 +13,31 @@
 #define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
 #define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
 
+/* An integration of tangents. The arrays lie in the work space of its record. */
+typedef struct tr_march {
+  tr_sim *s;
+  const tr_tangents *g;
+  const tr_explicit *method;
+  size_t width;                              /* number of doubles of a state with its tangents, padded */
+  double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
+  int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
+  const double *times;                       /* times of the next samples */
+  int inside;                                /* number of them inside the present step */
+  double part;                               /* part of a recorded step that is made at once: 1, 1/2, 1/4, … */
+  double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
+} tr_march;
+
+static int tr_seed_width(const tr_tangents *g) { return g->ny + g->nz + g->np + 1; }
+static int tr_column_width(const tr_tangents *g) { return g->n + g->nall + g->nv + g->np + 1; }
+static double *tr_derivatives_by(const tr_march *c, int row) { return c->df + (size_t)row * c->g->nf; }
+
 static double *tr_take(double *work, size_t *used, size_t count) {
   double *at = work ? work + *used : 0;
   *used += TR_PAD(count + 1);
   return at;
 }
 
+/* Divide the work space among the arrays. Returns the number of doubles used. */
 static size_t tr_divide_work(tr_march *c, double *work) {
   const tr_tangents *g = c->g;
   const size_t nz = g->nz, rows = nz + g->m;
@@ -110,6 +129,8 @@ static void tr_add_by_multipliers(const tr_march *c, const double *dz, double si
   }
 }
 
+/* Eliminate the multipliers from the derivatives in a row of df: total derivatives of f, with those of z in place of those of the
+ * residuals. */
 static void tr_eliminate_multipliers(const tr_march *c, int row) {
   const int nz = c->g->nz;
   double *df = tr_derivatives_by(c, row), *residual = df + c->g->residual;
@@ -140,6 +161,9 @@ static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S,
   return 1;
 }
 
+/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
+ * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a clear
+ * solution the host finds it. Returns 0 if it fails. */
 static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved) {
   const tr_tangents *g = c->g;
   tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);

@@ -64,6 +64,23 @@ def test_a_pendulum_of_small_swing_has_the_derivative_of_its_closed_form() -> No
     assert np.abs(s.derivatives[:, 0, :] - exact).max() < 1e-7 * np.abs(exact).max()
 
 
+def test_a_run_that_stays_at_rest_has_accurate_derivatives() -> None:
+    """The run has no error, so it makes one long step. d x/d x₀ = cos(t √(k/m)) needs shorter ones."""
+    scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
+        "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
+        "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
+        "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
+                            "start": {"q": 0.0}}},
+    })  # fmt: skip
+    s = trunnion.sensitivity(scene, ["joints.rail.start.q"], ["rail.q[1]"], 20.0, 0.5)
+    assert np.abs(s.derivatives[:, 0, 0] - np.cos(2.0 * s.time)).max() < 1e-6
+
+
+def test_samples_do_not_change_derivatives() -> None:
+    few, many = (trunnion.sensitivity("spherical_pendulum", ["joints.ball.friction.mu"], ["ball.qd[2]"], 2.0, h) for h in (2.0, 0.013))
+    assert many.derivatives[-1] == pytest.approx(few.derivatives[-1], rel=1e-12)
+
+
 def test_an_open_chain_and_a_loop_with_springs() -> None:
     names = ["bodies.K1.mass", "forces.spring.stiffness", "joints.beta.effort"]
     assert off("andrews", names, ["K1.position[*", "beta.q*"], 0.01) < SMOOTH
@@ -97,6 +114,15 @@ class TestCoulomb:
         assert off(scene, names, ["pendulum.position[1]", "pendulum.position[3]"], 5.0) < ACROSS
         s = trunnion.sensitivity(scene, names[:1], ["ball.qd[2]"], 5.0)
         assert len(s.events) == 5
+
+    def test_reversals_cost_no_digits(self) -> None:
+        scene = load_scene("spherical_pendulum")
+        assert off(scene, ["joints.ball.friction.mu"], ["pendulum.position[1]", "ball.qd[2]"], 2.9) < 1e-8
+
+    def test_a_slow_turn_of_sliding_is_no_event(self) -> None:
+        """At 3.8203 s the guide of example 8.3 slides at 2e-5 m/s, and its direction turns without a stop."""
+        s = trunnion.sensitivity("double_pendulum", ["joints.cross.friction.mu"], ["lower.position[1]"], 3.83)
+        assert not s.notes
 
     def test_the_stop_comes_earlier_as_differences_say(self) -> None:
         scene = apply(load_scene("spherical_pendulum"), {"friction.law": "coulomb"})
