@@ -29,7 +29,7 @@ counts."""
 
 PAIRS, MULTIPLIERS = {"n": "TR_MAX_NSLIDERS"}, {"n": "TR_MAX_NETA"}
 OF_PAIRS = ("tr_minimise_stored_shares", "tr_onsets_newton_step", "tr_predict_modes", "tr_decide_by_cones", "tr_are_many_pairs",
-            "tr_try_all_combinations", "tr_release_class")  # fmt: skip
+            "tr_try_all_combinations", "tr_release_class", "tr_stick_idle_pairs")  # fmt: skip
 OF_MULTIPLIERS = ("tr_minimise_largest_share", "tr_share_loads", "tr_set_impending_axes", "tr_share_along_line",
                   "tr_share_by_lines", "tr_store_loads", "tr_share_group", "tr_set_aside_unloaded")  # fmt: skip
 """OF_PAIRS: functions in which `n` is a number of pairs. OF_MULTIPLIERS: functions in which `n` is a number of multipliers."""
