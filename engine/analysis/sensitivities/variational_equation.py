@@ -69,8 +69,8 @@ class SensitivityIntegrator:
         """Change S by the event and the kinks at the end of step k."""
         if step.changes_mode:
             self._cross_event(k, step)
-        for k in np.flatnonzero(self._kinks_at(step.t1)) if self.moved.any() else ():
-            self._cross_kink(step, int(k))
+        for kink in np.flatnonzero(self._kinks_at(step.t1)) if self.moved.any() else ():
+            self._cross_kink(step, int(kink))
 
     def kinks_of(self, run: StepRecord) -> np.ndarray:
         """Whether each step of a run ends at a kink of a signal whose time depends on a parameter."""
