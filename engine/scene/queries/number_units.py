@@ -61,7 +61,8 @@ def number_at(scene: Scene, path: Path) -> float | None:
         elif isinstance(value, tuple):
             value = value[step] if isinstance(step, int) and step < len(value) else None
         else:
-            value = getattr(value, str(step)) if step in getattr(value, "__dataclass_fields__", ()) else None
+            known = isinstance(step, str) and step in getattr(value, "__dataclass_fields__", ())
+            value = getattr(value, str(step)) if known else None
     return value if isinstance(value, float) else None
 
 

@@ -77,7 +77,8 @@ def test_a_run_that_stays_at_rest_has_accurate_derivatives() -> None:
 
 
 def test_samples_do_not_change_derivatives() -> None:
-    few, many = (trunnion.sensitivity("spherical_pendulum", ["joints.ball.friction.mu"], ["ball.qd[2]"], 2.0, h) for h in (2.0, 0.013))
+    mu, column = ["joints.ball.friction.mu"], ["ball.qd[2]"]
+    few, many = (trunnion.sensitivity("spherical_pendulum", mu, column, 2.0, every) for every in (2.0, 0.013))
     assert many.derivatives[-1] == pytest.approx(few.derivatives[-1], rel=1e-12)
 
 
