@@ -77,8 +77,8 @@ class Interval:
 
 def threshold(level: float, nu: float) -> float:
     """√rise at the ends of an interval: from χ²(1), or from F(1, ν) for noise estimated with ν degrees of freedom."""
-    stats = brought("scipy.stats", "analysis", "fit")
-    return float(stats.norm.ppf(0.5 + 0.5 * level) if math.isinf(nu) else stats.t.ppf(0.5 + 0.5 * level, nu))
+    special, p = brought("scipy.special", "analysis", "fit"), 0.5 + 0.5 * level
+    return float(special.ndtri(p) if math.isinf(nu) else special.stdtrit(nu, p))
 
 
 class BetterFitFound(Exception):
