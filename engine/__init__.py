@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from trunnion.analysis.mechanics.vibration_modes import VibrationModes, modes
     from trunnion.analysis.mechanics.wear import Wear, wear
     from trunnion.analysis.sensitivities.output_derivatives import Sensitivity, sensitivity
-    from trunnion.analysis.static_bounds.bounds_report import HoldBounds
+    from trunnion.analysis.static_bounds.bounds_results import HoldBounds
     from trunnion.analysis.static_bounds.hold_check import hold
     from trunnion.analysis.static_bounds.static_margin import HoldReport
     from trunnion.analysis.studies.local_execution import StudyResult, optimise, refine
@@ -119,7 +119,7 @@ _MODULES = {
     "analysis.mechanics.vibration_modes": ("VibrationModes", "modes"),
     "analysis.mechanics.wear": ("Wear", "wear"),
     "analysis.sensitivities.output_derivatives": ("Sensitivity", "sensitivity"),
-    "analysis.static_bounds.bounds_report": ("HoldBounds",),
+    "analysis.static_bounds.bounds_results": ("HoldBounds",),
     "analysis.static_bounds.hold_check": ("hold",),
     "analysis.static_bounds.static_margin": ("HoldReport",),
     "analysis.studies.local_execution": ("StudyResult", "optimise", "refine"),

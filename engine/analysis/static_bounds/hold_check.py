@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal, overload
 
-from trunnion.analysis.static_bounds.bounds_report import HoldBounds, PairBounds
+from trunnion.analysis.static_bounds.bounds_results import HoldBounds, PairBounds
 from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.equilibrium_space import space

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trunnion.analysis.static_bounds.bounds_report import Breakaway, End, Interval, JointState, LoadBounds, PairBounds, State
+from trunnion.analysis.static_bounds.bounds_results import Breakaway, End, Interval, JointState, LoadBounds, PairBounds, State
 from trunnion.analysis.static_bounds.branch_and_bound import Found, minimise
 from trunnion.analysis.static_bounds.domain_reduction import first_cell, limit_norms
 from trunnion.analysis.static_bounds.elementary_motions import Motion, motions

@@ -6,12 +6,12 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from trunnion.analysis.static_bounds.bounds_report import plain
+from trunnion.analysis.static_bounds.bounds_results import plain
 from trunnion.cli.output.hold_report import hold_document
 from trunnion.cli.output.text_table import number, table
 
 if TYPE_CHECKING:
-    from trunnion.analysis.static_bounds.bounds_report import End, HoldBounds, Interval, LoadBounds, PairBounds
+    from trunnion.analysis.static_bounds.bounds_results import End, HoldBounds, Interval, LoadBounds, PairBounds
 
 VERDICTS = {
     "certain": "the mechanism holds for every force distribution that statics allows",

@@ -143,8 +143,8 @@ def span() -> Primitive:
 
 @cache
 def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Inputs: reaction N on the child (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c, m_c,
-    with the span set to 0."""
+    """Inputs: reaction N on the child (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c and
+    m_c. If ``needs`` includes the span, its entry is 0."""
     N = SX.sym("N", 6)
     ins, out = pin_components(kind, forward, fit, needs, N)
     words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.label, *needs]

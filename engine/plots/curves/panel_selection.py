@@ -202,7 +202,8 @@ def _element(result: Result, joint: str) -> ContactElement:
 
 
 def _contact_of(result: Result, event: Event, column: str) -> int | None:
-    """Index of a column's contact in the event's angles; None when the event concerns another contact."""
+    """Index of a column's contact in ``event.before`` and ``event.after``; None if the contact belongs to another friction pair
+    than the event."""
     number = int(column.split(".contact[")[1].split("]")[0]) - 1
     per = contacts_per_part(result, event.joint)
     at = number - (event.part - 1) * per

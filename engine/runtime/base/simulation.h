@@ -28,9 +28,9 @@ typedef struct tr_clock {
   int status;              /* TR_OK while the run continues */
 } tr_clock;
 
-/* Kinds of maps formed for the current state; each kind includes those before. RAW: the kernel's maps. OF_LOADS: also the load
- * maps, with λ eliminated. HELD: also the accelerations of the sliding freedoms, with λ eliminated. OF_IMPULSES: as HELD, for an
- * impulse step. */
+/* Level to which maps are formed for the current state. Maps are affine functions of the multipliers λ and η. RAW: as the kernel
+ * writes them. OF_LOADS: also loads as functions of η, with λ eliminated. HELD: also accelerations of the sliding freedoms as
+ * functions of η. OF_IMPULSES: the same as HELD, for an impulse step. */
 enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD, TR_MAPS_OF_IMPULSES };
 
 /* The present step, and data that it leaves for the next step. */
@@ -196,7 +196,7 @@ typedef struct tr_places {
   int openV, openQ, openN, openG; /* open directions in loops whose joints have friction: λ, spring loads Q, loads N, QᵀQ */
   int open_amounts, openY; /* amount of each open direction; derivatives of these amounts by η */
   int openF, openP, openB, openE; /* equations of these amounts: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η including these amounts */
-  int more, dmore;  /* δ, the change of the spring loads by friction; ∂δ/∂N and ∂δ/∂η */
+  int more, dmore;  /* δ, the change of contact-spring loads by friction (constraints/internal_forces.c); ∂δ/∂N, ∂δ/∂η */
   int post_memory;  /* tr_memory for each column with post-processing */
   int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; per multiplier: TR_ROW_…, tr_leader, share */
   int pair_class, class_rates; /* class of coupled pairs (int per pair: 0, or 1 + multiplier of the class); rates of the class */

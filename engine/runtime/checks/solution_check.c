@@ -10,7 +10,7 @@
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* × the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
 #define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release at 1e-10 */
-#define BRANCH_MISSED 1e-6 /* × the kink speed, or squared sine of a ball's tilt: allowed distance from the branch */
+#define BRANCH_MISSED 1e-6 /* allowed distance from the assumed branch of a law: × the kink speed; for a ball, squared sine of its tilt */
 #define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair, from loop closure or accumulated in a cut joint */
 #define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair at loose tolerances */
 #define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */

@@ -1,5 +1,5 @@
-/* Accelerations and responses of sliding freedoms with closed loops. These show which freedoms are prescribed, identical, or at
- * rest. */
+/* Accelerations of sliding freedoms, and their responses to friction, where loops are closed. These show which freedoms loops
+ * prescribe, which are the same freedom, and which are at rest. */
 #include "friction/friction.h"
 
 #define RESTS_BY 4.0 /* × the stopping time at constant deceleration; smooth stops take three times as long */

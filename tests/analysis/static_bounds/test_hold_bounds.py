@@ -11,7 +11,7 @@ import pytest
 
 import trunnion
 from tests.analysis.static_bounds import hand_calculation_scenes as scenes
-from trunnion.analysis.static_bounds.bounds_report import LoadBounds
+from trunnion.analysis.static_bounds.bounds_results import LoadBounds
 from trunnion.analysis.static_bounds.elementary_motions import motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.hold_check import CELLS

@@ -128,7 +128,7 @@ class ScipyOnClosedForm(Scipy):
         return self.by_position(np.array([self._centers(v) for v in y])), seconds
 
     def _centers(self, y) -> np.ndarray:
-        """Mass centres in the order of the scene's parts, samples × bodies × 3, m."""
+        """Mass centres at the state y in the order of the scene's parts, bodies × 3, m."""
         at = self.form.positions(y)
         return np.array([at[p.name] for p in self.scene.parts])
 
