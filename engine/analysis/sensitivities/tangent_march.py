@@ -44,14 +44,14 @@ class HostSolver:
 
     Attributes:
         function: the function for C.
-        failure: the reason why the function failed.
+        failure: the exception that ended the function. It cannot pass through C, so the caller raises it.
     """
 
     def __init__(self, unit: SensitivityUnit, dp: np.ndarray, nx: int):
         n, m = unit.ny + unit.nquad, dp.shape[1]
         self.unit, self.dp, self.n, self.m = unit, dp, n, m
         self.lengths = (nx, n, m * n, unit.nz, unit.n["values"], m * unit.n["values"])
-        self.failure = SimulationError("the multipliers of a state have no derivative")
+        self.failure: BaseException = SimulationError("the derivatives grow without bound, or a state does not close the loops")
         self.function = HOST(self.solve)
 
     def solve(self, *places: int) -> int:
@@ -61,7 +61,7 @@ class HostSolver:
         try:
             f[:], z[:] = u.solve(x, y[: u.ny], z.copy())
             by_parameters, dz = u.total_derivatives(S.reshape(self.m, n).T, self.dp)
-        except SimulationError as e:
+        except BaseException as e:  # noqa: BLE001  # raised by the caller
             self.failure = e
             return 0
         by_parameters[n : n + u.nz] = dz

@@ -52,7 +52,7 @@ static void tr_iterate(tr_sim *s, const tr_iteration *it, const double *v, doubl
 /* Arnoldi's method: H (KRYLOV × KRYLOV) ← the iteration on an orthonormal basis of a Krylov space. Returns the dimension. */
 static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
   const int e = s->k->neta;
-  double basis[8 * e + 1], u[e + 1], size = 0.0;
+  double basis[KRYLOV * e + 1], u[e + 1], size = 0.0;
   for (int i = 0; i < e; ++i) basis[i] = 1.0 + 0.1 * i, size += basis[i] * basis[i];
   for (int i = 0; i < e; ++i) basis[i] /= sqrt(size);
   for (int n = 0; n < KRYLOV; ++n) {

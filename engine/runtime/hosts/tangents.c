@@ -8,7 +8,7 @@
 #define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
 #define NO_INFLUENCE 1e-9         /* × the unit of a state: smaller change by a parameter's whole magnitude is round-off */
 #define EASY 1e-3                 /* × TANGENT_ERROR: smaller errors double the part of a step that is made at once */
-#define LEAST_STEP_PART 1e-3      /* × a step: smallest part in which a step is made */
+#define LEAST_STEP_PART 0x1p-10   /* × a step: smallest part in which a step is made; all parts are powers of 2 */
 
 /* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. Its
  * direction of friction is then the limit before rest, and its velocity perpendicular to this direction has no tangent. */
@@ -86,7 +86,7 @@ static double tr_tangent_error(const tr_march *c, double h) {
       const double w = 1.0 / (i < g->ny ? unit[i] : c->s->set.energy), e = w * c->now[at], f = w * c->sample[at];
       first += e * e, second += f * f, size += w * w * fmax(c->start[at] * c->start[at], c->end[at] * c->end[at]);
     }
-    worst = fmax(worst, tr_combine_estimators(first, second) / size);
+    worst = tr_max_or_nan(worst, tr_combine_estimators(first, second) / size);
   }
   return sqrt(worst);
 }
@@ -169,10 +169,11 @@ static int tr_march_step(tr_march *c, double t, double h, const double *y, const
     const double *known = c->part == 1.0 ? stages : 0;
     if (!tr_make_tangent_step(c, from, c->part * h, known)) return 0;
     const double error = tr_tangent_error(c, c->part * h) / (TANGENT_ERROR * c->s->set.rtol);
-    if (error > 1.0 && c->part > LEAST_STEP_PART) {
-      c->part *= exp2(-ceil(log2(error) / tr_method_of(c->s)->order));
+    if (!(error <= 1.0) && c->part > LEAST_STEP_PART) {
+      c->part = fmax(c->part * exp2(-ceil(log2(error) / tr_method_of(c->s)->order)), LEAST_STEP_PART);
       continue;
     }
+    if (!(error < INFINITY)) return 0;
     if (!tr_append_samples(c, from, c->part * h, known)) return 0;
     memcpy(c->start, c->end, sizeof(double) * c->width);
     for (int i = 0; i < g->nrates; ++i) g->speeds[i] = fmax(g->speeds[i], fabs(c->f[g->rates + i]));

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.basics.problems import SceneError
+from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.cli import main
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes.scene import Scene
@@ -214,3 +214,16 @@ def test_measured_curves_give_back_the_friction_they_were_made_with() -> None:
     assert found.converged
     assert abs(found.values[name] - 0.45) < 4 * found.deviation[name]
     assert found.misfit == pytest.approx(1e-3, rel=0.2)
+
+
+def test_derivatives_that_grow_without_bound_end_by_a_name() -> None:
+    """A pendulum that stands upright: the motion is one long step, and its derivative by the start angle is cosh(99 t)."""
+    body = {"mass": 1.0, "inertia": [1e-9] * 3, "center": [0, 0, 1e-3]}
+    joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "top", "start": {"q": 0.0}}
+    scene = {"schema": 1, "gravity": [0, 0, -9.81], "bodies": {"top": body}, "joints": {"pivot": joint}}
+    asked = ["joints.pivot.start.q"], ["pivot.q[1]"]
+    rate = math.sqrt(9.81 * 1e-3 / (1e-6 + 1e-9))
+    found = trunnion.sensitivity(scene, *asked, 0.1, 0.1).derivatives[-1].item()
+    assert found == pytest.approx(math.cosh(0.1 * rate), rel=1e-3)
+    with pytest.raises(SimulationError, match="grow without bound"):
+        trunnion.sensitivity(scene, *asked, 8.0, 8.0)
