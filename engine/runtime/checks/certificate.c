@@ -70,27 +70,32 @@ static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
   return KRYLOV;
 }
 
-/* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. */
+/* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. The power is kept as a power of 2 times a matrix
+ * of entries near 1, so that only one root is taken. */
 static double tr_spectral_radius(int n, double *H) {
-  double radius = 1.0, power = 1.0;
-  for (int k = 0; k < SQUARINGS; ++k, power *= 0.5) {
-    double square[KRYLOV * KRYLOV], norm = 0.0, trace = 0.0, off = 0.0, size = 0.0;
+  double exponent = 0.0, power = 1.0, norm = 0.0, trace = 0.0;
+  for (int k = 0;; ++k, power *= 0.5) {
+    double square[KRYLOV * KRYLOV], off = 0.0, size = 0.0;
+    int shift;
+    norm = trace = 0.0;
     for (int i = 0; i < n; ++i) trace += H[i + KRYLOV * i];
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) norm = tr_max_or_nan(norm, fabs(H[i + KRYLOV * j]));
-    if (!(norm > 0.0)) return norm;
-    radius *= pow(norm, power);
+    if (!(norm > 0.0 && norm < INFINITY)) return norm;
+    if (k == SQUARINGS) return exp2(exponent) * pow(norm, power);
+    frexp(norm, &shift);
+    const double unit = ldexp(1.0, -shift);
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) {
         double sum = 0.0;
-        for (int m = 0; m < n; ++m) sum += H[i + KRYLOV * m] * H[m + KRYLOV * j];
-        square[i + KRYLOV * j] = sum / (norm * norm);
-        size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - trace * H[i + KRYLOV * j]));
+        for (int m = 0; m < n; ++m) sum += unit * H[i + KRYLOV * m] * (unit * H[m + KRYLOV * j]);
+        square[i + KRYLOV * j] = sum;
+        size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
       }
-    if (off <= ONE_DIRECTION * size) return radius * pow(fabs(trace) / norm, power); /* one eigenvalue, the trace, is left */
+    if (off <= ONE_DIRECTION * size) return exp2(exponent) * pow(fabs(trace), power); /* one eigenvalue, the trace, is left */
+    exponent += shift * power;
     for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
   }
-  return radius;
 }
 
 static double tr_contraction(tr_sim *s) {
