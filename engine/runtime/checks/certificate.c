@@ -82,7 +82,7 @@ static double tr_spectral_radius(int n, double *H) {
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) norm = tr_max_or_nan(norm, fabs(H[i + KRYLOV * j]));
     if (!(norm > 0.0 && norm < INFINITY)) return norm;
-    if (k == SQUARINGS) return exp2(exponent) * pow(norm, power);
+    if (k == SQUARINGS) return pow(2.0, exponent) * pow(norm, power);
     frexp(norm, &shift);
     const double unit = ldexp(1.0, -shift);
     for (int j = 0; j < n; ++j)
@@ -92,7 +92,7 @@ static double tr_spectral_radius(int n, double *H) {
         square[i + KRYLOV * j] = sum;
         size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
       }
-    if (off <= ONE_DIRECTION * size) return exp2(exponent) * pow(fabs(trace), power); /* one eigenvalue, the trace, is left */
+    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* one eigenvalue, the trace, is left */
     exponent += shift * power;
     for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
   }
