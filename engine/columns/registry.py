@@ -35,7 +35,7 @@ FILES = (
     "energy",
     "dissipated_energy",
     "energy_residual",
-    "audit",
+    "audit_and_event_counts",
     "last_event",
 )
 KINDS = objects("trunnion.columns.kinds", (f"{file}.KIND" for file in FILES))

@@ -58,7 +58,7 @@ class Symbols:
         return along_piece(piece, angle)
 
     def foot(self, j: Joint, p: SX) -> SX:
-        """The foot of point p on the joint's curve (``joint_couplings.FOOT`` values)."""
+        """The foot of point p on the joint's curve (the numbers that ``joint_couplings.FOOT`` describes)."""
         assert j.curve is not None
         return find_foot(j.curve, p)
 

@@ -73,8 +73,8 @@ def rotate_inertia(r: SX, j: Sequence) -> SX:
 
 
 def solve_spd(d: SX, b: SX) -> SX:
-    """D⁻¹ b by an unrolled L D Lᵀ, for the small symmetric positive definite D of a joint. D is near-singular only if a freedom has
-    no inertia, which `check` reports."""
+    """d⁻¹ b by an unrolled LDLᵀ factorisation; d is the small symmetric positive definite matrix of a joint. d is nearly singular
+    only if a freedom has no inertia, which ``trunnion check`` reports."""
     n = d.size1()
     low = SX.eye(n)
     diag: list[SX] = []

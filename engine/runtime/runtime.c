@@ -90,7 +90,7 @@ TR_RARE
 TR_OFTEN
 #include "events/initial_modes.c"
 TR_RARE
-#include "events/end_of_sliding.c"
+#include "events/capture_at_end_of_sliding.c"
 TR_OFTEN
 #include "events/pre_event_state.c"
 

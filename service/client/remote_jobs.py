@@ -17,7 +17,7 @@ from trunnion.batch.tables.trajectories import save_dataset
 from trunnion.batch.tables.xarray_dataset import dataset, units
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
-from trunnion.service.client.fit_submission import FIELDS, fit_body
+from trunnion.service.client.fit_request_body import FIELDS, fit_body
 from trunnion.service.client.http_requests import DEFAULT_URL, ENDED, Server
 
 if TYPE_CHECKING:

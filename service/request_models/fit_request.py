@@ -19,7 +19,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amounts, names_given
 from trunnion.service.basics.server_settings import Limits
-from trunnion.service.request_models.sample_and_study_fields import Number, Path, PlainText, RequestModel, Text
+from trunnion.service.request_models.base_model_and_studies import Number, Path, PlainText, RequestModel, Text
 
 MOST_RUNS, MOST_PARAMETERS, MOST_CANDIDATES, MOST_TRIALS = 50, 50, 20, 50
 MOST_MEASURED = 100_000

@@ -25,14 +25,7 @@ from trunnion.scene.library.model_folders import bundled_names, model_file
 from trunnion.scene.overrides import apply
 from trunnion.scene.scene_loader import load_scene, scene_from_dict, scene_from_text
 from trunnion.service.basics.server_settings import Limits
-from trunnion.service.request_models.fit_request import Fit, fit_of_document, fit_of_request
-from trunnion.service.request_models.limit_checks import (
-    budget_problems,
-    case_limit_problems,
-    kept_row_problems,
-    varied_limit_problems,
-)
-from trunnion.service.request_models.sample_and_study_fields import (
+from trunnion.service.request_models.base_model_and_studies import (
     Number,
     Optimise,
     Path,
@@ -43,6 +36,13 @@ from trunnion.service.request_models.sample_and_study_fields import (
     Tag,
     Text,
     study_request,
+)
+from trunnion.service.request_models.fit_request import Fit, fit_of_document, fit_of_request
+from trunnion.service.request_models.limit_checks import (
+    budget_problems,
+    case_limit_problems,
+    kept_row_problems,
+    varied_limit_problems,
 )
 from trunnion.simulation.settings.run_settings import settings_given, settings_read, told
 

@@ -27,7 +27,7 @@ OTHERWISE = ":0.0"
 
 
 def lanes_text(kernel: str, sizes: Mapping[str, int]) -> str:
-    """C++ text of the lanes of a kernel, from the C text of its stepping unit and its sizes."""
+    """C++ text of the lanes of a kernel. kernel: C text of its stepping unit; sizes: the kernel's sizes by name."""
     vectors, *others = map(_header, HEADERS)
     methods = [m for m in REGISTRY if isinstance(m, Tableau)]
     numbers = {n: 1 + REGISTRY.index(m) for n, m in enumerate(methods)}

@@ -13,21 +13,21 @@ from trunnion.parts.bytecode.body_and_joint_slots import ALONG, BodySlots, CutJo
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import body_balance, tangents
+from trunnion.parts.primitives.primitive_cache import inverse_dynamics, tangents
 from trunnion.parts.primitives.primitive_keys import POSE, BodyKey
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import elements
 
 COUNTERPARTS = ("outward", "moved", "carry")
-"""Body functions that ``body_balance`` also provides."""
+"""Body functions that ``inverse_dynamics`` also provides."""
 
 
 class DifferentiableScene(ScenePasses):
     """A scene whose passes use body functions with tangents."""
 
     def work(self, i: int) -> int:
-        return body_balance.outward(self.rotorless_body(i)).sizes["work"]
+        return inverse_dynamics.outward(self.rotorless_body(i)).sizes["work"]
 
     def rotorless_body(self, i: int) -> BodyKey:
         """Key of body i without rotors. Rotors change neither the motion nor the balance of a body."""
@@ -35,9 +35,10 @@ class DifferentiableScene(ScenePasses):
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
         if function == "weigh":
-            self.call(program, body_balance.weigh(1), numbers=self.inertial_numbers(i), **operands)
+            self.call(program, inverse_dynamics.weigh(1), numbers=self.inertial_numbers(i), **operands)
         elif function in COUNTERPARTS:
-            self.call(program, getattr(body_balance, function)(self.rotorless_body(i)), numbers=self.body_numbers[i], **operands)
+            counterpart = getattr(inverse_dynamics, function)(self.rotorless_body(i))
+            self.call(program, counterpart, numbers=self.body_numbers[i], **operands)
         else:
             super().body_call(program, i, function, **operands)
 
@@ -146,7 +147,7 @@ class AccelerationTangents:
             )
             program.zero(less[i])
             n, own = s.inertial_numbers(i), free_of(along, j)
-            s.call(program, body_balance.weigh(-1), numbers=n, motion=m.motion, force=m.force, Z=fixed[i], N=less[i])
+            s.call(program, inverse_dynamics.weigh(-1), numbers=n, motion=m.motion, force=m.force, Z=fixed[i], N=less[i])
             if own.size:
                 program.call(Builtin.SELECT, [self.efforts[i], own], [own.size, *j.free])
             for at, k in enumerate(j.free):
@@ -157,7 +158,7 @@ class AccelerationTangents:
                     )
         for i, (j, m) in enumerate(zip(self.system.tree, self.moving, strict=True)):
             up = less[s.parent(i)] if s.parent(i) != GROUND else ground
-            s.call(program, body_balance.turned(s.rotorless_body(i)), work=m.work, N=self.N[i], up=up, along=free_of(along, j))
+            s.call(program, inverse_dynamics.turned(s.rotorless_body(i)), work=m.work, N=self.N[i], up=up, along=free_of(along, j))
         self.directions.follow(program)
         self._solve(self.directions, fixed, less, along)
 

@@ -21,7 +21,8 @@ from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 
 class JacobianProgram(AccelerationTangents):
-    """Writes F and R into OUT. The redundant variant appends κ and the change of κ by friction. size: number of doubles in OUT."""
+    """Writes F (= ẏ) and the residuals R into OUT. The redundant variant appends the scaled reactions κ, and the change of κ by
+    friction. size: number of doubles in OUT."""
 
     def __init__(
         self, scene: DifferentiableScene, program: Program, active: Sequence[int], directions: Directions, redundant: bool = False

@@ -22,9 +22,9 @@ from trunnion.parts.layout.maps_layout import Maps
 from trunnion.parts.programs import kernel_functions
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.column_programs import ColumnPrograms
+from trunnion.parts.programs.evaluation_stages import EvaluationPrograms
 from trunnion.parts.programs.kernel_functions import write_contacts, write_shares
 from trunnion.parts.programs.recursive_friction import RecursiveFriction
-from trunnion.parts.programs.step_stages import StepPrograms
 from trunnion.parts.programs.structural_zeros import StructureProbe
 from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST
@@ -113,7 +113,7 @@ def _kernel_unit(
     rubbed = bool(system.frictional) and (along or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)
-    stepping = StepPrograms(s, active, redundant)
+    stepping = EvaluationPrograms(s, active, redundant)
     if rubbed:
         RecursiveFriction(stepping)
     kernel_functions.write(s, redundant)

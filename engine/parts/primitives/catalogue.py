@@ -91,7 +91,7 @@ def _small() -> Iterator[Recipe]:
     yield from (("loop_joint", "outboard", forward) for forward in SIDES)
     yield from (("loop_joint", "weighed", sign) for sign in (1, -1))
     yield from (("loop_joint", "arm", bodies) for bodies in (1, 2))
-    yield from (("body_balance", "weigh", sign) for sign in (1, -1))
+    yield from (("inverse_dynamics", "weigh", sign) for sign in (1, -1))
 
 
 def _columns() -> Iterator[Recipe]:
@@ -127,7 +127,7 @@ def _bodies() -> Iterator[Recipe]:
                 yield "body_step", "body_primitive", replace(BodyKey(kind.name, forward, which, *how), rotors=True)
         for which in driven(kind):
             plain = BodyKey(kind.name, forward, which)
-            yield from (("body_balance", name, plain) for name in ("outward", "moved", "turned", "carry"))
+            yield from (("inverse_dynamics", name, plain) for name in ("outward", "moved", "turned", "carry"))
             yield "tangents", "solving", plain
             if spun(kind, which):
                 yield "tangents", "solving", replace(plain, rotors=True)

@@ -35,7 +35,8 @@ class FrictionSymbols(PrimitiveSymbols):
 
     @property
     def bristles(self) -> tuple[int, ...]:
-        """Multipliers with a state, as in ``System``."""
+        """Indices of the friction multipliers that have a bristle state. ``System``, for which this object stands in, has the same
+        name."""
         return tuple(self.eta_of)
 
     def mode(self, slider: int) -> list[SX]:

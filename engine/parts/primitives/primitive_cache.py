@@ -47,17 +47,17 @@ class _LazyModule:
 
 if TYPE_CHECKING:
     from trunnion.parts.primitives import (
-        body_balance,
         body_step,
         column_primitives,
         friction,
+        inverse_dynamics,
         joint_devices,
         loads_and_scalars,
         loop_joint,
         tangents,
     )
 else:
-    body_balance, body_step, column_primitives = map(_LazyModule, ("body_balance", "body_step", "column_primitives"))
+    inverse_dynamics, body_step, column_primitives = map(_LazyModule, ("inverse_dynamics", "body_step", "column_primitives"))
     friction, joint_devices, loads_and_scalars = map(_LazyModule, ("friction", "joint_devices", "loads_and_scalars"))
     loop_joint, tangents = map(_LazyModule, ("loop_joint", "tangents"))
 

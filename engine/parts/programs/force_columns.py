@@ -9,7 +9,7 @@ from array import array
 
 from trunnion.parts.bytecode.body_and_joint_slots import free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.programs.step_passes import StepPasses
+from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element
 
@@ -18,7 +18,7 @@ class ForceColumns:
     """Writes calls that compute the maps from a unit of each multiplier. block: slot of the accelerations that these units cause
     (nv each), which stage 2 reads."""
 
-    def __init__(self, stepping: StepPasses, program: Program, block: Slot):
+    def __init__(self, stepping: EvaluationPasses, program: Program, block: Slot):
         self.stepping, self.program, self.block = stepping, program, block
         self.scene, self.system, self.maps = stepping.scene, stepping.system, stepping.maps
         n, nv = len(self.system.bodies), self.system.nv

@@ -4,8 +4,8 @@ columns of a loop extend only over the path of this loop. S has nonzero blocks o
 from __future__ import annotations
 
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.parts.programs.loop_slots import LoopPath, path_slots
-from trunnion.parts.programs.step_passes import StepPasses
 from trunnion.system.structure.bodies_and_joints import GROUND
 from trunnion.system.structure.loop_matrix_fill import rows_by_loop
 
@@ -13,7 +13,7 @@ from trunnion.system.structure.loop_matrix_fill import rows_by_loop
 class SparseForceColumns:
     """Writes the columns of all loops into a program."""
 
-    def __init__(self, stepping: StepPasses, program: Program):
+    def __init__(self, stepping: EvaluationPasses, program: Program):
         self.stepping, self.program = stepping, program
         self.scene, self.system, self.maps = stepping.scene, stepping.system, stepping.maps
         self.loops: list[LoopPath] = []

@@ -7,7 +7,7 @@ from typing import Any
 
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
-from trunnion.parts.programs.step_passes import StepPasses
+from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.system.structure.bodies_and_joints import GROUND
 from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.loop_matrix_fill import path
@@ -92,7 +92,7 @@ class LoopPath:
 
 
 def path_slots(
-    stepping: StepPasses, c: CutJointSlots, rows: list[int], allocate: Allocate
+    stepping: EvaluationPasses, c: CutJointSlots, rows: list[int], allocate: Allocate
 ) -> tuple[Any, Any, Any, Any, Any, Slot, Slot, Slot]:
     """Arguments of a LoopPath. The slot y is in W, where other functions of the kernel can read it. ``allocate`` provides all other
     slots."""

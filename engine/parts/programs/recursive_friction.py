@@ -6,9 +6,9 @@ from __future__ import annotations
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, free_of
 from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction
+from trunnion.parts.programs.evaluation_stages import EvaluationPrograms
 from trunnion.parts.programs.operands import coordinate_rates, lengths_of
 from trunnion.parts.programs.recursive_friction_loops import LoopFriction
-from trunnion.parts.programs.step_stages import StepPrograms
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element
 
@@ -19,7 +19,7 @@ INERTIA = 36
 class RecursiveFriction:
     """Writes the programs of this module after those of ``stepping``, for a scene with friction."""
 
-    def __init__(self, stepping: StepPrograms):
+    def __init__(self, stepping: EvaluationPrograms):
         self.stepping, self.scene, self.system = stepping, stepping.scene, stepping.system
         self.element = {e.joint.child: e for e in stepping.elements if not e.joint.cut}
         count = len(self.system.bodies)

@@ -11,8 +11,8 @@ from itertools import product
 
 from trunnion.parts.bytecode.body_and_joint_slots import CutJointSlots, free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.parts.programs.loop_slots import CutJointFriction, FrictionLoop, path_slots
-from trunnion.parts.programs.step_passes import StepPasses
 from trunnion.system.structure.bodies_and_joints import GROUND
 from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, pattern, rows_by_loop
 
@@ -21,7 +21,7 @@ class LoopFriction:
     """The loops of a scene whose friction is solved along the recursion. slim: values that ``narrow`` stores for each body. y (nv),
     F (6 per body): results of the inward pass; this class adds the effect of the loops' multipliers to these results."""
 
-    def __init__(self, stepping: StepPasses, slim: list[Slot], y: Slot, F: list[Slot]):
+    def __init__(self, stepping: EvaluationPasses, slim: list[Slot], y: Slot, F: list[Slot]):
         self.stepping, self.slim, self.y, self.F = stepping, slim, y, F
         self.scene, self.system, self.active = self.stepping.scene, self.stepping.system, len(self.stepping.active)
         room, a = self.stepping.kept_slot, self.active
@@ -204,7 +204,7 @@ class LoopFriction:
     # -- given multipliers, and shift of rates --------------------------------------------------------------------------------
 
     def given(self, program: Program) -> list[Slot]:
-        """Wrench on each body. It includes given multipliers λ and friction forces −η."""
+        """Wrench on each body, with the forces of given multipliers λ and friction forces −η."""
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             c, j, lam = loop.closed, loop.closed.joint, self._given(loop)

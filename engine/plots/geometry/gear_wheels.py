@@ -14,7 +14,7 @@ from trunnion.scene.queries.body_poses import JointSide, sides_of
 from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import span
-from trunnion.system.construction.wheel_placement import stands
+from trunnion.system.construction.wheel_pairs import stands
 
 FACE = 8.0
 """Width of a toothed wheel, in modules."""

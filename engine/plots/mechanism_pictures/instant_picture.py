@@ -79,7 +79,8 @@ def assemble_start(scene: Scene, where: str) -> Result:
     soon = ASSEMBLY_TIME * float(scene.simulation.until)
     result = simulate(scene, until=soon, every=soon, outputs=needed(scene))
     if not has_motion(result):
-        raise SceneError([Problem(where, f"there is no start to draw: {result.outcome.name}", result.outcome.advice)])
+        what = f"the mechanism cannot be drawn, because its run failed at the start: {result.outcome.name}"
+        raise SceneError([Problem(where, what, result.outcome.advice)])
     return replace(result, data=result.data[:1], events=())
 
 

@@ -106,7 +106,7 @@ def _places(name: Name) -> np.ndarray:
 
 
 def _gap(boxes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Distance of a place from each box, points; 0 inside."""
+    """Distance of the position ``at`` from each box, in typographic points; 0 inside a box."""
     gap: np.ndarray = np.linalg.norm(np.clip(at, boxes[..., :2], boxes[..., 2:]) - at, axis=-1)
     return gap
 

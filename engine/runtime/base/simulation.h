@@ -93,7 +93,7 @@ typedef struct tr_loops {
   double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
 } tr_loops;
 
-/* TR_PAST_ENDS: number of step ends with stored speeds (``events/end_of_sliding.c``). TR_WORK_NODES: nodes of the quadrature of
+/* TR_PAST_ENDS: number of step ends with stored speeds (``events/capture_at_end_of_sliding.c``). TR_WORK_NODES: nodes of the quadrature of
  * works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step, because the dense output does not use this
  * stage. */
 enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1 };

@@ -22,7 +22,7 @@ static inline double tr_rest_speed(double unit) { return REST_SPEED * unit; }
 /* Largest speed at which reversed sliding counts as ended, m/s. */
 static inline double tr_crawl_speed(double unit) { return NEAR_MISS * unit; }
 
-/* Largest speed, m/s, from which one last step may end sliding with several components (``events/end_of_sliding.c``; model
+/* Largest speed, m/s, from which one last step may end sliding with several components (``events/capture_at_end_of_sliding.c``; model
  * exchange). */
 static inline double tr_last_speed(double unit) { return CAPTURE_SPEED * unit; }
 #endif

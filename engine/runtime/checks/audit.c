@@ -100,7 +100,7 @@ static void tr_audit_balance(tr_sim *s, double t, const double *y) {
   double kinetic, potential, taken, given;
   tr_set_time(s, t);
   tr_audit_energies(s, y, &kinetic, &potential, &taken, &given);
-  a->known = taken - given < INFINITY; /* not finite if the stiff method found no power in the middle of a step */
+  a->known = taken - given < INFINITY; /* works are NaN if powers in the middle of a stiff step failed */
   if (!a->known) return;
   const double lost = kinetic + potential - taken - given - a->begin;
   a->all.turned += 0.5 * (fabs(kinetic - a->kinetic) + fabs(potential - a->potential) + fabs(taken - a->taken) + fabs(given - a->given));

@@ -14,7 +14,7 @@ static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n)
  * at its end, and the event is located anyway. *sure: whether maps were used; otherwise tr_confirm_end must confirm a violation. */
 static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
 
-/* tr_check_solution at the end (t, y) of a step, with maps, after other states were evaluated. */
+/* Evaluate the end (t, y) of a step again, with maps, and return tr_check_solution. Needed if other states were evaluated since. */
 static int tr_confirm_end(tr_sim *s, double t, const double *y);
 
 /* Find a valid solution at the end (t, y) of a step, where the present solution violates the laws `broken`. Newton's method starts

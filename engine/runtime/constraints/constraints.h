@@ -4,8 +4,9 @@
 #define TR_CONSTRAINTS_H
 #include "base/base.h"
 
-/* Linearised choice of the open reactions. V (a×r): r open directions. least: their least-squares problem. turn (r×(ny+1)): the
- * vectors cᵈ of ``internal_forces_derivative.c``, one column for each component of [y, t]. */
+/* Choice of the open reactions, and its derivative by the state. V (a×r): the r open directions. least: factored least-squares
+ * problem for the amounts along V. turn (r×(ny+1)): effect of the change of V, the vectors cᵈ of
+ * ``internal_forces_derivative.c``; one column for each component of [y, t]. */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;

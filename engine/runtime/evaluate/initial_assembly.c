@@ -2,9 +2,11 @@
  * then computed. */
 #include "evaluate/evaluate.h"
 
+/* In this list "rad; × the length": an angle in rad for rotations, and a fraction of the length scale for translations. */
+
 #define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates, which solve linear equations */
 #define RATES_AGREE 1e-11   /* × length · rate (rotations: rate): largest residual of consistent rates; loses up to 4 digits */
-#define ROUNDED 1e-6        /* rad; × the length: a smaller gap comes from rounded input, so other positions are not searched */
+#define ROUNDED 1e-6        /* rad; × the length: a smaller gap comes from rounded given values, so these may change a little */
 #define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means a contradiction */
 #define MOVED_BY 10.0       /* × the gap: largest change of given values */
 #define NEARER 0.1          /* × the residual of the best earlier search: another position must have a smaller residual */

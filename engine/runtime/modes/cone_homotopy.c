@@ -24,7 +24,7 @@
 typedef struct tr_homotopy_path {
   double load;     /* N: unit of y */
   double *at, *way;/* e + 1: present point, and the unit tangent there */
-  double *by;      /* e: dy/dpart at the point evaluated last */
+  double *by;      /* e components: derivative of y by the fraction, at the point evaluated last */
 } tr_homotopy_path;
 
 /* Newton's method with a line search, starting from c->y. Returns the sign of the determinant at the root, which is 1 if the root

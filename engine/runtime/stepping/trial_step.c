@@ -22,9 +22,9 @@ typedef struct tr_trial {
   double err;      /* error, in units of the tolerance; NaN: the step is unusable */
   int found, which; /* result of the event search; pair or stop of the event */
   double theta;
-  int cuts;        /* number of remakes up to the event */
+  int cuts;        /* how often the step was remade to end at the event */
   double whole;    /* size before the first remake, s; 0: never remade */
-  int corners;     /* number of remakes up to a corner */
+  int corners;     /* how often the step was remade to end at a corner */
 } tr_trial;
 
 static double tr_step_limit(const tr_sim *s, double target) {

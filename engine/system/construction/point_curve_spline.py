@@ -37,8 +37,9 @@ def _pieces(u: np.ndarray, x: np.ndarray, closed: bool) -> np.ndarray:
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> Piece:
-    """A straight piece that continues piece k: before the first piece (k = 0, h = 0) or behind the last piece (k = −1). It joins
-    piece k at the parameter distance h from the start of piece k. at: parameter at the joint; way: arc length there, m."""
+    """A straight piece that continues the curve before its first piece (k = 0, h = 0) or behind its last piece (k = −1). It meets
+    piece k at the parameter distance h from the start of piece k. at: curve parameter of the meeting point; way: arc length
+    there, m."""
     e2, e3 = ((c[0] + h * (c[1] + h * (c[2] + h * c[3])), c[1] + h * (2 * c[2] + 3 * h * c[3])) for c in (x[k] for x in both))
     return Piece(float(at), 0.0 if k == 0 else ENDLESS, float(way), (*map(float, e2), 0.0, 0.0), (*map(float, e3), 0.0, 0.0))
 

@@ -22,7 +22,7 @@ from trunnion.system.construction.point_curve_spline import curve
 from trunnion.system.construction.point_parameters import Points
 from trunnion.system.construction.spanning_tree import Spanning, span
 from trunnion.system.construction.start_values_and_scales import Numbers, numbers_of
-from trunnion.system.construction.wheel_placement import misfits, stands, wheels
+from trunnion.system.construction.wheel_pairs import misfits, stands, wheels
 from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, System, state_coordinates
 from trunnion.system.structure.parameter_table import Param, ParameterTable
 

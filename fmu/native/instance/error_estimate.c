@@ -38,7 +38,8 @@ static int fmu_compare(fmu_state *s, int alike) {
   return small;
 }
 
-/* Advance the second run to the time of the run. reach: latest end of the internal steps. */
+/* Advance the second, more accurate run to the time that the first run has reached, and compare the two. No internal step ends
+ * after `reach`. If the runs differ too much, estimates end (certified = -1). */
 static void fmu_second_follows(fmu_instance *m, double reach) {
   fmu_state *s = m->state;
   if (s->certified <= 0) return;

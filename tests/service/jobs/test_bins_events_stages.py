@@ -110,7 +110,7 @@ def test_a_scene_is_drawn_at_its_start_or_its_problems_are_told(server: InProces
     wrong = server.post("/v1/scenes/view", {"scene_text": "schema: 1\nbodies: {a: {box: [1, 1, -1], density: 1}}\n"})
     assert (wrong.status_code, 2 in [p["line"] for p in wrong.json()["problems"]]) == (422, True)
     cannot = server.post("/v1/scenes/view", {"scene": "crank_slider", "overrides": {"bodies.rod.points.end[3]": 5}})
-    assert (cannot.status_code, "no start to draw" in cannot.json()["problems"][0]["what"]) == (422, True)
+    assert (cannot.status_code, "cannot be drawn" in cannot.json()["problems"][0]["what"]) == (422, True)
     assert server.post("/v1/scenes/view?shown=<script>", {"scene": "crank_slider"}).status_code == 422
 
 

@@ -8,16 +8,16 @@ from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction
 from trunnion.parts.primitives.primitive_keys import rubbing
 from trunnion.parts.programs.body_passes import ScenePasses
+from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.parts.programs.force_columns import ForceColumns
 from trunnion.parts.programs.force_columns_sparse import SparseForceColumns
 from trunnion.parts.programs.operands import coordinate_rates, element_operands
 from trunnion.parts.programs.powers import write_powers
-from trunnion.parts.programs.step_passes import StepPasses
 from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.loop_matrix_fill import fill
 
 
-class StepPrograms(StepPasses):
+class EvaluationPrograms(EvaluationPasses):
     """Writes stage 1 and stage 2."""
 
     def __init__(self, scene: ScenePasses, active: Sequence[int] = (), redundant: bool = False):

@@ -16,7 +16,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element, any_sets, elements
 
 
-class StepPasses:
+class EvaluationPasses:
     """Writes the outward and inward pass at the start of stage 1. active: rows of cut joints with a multiplier. redundant: whether
     the maps contain the scaled reactions."""
 
