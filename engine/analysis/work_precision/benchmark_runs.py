@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -132,10 +132,12 @@ def methods() -> tuple[str, ...]:
     return tuple(sorted(METHODS, key=lambda m: (m != "auto", METHODS[m])))
 
 
-def time_repeats(once: Callable[[], float], repeats: int, limit: float = 2.0) -> tuple[float, float, int]:
-    """(minimum, median, count) of the seconds that ``once`` returns. After three repeats, measuring stops once ``limit`` s have
-    passed."""
-    times: list[float] = []
+def time_repeats(
+    once: Callable[[], float], repeats: int, known: Sequence[float] = (), limit: float = 2.0
+) -> tuple[float, float, int]:
+    """(minimum, median, count) of the seconds that ``once`` returns. known: seconds of earlier runs that count as repeats. After
+    three repeats, measuring stops once ``limit`` s have passed."""
+    times = list(known)
     started = time.perf_counter()
     while len(times) < repeats and (len(times) < min(3, repeats) or time.perf_counter() - started < limit):
         times.append(once())

@@ -22,11 +22,12 @@ STEPS = 3_000_000
 @dataclass(frozen=True)
 class Reference:
     """A reference solution. data: samples × compared columns; error: relative distance between the results of the two methods in
-    ``made_by``."""
+    ``made_by``; seconds: stepping time of the longer of the two runs."""
 
     data: np.ndarray
     error: float
     made_by: str
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class _ReferenceRun:
     method: str
     rtol: float
     data: np.ndarray
+    seconds: float
 
 
 def find_reference(ready: BenchmarkModel) -> Reference | None:
@@ -46,7 +48,8 @@ def find_reference(ready: BenchmarkModel) -> Reference | None:
         return None
     error, a, b = min(pairs, key=lambda p: p[0])
     near, far = sorted((a, b), key=lambda t: _median_distance(ready, t, tried))
-    return Reference(near.data, error, f"{near.method} at rtol {near.rtol:.0e}, {far.method} at {far.rtol:.0e}")
+    return Reference(near.data, error, f"{near.method} at rtol {near.rtol:.0e}, {far.method} at {far.rtol:.0e}",
+                     max(near.seconds, far.seconds))
 
 
 def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
@@ -55,7 +58,7 @@ def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
     for rtol in TIGHT:
         result, outcome = ready.once(Settings(rtol=rtol, method=method, max_steps=STEPS))
         if result is not None and outcome == "done":
-            out.append(_ReferenceRun(method, rtol, ready.samples(result)))
+            out.append(_ReferenceRun(method, rtol, ready.samples(result), result.stats.wall_time))
         if len(out) == 2:
             break
     return out
