@@ -23,7 +23,7 @@ from trunnion.analysis.work_precision.measurement_points import ENGINE, Friction
 from trunnion.analysis.work_precision.reference_solution import find_reference
 from trunnion.analysis.work_precision.request_and_results import Progress, WorkPrecision, WorkPrecisionRequest
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.simulation.runtime_interface.simulation_block import METHODS, Settings
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 FIXED = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
@@ -105,7 +105,11 @@ def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[list[Settings
     """For each method its tolerances, from loose to tight. If the request includes fixed steps, then also for each method its fixed
     steps, from long to short."""
     request = study.request
-    chosen = [m for m in methods() if not request.methods or m in request.methods]
+    able = methods(ready.scene)
+    chosen = [m for m in able if not request.methods or m in request.methods]
+    for m in sorted(METHODS.keys() - able if not request.methods else set(request.methods) - {*able}):
+        note = f"law {ready.variant.law}: method {m} left out, since it cannot integrate this law"
+        study.notes += [note] if note not in study.notes else []
     out = [[Settings(rtol=r, method=m, max_steps=MOST_STEPS) for r in request.rtols or TOLERANCES] for m in chosen]
     if request.fixed and (mean := _mean_step(ready)):
         steps = [study.until / max(1, math.ceil(study.until / (f * mean))) for f in FIXED]

@@ -40,9 +40,10 @@ class _ReferenceRun:
 
 def find_reference(ready: BenchmarkModel) -> Reference | None:
     """The pair of methods whose results agree best at tight tolerance; None if fewer than two methods reach the end of the run."""
-    tried = [t for m in methods() if m not in ("auto", *TIME_STEPPING) for t in _tightest_runs(ready, m)]
+    able = methods(ready.scene)
+    tried = [t for m in able if m not in ("auto", *TIME_STEPPING) for t in _tightest_runs(ready, m)]
     if len({t.method for t in tried}) < 2:
-        tried += [t for m in TIME_STEPPING for t in _tightest_runs(ready, m)]
+        tried += [t for m in able if m in TIME_STEPPING for t in _tightest_runs(ready, m)]
     pairs = [(ready.measure.error(b.data, a.data), a, b) for a, b in combinations(tried, 2) if a.method != b.method]
     if not pairs:
         return None

@@ -178,6 +178,15 @@ def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
     assert friction_variants(load_scene("simple_pendulum")) == ([FrictionVariant()], [])
 
 
+def test_a_method_is_measured_only_with_laws_that_it_integrates() -> None:
+    few = {"methods": (), "rtols": (1e-3,), "laws": ("coulomb", "regularized"), "v_eps": (1e-3,), "until": 0.2}
+    study = measure_work_precision(load_scene("spherical_pendulum"), WorkPrecisionRequest(**(QUICK.__dict__ | few)))
+    found = {law: {p.method for p in study.points if p.law == law} for law in ("coulomb", "regularized")}
+    assert found["coulomb"] - found["regularized"] == {"moreau"}
+    assert found["regularized"] > {"auto", "rk5"}
+    assert "law regularized: method moreau left out, since it cannot integrate this law" in study.notes
+
+
 def test_a_law_reaches_joints_that_name_their_own() -> None:
     scene = apply(load_scene("spherical_pendulum"), {"joints.ball.friction.law": "regularized", "joints.ball.friction.v_eps": 1e-3})
     changed = with_law(scene, FrictionVariant("regularized", 1e-5))
