@@ -157,7 +157,7 @@ class Runner:
 
     def __init__(self, plan: Plan, preparer: Preparer | None = None):
         self.plan = plan
-        self.preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run)
+        self.preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run, plan.cases.ends)
         self.loops: list[Loop | ErrorEstimateLoop] = []
         self.seconds = 0.0
         self.rows: pyarrow.Table | None = None

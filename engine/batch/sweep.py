@@ -133,7 +133,7 @@ class _Work:
         self.next = self.done = 0
         self.tables, self.rows = TableMerge(), TableMerge()
         self.runners: list[Runner] = []
-        self.preparer = Preparer(of.scene, of.cases.paths, of.run)
+        self.preparer = Preparer(of.scene, of.cases.paths, of.run, of.cases.ends)
         self.stopped = self.interrupted = False
         self.told = time.perf_counter()
 

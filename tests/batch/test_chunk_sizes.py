@@ -36,7 +36,7 @@ def test_chunks_grow_while_other_processes_hold_the_processor(monkeypatch: pytes
     monkeypatch.setattr(sweep, "time", clock)
     monkeypatch.setattr(sweep, "Runner", Cases)
     monkeypatch.setattr(sweep, "Preparer", lambda *_: None)
-    work = sweep._Work(SimpleNamespace(cases=SimpleNamespace(count=2000, paths=()), scene=None, run=None), None)  # type: ignore[arg-type]
+    work = sweep._Work(SimpleNamespace(cases=SimpleNamespace(count=2000, paths=(), ends=None), scene=None, run=None), None)  # type: ignore[arg-type]
     monkeypatch.setattr(work, "_finished", lambda *_: None)
     work._take()
     assert sizes == [16, 64, 256, 1024, 640]

@@ -230,7 +230,7 @@ class _Ladder:
         """The method that reaches the requested error in the least time. For each method, tolerances are tried from the loosest on.
         A method's trials end when a tolerance suffices, or when the method takes TOO_SLOW times the best time."""
         found: list[Setting] = []
-        for method in methods():
+        for method in methods(ready.scene):
             best = min((s.median for s in found), default=math.inf)
             for rtol in RTOLS:
                 settings = Settings(rtol=rtol, method=method, max_steps=1_000_000)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from trunnion.simulation.global_error.tighter_run_settings import companion
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import METHODS, Settings
+from trunnion.simulation.settings.request_checks import unsuitable_laws
 
 MOST_STEPS = 1_000_000
 """Step limit of a measured run. A setting that needs more steps is reported as a failure."""
@@ -127,15 +128,17 @@ def has_v_eps(scene: Scene) -> bool:
     return any(name == "v_eps" for j in build(scene).system.frictional if j.friction for name, _ in j.friction.numbers)
 
 
-def methods() -> tuple[str, ...]:
-    """Names of all methods. The automatic choice comes first."""
-    return tuple(sorted(METHODS, key=lambda m: (m != "auto", METHODS[m])))
+def methods(scene: Scene) -> tuple[str, ...]:
+    """Names of all methods that can integrate the scene's friction laws. The automatic choice comes first."""
+    return tuple(sorted((m for m in METHODS if not unsuitable_laws(scene, m)), key=lambda m: (m != "auto", METHODS[m])))
 
 
-def time_repeats(once: Callable[[], float], repeats: int, limit: float = 2.0) -> tuple[float, float, int]:
-    """(minimum, median, count) of the seconds that ``once`` returns. After three repeats, measuring stops once ``limit`` s have
-    passed."""
-    times: list[float] = []
+def time_repeats(
+    once: Callable[[], float], repeats: int, known: Sequence[float] = (), limit: float = 2.0
+) -> tuple[float, float, int]:
+    """(minimum, median, count) of the seconds that ``once`` returns. known: seconds of earlier runs that count as repeats. After
+    three repeats, measuring stops once ``limit`` s have passed."""
+    times = list(known)
     started = time.perf_counter()
     while len(times) < repeats and (len(times) < min(3, repeats) or time.perf_counter() - started < limit):
         times.append(once())

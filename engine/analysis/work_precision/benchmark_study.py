@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from trunnion.analysis.work_precision.benchmark_runs import (
@@ -22,29 +23,46 @@ from trunnion.analysis.work_precision.measurement_points import ENGINE, Friction
 from trunnion.analysis.work_precision.reference_solution import find_reference
 from trunnion.analysis.work_precision.request_and_results import Progress, WorkPrecision, WorkPrecisionRequest
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.simulation.runtime_interface.simulation_block import METHODS, Settings
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 FIXED = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
 """Fixed steps, as multiples of the mean step of the automatic method at rtol 1e-6."""
+SLOW_RUN, SLOW_RATIO = 0.1, 3.0
+"""After a run longer than SLOW_RUN, s, and than SLOW_RATIO times the longest reference run, tighter settings of the method are left
+out. A first-order method takes ten thousand times as long as the others there."""
+WARM_RUN = 0.05
+"""A first run longer than this, s, counts as a repeat. In shorter runs, cold caches matter."""
 
 
 def measure_work_precision(
-    scene: Scene, request: WorkPrecisionRequest | None = None, progress: Progress = lambda *_: None
+    scene: Scene,
+    request: WorkPrecisionRequest | None = None,
+    progress: Progress = lambda *_: None,
+    show: Callable[[list[Measurement]], None] = lambda _: None,
 ) -> WorkPrecision:
-    """Measure a valid scene. A failed run becomes a point with its outcome. SceneError for outputs that do not exist."""
+    """Measure a valid scene. A failed run becomes a point with its outcome. SceneError for outputs that do not exist.
+
+    show: called with the points of each method, first with error control, then with fixed steps, as soon as they are measured."""
     request = request or WorkPrecisionRequest()
     measure = make_error_measure(scene, request.outputs, request.norm)
     until = float(request.until or scene.simulation.until)
     laws, notes = friction_variants(scene, request.laws, request.v_eps)
-    study = WorkPrecision(scene, request, measure, until, _exact_variant(scene, laws), notes=notes)
-    ready = _make_models(study, laws, progress)
-    settings = {variant: _settings(study, model) for variant, model in ready.items()}
-    total = sum(map(len, settings.values()))
-    for variant, chosen in settings.items():
-        for s in chosen:
-            progress(f"{variant} {s.method}".strip(), len(study.points), total)
-            study.points.append(_measure(study, ready[variant], s))
+    exact = _exact_variant(scene, laws)
+    study = WorkPrecision(scene, request, measure, until, exact, notes=notes)
+    ready = {}
+    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # model errors need the reference of the exact law
+        progress(f"reference {v}".strip(), k, len(laws))
+        ready[v] = _make_model(study, v)
+        ladders = _settings(study, ready[v])
+        total = len(laws) * sum(map(len, ladders))
+        for ladder in ladders:
+            progress(f"{v} {ladder[0].method}".strip(), k * total // len(laws), total)
+            points = _measure_ladder(study, ready[v], ladder)
+            study.points += points
+            show(points)
+    for law in dict.fromkeys(v.law for v in laws):
+        study.builds += _build_times(next(ready[v] for v in laws if v.law == law))
     if request.solvers:
         from trunnion.analysis.work_precision.reference_solvers.solver_benchmark import measure_reference_solvers
 
@@ -58,19 +76,14 @@ def _exact_variant(scene: Scene, laws: list[FrictionVariant]) -> FrictionVariant
     return min(named, key=lambda v: v.v_eps)
 
 
-def _make_models(study: WorkPrecision, laws: list[FrictionVariant], progress: Progress) -> dict[FrictionVariant, BenchmarkModel]:
-    """The scene compiled with each law. Adds the references and build times of these models to the study."""
-    out = {}
-    for k, v in enumerate(laws):
-        progress(f"reference {v}".strip(), k, len(laws))
-        out[v] = make_benchmark_model(study.scene, v, study.measure, study.until, study.request.samples)
-        found = find_reference(out[v])
-        if found is None:
-            study.notes.append(f"{v}: no two methods reach the end at tight tolerance, so no errors are given")
-        else:
-            study.references[v] = found
-    for law in dict.fromkeys(v.law for v in laws):
-        study.builds += _build_times(next(out[v] for v in laws if v.law == law))
+def _make_model(study: WorkPrecision, v: FrictionVariant) -> BenchmarkModel:
+    """The scene compiled with a law. Adds its reference to the study."""
+    out = make_benchmark_model(study.scene, v, study.measure, study.until, study.request.samples)
+    found = find_reference(out)
+    if found is None:
+        study.notes.append(f"{v}: no two methods reach the end at tight tolerance, so no errors are given")
+    else:
+        study.references[v] = found
     return out
 
 
@@ -88,15 +101,19 @@ def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
     return out
 
 
-def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[Settings]:
-    """Each method at each tolerance. If the request includes fixed steps, also each method with each fixed step."""
+def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[list[Settings]]:
+    """For each method its tolerances, from loose to tight. If the request includes fixed steps, then also for each method its fixed
+    steps, from long to short."""
     request = study.request
-    chosen = [m for m in methods() if not request.methods or m in request.methods]
-    out = [Settings(rtol=r, method=m, max_steps=MOST_STEPS) for m in chosen for r in request.rtols or TOLERANCES]
-    if request.fixed:
-        mean = _mean_step(ready)
-        steps = [study.until / max(1, math.ceil(study.until / (f * mean))) for f in FIXED] if mean else []
-        out += [Settings(method=m, step=h, max_steps=MOST_STEPS) for m in chosen if m != "auto" for h in steps]
+    able = methods(ready.scene)
+    chosen = [m for m in able if not request.methods or m in request.methods]
+    for m in sorted(METHODS.keys() - able if not request.methods else set(request.methods) - {*able}):
+        note = f"law {ready.variant.law}: method {m} left out, since it cannot integrate this law"
+        study.notes += [note] if note not in study.notes else []
+    out = [[Settings(rtol=r, method=m, max_steps=MOST_STEPS) for r in request.rtols or TOLERANCES] for m in chosen]
+    if request.fixed and (mean := _mean_step(ready)):
+        steps = [study.until / max(1, math.ceil(study.until / (f * mean))) for f in FIXED]
+        out += [[Settings(method=m, step=h, max_steps=MOST_STEPS) for h in steps] for m in chosen if m != "auto"]
     return out
 
 
@@ -104,6 +121,21 @@ def _mean_step(ready: BenchmarkModel) -> float:
     """Mean step of the automatic method at rtol 1e-6, s; 0 if the run fails."""
     result, outcome = ready.once(Settings(rtol=1e-6, max_steps=MOST_STEPS))
     return ready.until / max(1, result.stats.steps) if result is not None and outcome == "done" else 0.0
+
+
+def _measure_ladder(study: WorkPrecision, ready: BenchmarkModel, ladder: list[Settings]) -> list[Measurement]:
+    """Measure the settings of a method. After a run that is slow beside the reference, tighter settings are left out with a note,
+    unless the user named the tolerances."""
+    limit = max(SLOW_RUN, SLOW_RATIO * max((r.seconds for r in study.references.values()), default=0.0))
+    out: list[Measurement] = []
+    for n, s in enumerate(ladder, 1):
+        out.append(_measure(study, ready, s))
+        last = out[-1]
+        if last.minimum > limit and n < len(ladder) and (s.step or not study.request.rtols):
+            where = f"{ready.variant}, {s.method}" if ready.variant.law else s.method
+            study.notes.append(f"{where}: nothing beyond {last.setting}, which takes {last.minimum:.2g} s")
+            break
+    return out
 
 
 def _measure(study: WorkPrecision, ready: BenchmarkModel, settings: Settings) -> Measurement:
@@ -122,7 +154,7 @@ def _measure(study: WorkPrecision, ready: BenchmarkModel, settings: Settings) ->
         other, _ = ready.once(settings)
         return other.stats.wall_time if other is not None else math.inf
 
-    low, middle, count = time_repeats(again, study.request.repeats)
+    low, middle, count = time_repeats(again, study.request.repeats, [s.wall_time] if s.wall_time > WARM_RUN else [])
     counts["predicted"] = estimate_integration_error(ready, settings, result, study.measure)
     errors = study.errors(ready.variant, ready.samples(result))
     return Measurement(*head, *errors, low, middle, count, **counts)  # type: ignore[arg-type]

@@ -22,11 +22,12 @@ STEPS = 3_000_000
 @dataclass(frozen=True)
 class Reference:
     """A reference solution. data: samples × compared columns; error: relative distance between the results of the two methods in
-    ``made_by``."""
+    ``made_by``; seconds: stepping time of the longer of the two runs."""
 
     data: np.ndarray
     error: float
     made_by: str
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -34,19 +35,22 @@ class _ReferenceRun:
     method: str
     rtol: float
     data: np.ndarray
+    seconds: float
 
 
 def find_reference(ready: BenchmarkModel) -> Reference | None:
     """The pair of methods whose results agree best at tight tolerance; None if fewer than two methods reach the end of the run."""
-    tried = [t for m in methods() if m not in ("auto", *TIME_STEPPING) for t in _tightest_runs(ready, m)]
+    able = methods(ready.scene)
+    tried = [t for m in able if m not in ("auto", *TIME_STEPPING) for t in _tightest_runs(ready, m)]
     if len({t.method for t in tried}) < 2:
-        tried += [t for m in TIME_STEPPING for t in _tightest_runs(ready, m)]
+        tried += [t for m in able if m in TIME_STEPPING for t in _tightest_runs(ready, m)]
     pairs = [(ready.measure.error(b.data, a.data), a, b) for a, b in combinations(tried, 2) if a.method != b.method]
     if not pairs:
         return None
     error, a, b = min(pairs, key=lambda p: p[0])
     near, far = sorted((a, b), key=lambda t: _median_distance(ready, t, tried))
-    return Reference(near.data, error, f"{near.method} at rtol {near.rtol:.0e}, {far.method} at {far.rtol:.0e}")
+    return Reference(near.data, error, f"{near.method} at rtol {near.rtol:.0e}, {far.method} at {far.rtol:.0e}",
+                     max(near.seconds, far.seconds))
 
 
 def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
@@ -55,7 +59,7 @@ def _tightest_runs(ready: BenchmarkModel, method: str) -> list[_ReferenceRun]:
     for rtol in TIGHT:
         result, outcome = ready.once(Settings(rtol=rtol, method=method, max_steps=STEPS))
         if result is not None and outcome == "done":
-            out.append(_ReferenceRun(method, rtol, ready.samples(result)))
+            out.append(_ReferenceRun(method, rtol, ready.samples(result), result.stats.wall_time))
         if len(out) == 2:
             break
     return out

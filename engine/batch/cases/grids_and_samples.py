@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.basics.problems import MOST, Problem, SceneError
-from trunnion.batch.cases.distributions import spread_of
+from trunnion.batch.cases.distributions import BELOW_ONE, spread_of
 from trunnion.batch.cases.quantity_reader import Reader
 from trunnion.batch.cases.sample_points import BITS, REPLICATES, points, width
 from trunnion.scene.data_classes.scene import Scene
@@ -34,6 +34,7 @@ class Cases:
         count: number of cases.
         values: function; values(start, stop) returns the values of cases start … stop − 1 ((stop − start) × paths), SI units.
         sampling: sampling method; "" for grids and lists.
+        ends: bounds of the values of each path (2 × paths); None if unknown.
     """
 
     paths: tuple[str, ...]
@@ -41,6 +42,7 @@ class Cases:
     count: int
     values: Callable[[int, int], np.ndarray] = field(compare=False)
     sampling: str = ""
+    ends: np.ndarray | None = field(default=None, compare=False)
 
     def changes(self, index: int) -> dict[str, float]:
         """One case as overrides of the scene, {path: SI value}."""
@@ -61,7 +63,7 @@ def grid(scene: Scene, vary: Mapping[str, Any], where: str = "vary") -> Cases:
         places = np.unravel_index(np.arange(start, stop), shape)
         return np.column_stack([a[p] for a, p in zip(axes, places, strict=True)])
 
-    return Cases(tuple(vary), tuple(r.unit for r in readers), math.prod(shape), values)
+    return Cases(tuple(vary), tuple(r.unit for r in readers), math.prod(shape), values, ends=_ends(axes))
 
 
 def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
@@ -75,7 +77,7 @@ def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases
     readers = [Reader(scene, p, f"{where}.{p}", problems) for p in paths]
     table = np.column_stack([[r.number(c[r.path]) for c in cases] for r in readers])
     _end(problems, paths, where, sum(r.untold for r in readers))
-    return Cases(paths, tuple(r.unit for r in readers), len(cases), lambda start, stop: table[start:stop])
+    return Cases(paths, tuple(r.unit for r in readers), len(cases), lambda start, stop: table[start:stop], ends=_ends(table.T))
 
 
 def sampled(
@@ -109,7 +111,8 @@ def sampled(
         unit = points(count, len(spreads), seed, method, start, stop)
         return np.column_stack([inverse(unit[:, k]) for k, inverse in enumerate(spreads) if inverse is not None])
 
-    return Cases(tuple(ranges), tuple(units), count * width(method, len(spreads)), values, method)
+    ends = _ends([inverse(np.array([0.0, BELOW_ONE])) for inverse in spreads if inverse is not None])
+    return Cases(tuple(ranges), tuple(units), count * width(method, len(spreads)), values, method, ends)
 
 
 def ranges(
@@ -139,6 +142,11 @@ def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> No
         problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
     if problems:
         raise SceneError(problems, untold)
+
+
+def _ends(values: Iterable[np.ndarray]) -> np.ndarray:
+    """The least and the largest value of each path (2 × paths)."""
+    return np.array([(v.min(), v.max()) for v in values]).T
 
 
 def _axis(reader: Reader, given: Any) -> np.ndarray:

@@ -33,7 +33,7 @@ from trunnion.system.construction.start_values_and_scales import turning
 from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import Curve, Outside
 
-MANY = 48
+MANY = 8
 """A group's entries are written directly (without building scenes) after the group has had more new values than this."""
 MOST_CACHED = 20_000
 """Largest number of built values in the cache of a group. Each value takes a few hundred bytes."""
@@ -77,9 +77,10 @@ class _Entry:
 
 
 class Preparer:
-    """Converts values (cases × paths) to rows for the C loop. It caches built scenes. Threads take turns."""
+    """Converts values (cases × paths) to rows for the C loop. It caches built scenes. Threads take turns. ends: bounds of the
+    values (2 × paths), if they are known."""
 
-    def __init__(self, scene: Scene, paths: Sequence[str], run: Run):
+    def __init__(self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None):
         self.lock = Lock()
         self.followers = Followers(scene, paths)
         paths = self.followers.paths
@@ -93,7 +94,12 @@ class Preparer:
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
         self.met = [0] * len(self.groups)
         named = [tuple(self.paths[i] for i in group) for group in self.groups]
-        self.placing = [Placing(self.start, self.base, self.mass, p, partial(self._entry, g)) for g, p in enumerate(named)]
+        if ends is None or any(self.followers.names):  # what depends on a parameter need not be extreme where the parameter is
+            ends = np.full((2, len(self.paths)), np.nan)
+        self.placing = [
+            Placing(self.start, self.base, self.mass, p, partial(self._entry, g), ends[:, self.groups[g]])
+            for g, p in enumerate(named)
+        ]
         sizes = (o for o, p in zip(owners, paths, strict=True) if o[0] in ("bodies", "ground") or "board" in p or ".at[" in p)
         self.sizing = len(set(sizes))
 

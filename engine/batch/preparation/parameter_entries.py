@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
@@ -32,14 +32,17 @@ class Placing:
     """The entries of a group of paths of one owner.
 
     start: the built base scene; base: its flat numbers; mass: index of the total mass in ``base``; flat: function from values of
-    the group to the flat numbers of the scene with these values, or None for rejected values or another structure.
+    the group to the flat numbers of the scene with these values, or None for rejected values or another structure; ends: the least
+    and the largest values of all cases (2 × paths), NaN where unknown.
     """
 
-    def __init__(self, start: Built, base: np.ndarray, mass: int, paths: tuple[str, ...], flat: Flat):
-        self.start, self.base, self.mass, self.paths, self.flat = start, base, mass, paths, flat
+    def __init__(self, start: Built, base: np.ndarray, mass: int, paths: tuple[str, ...], flat: Flat, ends: np.ndarray):
+        self.start, self.base, self.mass, self.paths, self.flat, self.ends = start, base, mass, paths, flat, ends
         self.known: Known | None = None
+        self.ways: Sequence[Callable[[np.ndarray], Known | None]] = (self._table_entries, self._copies, self._formula)
         self.box = np.full((2, len(paths)), np.nan)
         """The range of values in which ``known`` has been tested."""
+        self.accepted: set[tuple[float, ...]] = set()
 
     def of(self, distinct: np.ndarray) -> Placed | None:
         """(indices of entries, their numbers) for values (n × paths); None if a scene must be built for each value.
@@ -48,10 +51,24 @@ class Placing:
         """
         low, high = distinct.min(axis=0), distinct.max(axis=0)
         if self.known is None or not ((self.box[0] <= low) & (high <= self.box[1])).all():
-            around = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
-            ends = np.unique(np.vstack([around, distinct]), axis=0) if self.known else distinct
-            self.known, self.box = self._table_entries(ends) or self._copies(ends) or self._formula(ends), around
+            met = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
+            if not self._learn(met, distinct[:0]):  # the known entries, at the new ends
+                every = np.array([np.fmin(met[0], self.ends[0]), np.fmax(met[1], self.ends[1])])
+                if not self._learn(every, distinct):
+                    self.ends = np.full_like(self.ends, np.nan)
+                    self._learn(met, distinct)
         return (self.known[0], self.known[1](distinct)) if self.known else None
+
+    def _learn(self, box: np.ndarray, values: np.ndarray) -> bool:
+        """Whether a way finds the entries for values (n × paths) and the ends of a box (2 × paths). Without values, only the way that
+        found the entries before is tried."""
+        tried = np.unique(np.vstack([box, values]), axis=0)
+        for way in self.ways if len(values) else self.ways[: self.known is not None]:
+            if known := way(tried):
+                self.known, self.box, self.ways = known, box, (way, *(w for w in self.ways if w is not way))
+                return True
+        self.known = None
+        return False
 
     def _table_entries(self, distinct: np.ndarray) -> Known | None:
         """The entries in the table of parameters; None if the table lacks a path or if the scene rejects the values."""
@@ -88,8 +105,10 @@ class Placing:
         if 2 ** len(self.paths) > MOST_CORNERS:
             return False
         try:
-            for corner in product(*zip(distinct.min(axis=0), distinct.max(axis=0), strict=True)):
-                apply(self.start.scene, dict(zip(self.paths, map(float, corner), strict=True)))
+            for corner in product(*zip(distinct.min(axis=0).tolist(), distinct.max(axis=0).tolist(), strict=True)):
+                if corner not in self.accepted:
+                    apply(self.start.scene, dict(zip(self.paths, corner, strict=True)))
+                    self.accepted.add(corner)
         except SceneError:
             return False
         return True

@@ -13,6 +13,7 @@ from trunnion.cli.output.exit_codes import DONE
 from trunnion.cli.output.text_table import print_answer, table
 
 if TYPE_CHECKING:
+    from trunnion.analysis.work_precision.measurement_points import Measurement
     from trunnion.analysis.work_precision.request_and_results import WorkPrecision
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
@@ -76,7 +77,8 @@ def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bo
 
     make_folder(place)
     with pin_to_one_core(), ProgressBar(f"chart {scene.name}") as bar:
-        study = measure_work_precision(scene, WorkPrecisionRequest(**arguments), bar.show_part)
+        show = (lambda _: None) if as_json else (lambda points: bar.print_line(curve_line(points)))
+        study = measure_work_precision(scene, WorkPrecisionRequest(**arguments), bar.show_part, show)
     files = [str(p) for p in write_work_precision(study, place)]
     return print_answer(as_json, DONE, finite(page_data(study)) if as_json else {}, summary(study), files)
 
@@ -97,6 +99,16 @@ def speeds(texts: Sequence[str], reader: ArgumentReader) -> tuple[float, ...]:
         if value is not None and value <= 0:
             reader.add("--v-eps", f"{text} is not a positive speed", 'for example "1e-4 m/s"')
     return tuple(value for _, value in values if value is not None)
+
+
+def curve_line(points: Sequence[Measurement]) -> str:
+    """Law, method, settings, and the range of errors and times of a curve."""
+    first, last, good = points[0], points[-1], [p for p in points if p.ok]
+    line = f"{first.variant}: ".lstrip(": ") + f"{first.method}, {first.setting} to {last.setting}: "
+    if not good:
+        return line + f"failed ({first.outcome})"
+    errors, times = [p.error for p in good], [1e3 * p.minimum for p in good]
+    return line + f"error {max(errors):.1e} to {min(errors):.1e} in {min(times):.3g} to {max(times):.3g} ms"
 
 
 def summary(study: WorkPrecision) -> list[str]:

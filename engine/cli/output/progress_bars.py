@@ -42,7 +42,8 @@ class ProgressBar:
         with self.lock:
             if self.ended:
                 return
-            self.bar = Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+            self.bar = Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True,
+                                redirect_stdout=False)
             self.task = self.bar.add_task(**self.state)
             self.bar.start()
 
@@ -57,6 +58,14 @@ class ProgressBar:
     def show_part(self, part: str, done: int, total: int) -> None:
         """Show the current part of the work, the number of finished parts, and the number of all parts."""
         self._show(f"{self.title}: {part}", done, total, f"{done} of {total}")
+
+    def print_line(self, line: str) -> None:
+        """Print a line of the answer, above the bar if both share a terminal."""
+        with self.lock:
+            if self.bar is not None and sys.stdout.isatty():
+                self.bar.console.print(line, markup=False, highlight=False)
+            else:
+                print(line, flush=True)
 
     def _show(self, description: str, done: float, total: float, reached: str) -> None:
         with self.lock:

@@ -27,11 +27,9 @@ def check_settings(
     requested fixed step, s, or 0."""
     asked = {"until": until, "every": every, "rtol": s.rtol, "method": s.method, "step": s.step}
     _, problems = settings_read("trunnion.simulate", asked)
-    laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
     if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
         problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))
-    stiff = sorted(law for law in laws if not LAWS[law].steps)
-    if s.method in {m.name for m in METHODS if isinstance(m, Impulses)} and stiff:
+    if stiff := unsuitable_laws(scene, s.method):
         able = " or ".join(name for name, law in LAWS.items() if law.steps)
         problems.append(
             Problem("method", f"{s.method} cannot integrate the friction law {stiff[0]}", f"use law {able}, or method auto")
@@ -39,6 +37,14 @@ def check_settings(
     problems += bounded(scene, s.method, every, step)
     if problems:
         raise SceneError(problems)
+
+
+def unsuitable_laws(scene: Scene, method: str) -> list[str]:
+    """The friction laws of the scene that the method cannot integrate."""
+    if method not in {m.name for m in METHODS if isinstance(m, Impulses)}:
+        return []
+    laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
+    return sorted(law for law in laws if not LAWS[law].steps)
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:

@@ -17,6 +17,7 @@ def test_it_writes_four_files_and_says_what_is_fastest(tmp_path: Path, capsys: p
     assert main(["chart", "simple_pendulum", "-o", str(tmp_path / "c"), *FEW]) == 0
     out = capsys.readouterr().out
     assert {p.name for p in (tmp_path / "c").iterdir()} == {"chart.svg", "chart.png", "chart.html", "chart.csv"}
+    assert out.startswith("rk8, rtol 1e-06 to rtol 1e-06: error ")
     assert "fastest settings at each error" in out
     assert "whose results differ by" in out
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trunnion.analysis.work_precision.benchmark_runs import friction_variants, make_benchmark_model, with_law
+from trunnion.analysis.work_precision import benchmark_study
+from trunnion.analysis.work_precision.benchmark_runs import friction_variants, make_benchmark_model, time_repeats, with_law
 from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
 from trunnion.analysis.work_precision.error_cost_curves import group_into_curves
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure, make_error_measure
@@ -136,6 +137,38 @@ def test_a_run_that_fails_is_a_point_with_its_reason() -> None:
     assert any("no two methods" in n for n in study.notes)
 
 
+@pytest.mark.parametrize(("named", "measured"), [((), 1), ((1e-3, 1e-6), 2)])
+def test_settings_beyond_a_slow_run_are_left_out_with_a_note_unless_the_user_named_them(
+    monkeypatch: pytest.MonkeyPatch, named: tuple[float, ...], measured: int
+) -> None:
+    monkeypatch.setattr(benchmark_study, "SLOW_RUN", 0.0)
+    monkeypatch.setattr(benchmark_study, "SLOW_RATIO", 0.0)
+    wanted = WorkPrecisionRequest(methods=("rk8",), rtols=named, until=0.2, samples=2, repeats=1, fixed=False, solvers=False)
+    study = measure_work_precision(load_scene("simple_pendulum"), wanted)
+    assert len(study.points) == measured
+    assert [n.split(",")[0] for n in study.notes] == [] if named else ["rk8: nothing beyond rtol 1e-02"]
+
+
+def test_a_methods_points_are_shown_before_the_next_method_and_the_next_law_begin() -> None:
+    seen: list[str] = []
+    few = {"laws": ("regularized", "coulomb"), "v_eps": (1e-2,), "until": 0.2, "fixed": False}
+    wanted = WorkPrecisionRequest(**(QUICK.__dict__ | few))
+    study = measure_work_precision(
+        load_scene("spherical_pendulum"), wanted, lambda what, *_: seen.append(what),
+        lambda points: seen.append(f"{len(points)} points of {points[0].variant} {points[0].method}"),
+    )  # fmt: skip
+    assert seen[:5] == ["reference coulomb", "coulomb rk5", "3 points of coulomb rk5", "coulomb rk8", "3 points of coulomb rk8"]
+    assert seen[5:7] == ["reference regularized, v_eps 0.01", "regularized, v_eps 0.01 rk5"]
+    assert len(study.points) == 12
+    assert all(math.isfinite(p.model_error) for p in study.points)
+
+
+def test_a_long_first_run_counts_as_a_repeat() -> None:
+    assert time_repeats(lambda: 2.0, 3, [1.0]) == (1.0, 2.0, 3)
+    assert time_repeats(lambda: 2.0, 1, [1.0]) == (1.0, 1.0, 1)
+    assert time_repeats(lambda: 2.0, 1) == (2.0, 2.0, 1)
+
+
 def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
     found, notes = friction_variants(load_scene("spherical_pendulum"))
     left_out = {law for law in REGISTRY if any(n.startswith(f"law {law} left out") for n in notes)}
@@ -143,6 +176,15 @@ def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
     assert {"coulomb", "regularized"} <= {v.law for v in found}
     assert any("viscous" in n and "viscosity" in n for n in notes)
     assert friction_variants(load_scene("simple_pendulum")) == ([FrictionVariant()], [])
+
+
+def test_a_method_is_measured_only_with_laws_that_it_integrates() -> None:
+    few = {"methods": (), "rtols": (1e-3,), "laws": ("coulomb", "regularized"), "v_eps": (1e-3,), "until": 0.2}
+    study = measure_work_precision(load_scene("spherical_pendulum"), WorkPrecisionRequest(**(QUICK.__dict__ | few)))
+    found = {law: {p.method for p in study.points if p.law == law} for law in ("coulomb", "regularized")}
+    assert found["coulomb"] - found["regularized"] == {"moreau"}
+    assert found["regularized"] > {"auto", "rk5"}
+    assert "law regularized: method moreau left out, since it cannot integrate this law" in study.notes
 
 
 def test_a_law_reaches_joints_that_name_their_own() -> None:
