@@ -119,10 +119,11 @@ class Search:
             self.value, self.X = value, at
 
     def _parts(self, cell: Cell, answer: Answer) -> list[Cell]:
-        """The parts of a cell, cut where its relaxation is worst; [] if the relaxation is exact."""
+        """The parts of a cell, cut where its relaxation is worst. The cell itself if only tangents are missing, which the next
+        visit adds; [] if the relaxation is exact."""
         j = self._worst(cell, answer)
         if j is None:
-            return []
+            return [cell] if self.linear.is_below(answer) else []
         v = self.program.terms[j] @ answer.X
         cones = _first(len(v)) if j not in cell else _cut(cell[j], v)
         return [{**cell, j: G} for G in cones]

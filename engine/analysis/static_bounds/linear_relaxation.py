@@ -102,10 +102,17 @@ class Relaxation:
             self.linear.add(cuts)
         return found
 
+    def is_below(self, a: Answer) -> bool:
+        """Whether the solution underestimates a norm."""
+        return bool(self._below(a).any())
+
+    def _below(self, a: Answer) -> np.ndarray:
+        size = self.program.norms(a.X)
+        return size - a.t > 1e-10 * np.maximum(1.0, size)
+
     def _cut_off(self, a: Answer) -> np.ndarray:
         """Cuts where the solution underestimates a norm."""
-        size = self.program.norms(a.X)
-        return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
+        return self._tangents(a.X, self._below(a))
 
     def _tangents(self, X: np.ndarray, terms: np.ndarray) -> np.ndarray:
         """The cuts that touch the norms of these terms (mask) at X. A norm that is zero, or of one component, has none."""
