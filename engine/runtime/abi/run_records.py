@@ -100,6 +100,7 @@ long projections : corrections of positions
 long outputs : output rows
 long maps : maps formed outside evaluations
 long solutions : solutions computed in mode decisions
+long stiff : explicit steps at the limit of stability, of an explicit method that the host chose
 long by_impulses : bounded steps completed by an impulse step
 long relaxed : bounded steps completed with friction approximated in sweeps
 long most_evaluations : largest number of evaluations in a bounded step, including its output row

@@ -66,6 +66,9 @@ static void tr_count_kink(tr_sim *s);
  * multipliers. */
 static int tr_is_limited_by_stability(tr_sim *s);
 
+/* Whether stability limits the size of the pending explicit step. */
+static int tr_is_step_stiff(tr_sim *s);
+
 /* Method auto: switch to the stiff method when stability limits the steps. Switch back when explicit steps of the stiff method's
  * size would be stable. */
 static void tr_choose_method(tr_sim *s);

@@ -35,6 +35,11 @@ static void tr_count_kink(tr_sim *s) {
   s->step.kink_count = s->step.stiff_count = s->step.have_jac = 0;
 }
 
+static int tr_is_step_stiff(tr_sim *s) {
+  const tr_explicit *m = tr_method_of(s)->explicit;
+  return tr_estimate_stiffness(s, m, s->pending.h) > m->stiff_at;
+}
+
 static void tr_choose_method(tr_sim *s) {
   if (s->step.kink_count > 0) s->step.kink_count--;
   if (tr_method_of(s)->kind == TR_IMPLICIT) {
@@ -46,9 +51,7 @@ static void tr_choose_method(tr_sim *s) {
     }
     return;
   }
-  const tr_explicit *m = tr_method_of(s)->explicit;
-  int stiff = tr_estimate_stiffness(s, m, s->pending.h) > m->stiff_at;
-  if (stiff) {
+  if (tr_is_step_stiff(s)) {
     s->step.nonstiff_count = 0;
     if (++s->step.stiff_count >= STIFF_STEPS) {
       s->step.method = TR_AUTO_STIFF;

@@ -170,6 +170,7 @@ static void tr_complete_whole_step(tr_sim *s) {
   s->stats.of_method[s->step.method]++;
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
   if (tr_is_auto(s) && !s->step.explicit_for_now) tr_choose_method(s);
+  else if (!tr_is_auto(s) && tr_method_of(s)->kind == TR_EXPLICIT && s->set.hfixed <= 0.0) s->stats.stiff += tr_is_step_stiff(s);
   tr_copy(n, TR_A(s, K) + end * n, TR_A(s, K));
   if (s->friction.held) tr_zero_held_rates(s, TR_A(s, ynew));
   tr_record_dead_centre(s);

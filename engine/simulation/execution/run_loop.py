@@ -20,7 +20,7 @@ from trunnion.simulation.results.outcome import CANCELLED, DONE, Outcome
 from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy, redundancy_notes
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.results.result_data import Stats
-from trunnion.simulation.results.summary import marginal_note
+from trunnion.simulation.results.summary import marginal_note, stiffness_note
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.memory_limits import Room
 from trunnion.simulation.settings.realtime_steps import overrun_note
@@ -76,7 +76,7 @@ class OneRun:
         frictional = [j.name for j in self.model.system.frictional]
         audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
         outcome = judged(outcome, audit)
-        self.notes += [*audit.notes, *filter(None, [marginal_note(tuple(events)), overrun_note(c)])]
+        self.notes += [*audit.notes, *filter(None, [marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)])]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.redundancy, certified, audit)

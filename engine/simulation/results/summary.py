@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trunnion.elements.joints import REGISTRY
+from trunnion.runtime.integrators import AUTO
 from trunnion.simulation.results.event import Event
 
 if TYPE_CHECKING:
-    from trunnion.simulation.results.result_data import ResultData
+    from trunnion.simulation.results.result_data import ResultData, Stats
 
 NEGLIGIBLE = 1e-9
 """A column is a main column only if its largest value is above this share of the largest value among the joint's columns of the
 same kind."""
+STIFF_STEPS = 100
+"""Smallest number of steps limited by stability that a note reports; fewer cost little."""
 MAIN = ("friction.torque[*]", "friction.force", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 
@@ -90,6 +93,17 @@ def marginal_note(events: tuple[Event, ...]) -> str:
     many = f"{instants} events are" if instants > 1 else "an event is"
     where = f"{'the first ' if instants > 1 else ''}at t = {first.time:.6g} s: {first.kind.replace('_', ' ')} of {first.joint}"
     return f"{many} marginal ({where}): the event was decided by a margin smaller than the run's own error; use a tighter rtol"
+
+
+def stiffness_note(method: str, stats: Stats) -> str:
+    """A note about a run in which stability limited most steps of an explicit method; "" for any other run."""
+    stiff = stats.counters["stiff"]
+    if stiff < STIFF_STEPS or 2 * stiff < stats.steps:
+        return ""
+    return (
+        f"the motion is stiff: stability, not the tolerance, limited {stiff} of {stats.steps} steps; method {AUTO.stiff.name} or "
+        f"auto takes longer steps than {method}"
+    )
 
 
 def document(result: ResultData) -> dict[str, Any]:

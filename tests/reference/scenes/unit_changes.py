@@ -154,6 +154,11 @@ def _harmonic(h: sm.Harmonic, f: float, u: Units) -> sm.Harmonic:
     return sm.Harmonic(h.amplitude * f, h.frequency / u.T, h.phase, h.offset * f)
 
 
+def _table(t: sm.Table, f: float, u: Units) -> sm.Table:
+    rates = t.end_rates and _times(t.end_rates, f / u.T)
+    return replace(t, time=_times(t.time, u.T), value=_times(t.value, f), end_rates=rates)
+
+
 def _drive(d: sm.Drive, f: float, u: Units) -> sm.Drive:
     if d.constant is not None:
         return sm.Drive(constant=sm.Constant(d.constant.rate * f / u.T, d.constant.start * f))
@@ -161,7 +166,7 @@ def _drive(d: sm.Drive, f: float, u: Units) -> sm.Drive:
         return sm.Drive(ramp=_ramp(d.ramp, f / u.T, f, u))
     if d.harmonic is not None:
         return sm.Drive(harmonic=_harmonic(d.harmonic, f, u))
-    return sm.Drive(table=sm.Table(_times(d.table.time, u.T), _times(d.table.value, f)))
+    return sm.Drive(table=_table(d.table, f, u))
 
 
 def _load(scene, x, f: float, u: Units):
@@ -172,7 +177,7 @@ def _load(scene, x, f: float, u: Units):
         return sm.Signal(ramp=_ramp(x.ramp, f, 1.0, u))
     if x.harmonic is not None:
         return sm.Signal(harmonic=_harmonic(x.harmonic, f, u))
-    return sm.Signal(table=sm.Table(_times(x.table.time, u.T), _times(x.table.value, f)))
+    return sm.Signal(table=_table(x.table, f, u))
 
 
 def _applied(scene, load, u: Units):
