@@ -85,7 +85,8 @@ def _short(e: SQLAlchemyError) -> str:
 
 
 def upgrade(engine: Engine) -> None:
-    """Migrate the tables to the newest revision. Unreachable when the database is unavailable; SceneError for tables of a newer version."""
+    """Migrate the tables to the newest revision. Unreachable when the database is unavailable; SceneError for tables of a newer
+    version."""
     from alembic import command
     from alembic.util.exc import CommandError
 
