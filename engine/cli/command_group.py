@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
@@ -12,7 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.cli.command_declaration import click_command
 from trunnion.cli.command_plugins import loaded, registered
-from trunnion.cli.command_registry import COMMANDS, GROUPS
+from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 
 HELP = "Compute how a mechanism moves, and its friction, contact points and normal forces."
 
@@ -37,7 +36,7 @@ class CommandGroup(TyperGroup):
         if full in GROUPS:
             return command_group(full)
         if full in COMMANDS:
-            return click_command(full, import_module(COMMANDS[full]).command)
+            return click_command(full, function_of(full))
         return TyperCommand(name, help=f"From {registered()[name].value}.") if not self.prefix and name in registered() else None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -49,7 +48,7 @@ class CommandGroup(TyperGroup):
         """The help of a command. A command of Trunnion is not built for it, which would take most of the time of ``--help``."""
         full = self.prefix + name
         if full in COMMANDS and full not in GROUPS:
-            return str(import_module(COMMANDS[full]).command.__doc__)
+            return str(function_of(full).__doc__)
         return str(self.get_command(ctx, name).help)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

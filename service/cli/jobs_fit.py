@@ -12,7 +12,7 @@ from trunnion.cli.output.exit_codes import DONE, FAILED, print_json
 from trunnion.cli.output.text_table import print_lines
 from trunnion.cli.requests.fit_request import Column, Compare, Data, Level, Noise, Own, Trials, VaryPrior, read_fit_request
 from trunnion.service.cli.job_options import ApiKey, IdempotencyKey, Label, Tags, Url, Wait
-from trunnion.service.cli.job_reports import answer_lines, follow
+from trunnion.service.cli.jobs import answer_lines, follow
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
 from trunnion.service.client.remote_jobs import Connection
 
@@ -48,12 +48,11 @@ def command(
         loaded, reader, data=data, vary=vary, own=own, column=column, noise=noise, level=level, compare=compare, trials=trials
     )
     loaded = reader.checked(loaded)
-    there = Server(server, key)
-    job = Connection(there).fit(
+    job = Connection(Server(server, key)).fit(
         loaded, request.shared, **request.arguments(), candidates=request.candidates, trials=request.trials, budget=budget,
         label=label, tags=tag, idempotency_key=idempotency_key,
     )  # fmt: skip
-    end = follow(there, job.id) if wait else job.document
+    end = follow(job) if wait else job.document
     if as_json:
         print_json(end | ({"answer": job.answer} if wait else {}))
     else:

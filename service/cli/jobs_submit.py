@@ -12,8 +12,9 @@ from trunnion.cli.output.exit_codes import DONE, FAILED, print_json
 from trunnion.cli.requests.trajectory_request import Certify, Spacing, Trajectories, trajectory_arguments
 from trunnion.cli.requests.varied_numbers import Sample, Sampling, Seed, Vary, spreads_by_path, values_by_path
 from trunnion.service.cli.job_options import ApiKey, IdempotencyKey, Label, Tags, Url, Wait, given
-from trunnion.service.cli.job_reports import follow, job_line
+from trunnion.service.cli.jobs import follow, job_line
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
+from trunnion.service.client.remote_jobs import Connection
 
 
 def command(
@@ -40,19 +41,15 @@ def command(
     as_json: Json = False,
 ) -> int:
     """Submit a sweep to a server and print the job's id."""
-    from trunnion.scene.file_format.yaml_writer import scene_to_dict
-
     reader = ArgumentReader()
     axes, samples = values_by_path(vary, "--vary", reader), spreads_by_path(sample, reader)
     body = settings.values(reader) | given(**trajectory_arguments(trajectories, spacing, certify, reader))
     loaded = reader.checked(reader.scene(scene, ctx, changes))
-    body |= {"scene": scene_to_dict(loaded), "reductions": reduce, "label": label, "tags": tag}
     body |= given(vary={p: v if ":" in v else v.split(",") for p, v in axes.items()})
     body |= {"sample": {"ranges": samples, "count": count, "seed": seed, "method": sampling}} if samples else {}
-    there = Server(server, key)
-    headers = {"Idempotency-Key": idempotency_key} if idempotency_key else {}
-    job = there.request("POST", "/v1/jobs", json=body, headers=headers).json()
-    if wait:
-        job = follow(there, job["id"])
-    print_json(job) if as_json else print(job_line(job) if wait else job["id"])
-    return FAILED if wait and job["state"] != "done" else DONE
+    job = Connection(Server(server, key)).submit(
+        loaded, reductions=reduce, label=label, tags=tag, idempotency_key=idempotency_key, **body
+    )
+    end = follow(job) if wait else job.document
+    print_json(end) if as_json else print(job_line(end) if wait else job.id)
+    return FAILED if wait and end["state"] != "done" else DONE

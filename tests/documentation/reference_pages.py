@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from tests.documentation.reference_generators import command_line_page, python_api_page, result_pages, scene_keys_pages
-from trunnion.scene.file_format.json_schema import schema_text
+from trunnion.scene.file_format.json_schema import json_schema
 
 REFERENCE = Path(__file__).resolve().parents[2] / "engine/docs/reference"
 SCENE_KEYS = ("scene_keys", "scene_keys_bodies_joints", "scene_keys_loads_signals", "scene_keys_assemblies")
@@ -21,7 +22,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "outcomes.md": result_pages.outcomes_text,
     "python_api.md": python_api_page.page_text,
     **{f"{page}.md": partial(scene_keys_pages.page_text, page) for page in SCENE_KEYS},
-    "scene.schema.json": schema_text,
+    "scene.schema.json": lambda: json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n",
 }
 """File of the reference → the function that returns its text."""
 

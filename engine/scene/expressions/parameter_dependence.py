@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from trunnion.basics.problems import Problem, SceneError
@@ -11,7 +10,8 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_evaluation import Gradient, slope, value
 from trunnion.scene.expressions.formula_parser import Formula, parse_formula
 from trunnion.scene.expressions.parameter_evaluation import NAMED, expression_text, in_order
-from trunnion.scene.findings.findings_and_paths import Path, dotted, parse_path
+from trunnion.scene.findings.findings_and_paths import dotted, parse_path
+from trunnion.scene.queries.number_units import number_values
 from trunnion.scene.units.quantities import Computed
 from trunnion.scene.units.unit_parser import UnitError
 
@@ -30,7 +30,9 @@ class DependentNumbers:
         self.base = {n: float(v) for n, v in scene.parameters.items()}
         self.numbers: dict[str, Formula] = {}
         self.named: dict[str, Formula] = {}
-        for path, given in _computed(scene, ()):
+        for path, given in number_values(scene):
+            if not isinstance(given, Computed) or not given.names:
+                continue
             found = parse_formula(expression_text(given.text))
             if path[0] == NAMED:
                 self.named[str(path[1])] = found
@@ -89,19 +91,3 @@ def _value_or(work: Any, where: str, problems: list[Problem], otherwise: Any) ->
     except UnitError as e:
         problems.append(Problem(where, e.what, e.hint))
         return otherwise
-
-
-def _computed(part: Any, path: Path) -> Iterator[tuple[Path, Computed]]:
-    """(path, number) of every expression that contains parameters."""
-    if isinstance(part, Computed):
-        if part.names:
-            yield path, part
-    elif isinstance(part, dict):
-        for k, v in part.items():
-            yield from _computed(v, (*path, k))
-    elif isinstance(part, tuple):
-        for i, v in enumerate(part):
-            yield from _computed(v, (*path, i))
-    elif is_dataclass(part):
-        for f in fields(part):
-            yield from _computed(getattr(part, f.name), (*path, f.name))

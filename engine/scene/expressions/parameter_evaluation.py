@@ -3,8 +3,10 @@ number that stores its expression."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from trunnion.scene.data_classes.type_tree import keys_at, shape, unit_at
@@ -123,25 +125,17 @@ def _names_in(text: str) -> frozenset[str]:
         return frozenset()
 
 
-def in_order(names: Iterable[str], needs: Callable[[str], Iterable[str]]) -> list[str]:
+def in_order(names: Collection[str], needs: Callable[[str], Iterable[str]]) -> list[str]:
     """The names in topological order: each name comes after the names that it needs. Names in a cycle are omitted, and so are names
     that need a name in a cycle."""
-    open_ = {n: set(needs(n)) for n in names}
-    for n in open_:
-        open_[n] &= open_.keys()
-    users: dict[str, list[str]] = {}
-    for n, wanted in open_.items():
-        for w in wanted:
-            users.setdefault(w, []).append(n)
-    ready, out = [n for n, wanted in open_.items() if not wanted], []
-    while ready:
-        done = ready.pop()
-        out.append(done)
-        for n in users.get(done, ()):
-            open_[n].discard(done)
-            if not open_[n]:
-                ready.append(n)
-    return out
+    wanted = set(names)
+    order, found = TopologicalSorter({n: wanted.intersection(needs(n)) for n in names}), list[str]()
+    with suppress(CycleError):  # the sorter still yields the names that depend on no cycle
+        order.prepare()
+    while ready := order.get_ready():
+        found += ready
+        order.done(*ready)
+    return found
 
 
 def _circle(name: str, needs: Mapping[str, str]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import inspect
-import json
 import math
 import sys
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -31,11 +30,6 @@ def json_schema() -> dict[str, Any]:
         **top,
         "$defs": {name: defs[name] for name in sorted(defs)},
     }
-
-
-def schema_text() -> str:
-    """The text of the published copy of the schema."""
-    return json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
 def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:

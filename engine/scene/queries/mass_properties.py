@@ -53,18 +53,8 @@ def _cylinder(c: Cylinder) -> tuple[float, Triple]:
 
 
 def principal_moments(m: Matrix) -> Triple:
-    """Eigenvalues of a symmetric 3×3 matrix in increasing order, by Jacobi rotations; exact for a diagonal matrix."""
-    a = [list(row) for row in m]
-    scale = max(abs(v) for row in a for v in row)
-    for _ in range(60):
-        p, q = max(((0, 1), (0, 2), (1, 2)), key=lambda pq: abs(a[pq[0]][pq[1]]))
-        if abs(a[p][q]) <= 1e-17 * scale:  # far below the tolerance 1e-9 of the checks
-            break
-        theta = 0.5 * math.atan2(2 * a[p][q], a[q][q] - a[p][p])
-        c, s = math.cos(theta), math.sin(theta)
-        for k in range(3):
-            a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
-        for k in range(3):
-            a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
-    low, mid, high = sorted(a[k][k] for k in range(3))
+    """Eigenvalues of a symmetric 3×3 matrix in increasing order."""
+    import numpy as np
+
+    low, mid, high = map(float, np.linalg.eigvalsh(m))
     return low, mid, high

@@ -25,10 +25,14 @@ RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in gro
 
 def numbers(scene: Scene) -> Iterator[tuple[Path, float, str]]:
     """(path, value, SI unit) of every number of a scene, defaults included."""
+    return ((path, value, unit_of(scene, path)) for path, value in number_values(scene))
+
+
+def number_values(scene: Scene) -> list[tuple[Path, float]]:
+    """(path, value) of every number of a scene, defaults included."""
     found: list[tuple[Path, float]] = []
     _collect(scene, (), found)
-    for path, value in found:
-        yield path, value, unit_of(scene, path)
+    return found
 
 
 @cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
 HEAD = """# Command line
@@ -14,9 +13,9 @@ HEAD = """# Command line
 def page_text() -> str:
     """The page as Markdown."""
     from trunnion.cli.command_declaration import click_command
-    from trunnion.cli.command_registry import COMMANDS
+    from trunnion.cli.command_registry import COMMANDS, function_of
 
-    made = {name: click_command(name, import_module(module).command) for name, module in sorted(COMMANDS.items())}
+    made = {name: click_command(name, function_of(name)) for name in sorted(COMMANDS)}
     return HEAD + "".join(f"\n{section(f'trunnion {name}', command)}" for name, command in made.items())
 
 

@@ -13,7 +13,7 @@ import trunnion
 from tests.service.http_servers import MU, Served
 from trunnion.cli import main
 from trunnion.service.__main__ import main as serve
-from trunnion.service.cli import job_reports
+from trunnion.service.client import remote_jobs
 
 
 class Told:
@@ -81,8 +81,8 @@ def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypat
     def interrupted(seconds: float) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job_reports, "ENDED", ())
-    monkeypatch.setattr(job_reports, "time", SimpleNamespace(sleep=interrupted))
+    monkeypatch.setattr(remote_jobs, "ENDED", ())
+    monkeypatch.setattr(remote_jobs, "time", SimpleNamespace(sleep=interrupted))
     code, out, err = told("submit", "spherical_pendulum", "--vary", f"{MU}=0.1,0.2", "--until", "10 ms", "--wait")
     assert (code, out) == (1, "")
     assert "the job continues: trunnion jobs watch " in err

@@ -7,8 +7,9 @@ import time
 import numpy as np
 
 from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
-from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Link, Part, Snapshot, quaternion
+from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Link, Part, Snapshot
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting
+from trunnion.importers.pose_matrices import to_quaternion
 from trunnion.system.structure.bodies_and_joints import GROUND
 
 
@@ -100,7 +101,7 @@ class Mujoco(ReferenceSolver):
         link = next(k for k in self.scene.links if not k.cut and k.child == i)
         inside = _inertial_element(p) + _joint_elements(link, p)
         children = "".join(self._body(c) for c, q in enumerate(self.scene.parts) if q.parent == i)
-        place = f'pos="{_format(at)}" quat="{_format(quaternion(R.T @ p.R))}"'
+        place = f'pos="{_format(at)}" quat="{_format(to_quaternion(R.T @ p.R))}"'
         return f'<body name="{p.name}" {place}>{inside}{"".join(self._sites(i))}{children}</body>'
 
     def _sites(self, body: int) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.importers.pose_matrices import of_quaternion
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_references import point_of
 from trunnion.scene.queries.mass_properties import mass_properties
@@ -138,31 +139,9 @@ def _vector(at: dict[str, float], name: str, n: int = 3) -> np.ndarray:
     return np.array([at[f"{name}[{k + 1}]"] for k in range(n)])
 
 
-def rotation_matrix(q: np.ndarray) -> np.ndarray:
-    """Rotation matrix (3×3) of a unit quaternion (scalar part first)."""
-    w, x, y, z = q
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
-
-
-def quaternion(R: np.ndarray) -> np.ndarray:
-    """Unit quaternion (scalar part first) of a rotation matrix."""
-    K = np.array([
-        [R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
-        [R[2, 1] - R[1, 2], R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
-        [R[0, 2] - R[2, 0], R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], R[1, 2] + R[2, 1]],
-        [R[1, 0] - R[0, 1], R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1]],
-    ])  # fmt: skip
-    q = np.linalg.eigh(K)[1][:, -1]
-    return q if q[0] >= 0 else -q
-
-
 def _part(scene: sm.Scene, at: dict[str, float], name: str, parent: int) -> Part:
     mass, _, inertia = mass_properties(scene.bodies[name])
-    center, R = _vector(at, f"{name}.position"), rotation_matrix(_vector(at, f"{name}.orientation", 4))
+    center, R = _vector(at, f"{name}.position"), of_quaternion(_vector(at, f"{name}.orientation", 4))
     velocity, omega = _vector(at, f"{name}.velocity"), _vector(at, f"{name}.angular_velocity")
     return Part(name, float(mass), center, R, np.array(inertia, float), velocity, omega, parent)
 
