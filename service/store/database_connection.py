@@ -84,8 +84,8 @@ def _short(e: SQLAlchemyError) -> str:
     return str(getattr(e, "orig", None) or e).strip().splitlines()[0][:300]
 
 
-def upgrade(engine: Engine) -> None:
-    """Migrate the tables to the newest revision. Unreachable when the database is unavailable; SceneError for tables of a newer
+def upgrade(engine: Engine, revision: str = "head") -> None:
+    """Migrate the tables to a revision. Unreachable when the database is unavailable; SceneError for tables of a newer
     version."""
     from alembic import command
     from alembic.util.exc import CommandError
@@ -94,10 +94,18 @@ def upgrade(engine: Engine) -> None:
         if engine.dialect.name == "postgresql":
             connection.exec_driver_sql("SELECT pg_advisory_xact_lock(7479)")  # two servers can start at the same time
         try:
-            command.upgrade(alembic_config(connection), "head")
+            command.upgrade(alembic_config(connection), revision)
         except CommandError as e:  # this version does not know the revision of the tables
             hint = "use that version, another --data folder, or another --database"
             raise SceneError([Problem("--database", "the tables were made by a newer version of Trunnion", hint)]) from e
+
+
+def downgrade(engine: Engine, revision: str = "base") -> None:
+    """Migrate the tables to an older revision."""
+    from alembic import command
+
+    with transaction(engine, writing=True) as connection:
+        command.downgrade(alembic_config(connection), revision)
 
 
 def alembic_config(connection: Connection) -> Any:

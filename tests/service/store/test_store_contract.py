@@ -16,7 +16,7 @@ from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
 from trunnion.basics.problems import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.store.chunk_outcomes import Done, LeaseLost
-from trunnion.service.store.database_connection import Unreachable, alembic_config, transaction
+from trunnion.service.store.database_connection import Unreachable, alembic_config, downgrade, transaction
 from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.jobs_events_keys import BadCursor, Conflict
 from trunnion.service.store.leases_and_chunks import WorkStore
@@ -226,11 +226,14 @@ def test_keys_are_found_until_they_are_revoked(store: WorkStore) -> None:
     assert found.revoked is not None
 
 
-def test_migrations_make_the_tables_of_the_code(store: WorkStore) -> None:
+def test_migrations_make_the_tables_of_the_code_and_go_back(store: WorkStore) -> None:
     with transaction(store.engine, writing=True) as c:
         command.check(alembic_config(c))
     store.upgrade()
     assert set(metadata.tables) <= set(inspect(store.engine).get_table_names())
+    downgrade(store.engine)
+    assert not set(metadata.tables) & set(inspect(store.engine).get_table_names())
+    store.upgrade()
     submitted(store)
 
 
