@@ -1,23 +1,47 @@
-"""The commands: names, modules and functions. A command is the function ``command`` of the module with the command's name. The
-parameters of the function are the arguments, and its docstring is the help. A name of two words belongs to a group, whose help is
-in ``GROUPS``. ``trunnion --help`` lists the commands in this order. A module is imported when its command is invoked or listed."""
+"""The commands, with one line for each: its name and its module. The module's function ``command``, or the function that the line
+names, has the arguments as parameters and the help as docstring. A name of two words belongs to a group, whose help is in
+``GROUPS``. ``trunnion --help`` lists the commands in this order. A module is imported when its command is invoked or listed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from keyword import iskeyword
 
-ENGINE = (
-    "new", "models", "check", "simulate", "kinematics", "inverse", "equilibrium", "modes", "wear", "knocks", "sweep", "optimise",
-    "refine", "sensitivity", "fit", "chart", "advise", "import", "schema",
-)  # fmt: skip
 COMMANDS = {
-    **{name: f"trunnion.cli.commands.{name}{'_' if iskeyword(name) else ''}" for name in ENGINE},
-    **{name: f"trunnion.fmu.cli.{name.replace(' ', '_')}" for name in ("fmu", "ssp", "export c", "export web")},
-    **{name: f"trunnion.service.cli.{name.replace(' ', '_')}" for name in ("serve", "jobs submit", "jobs fit")},
+    "new": "trunnion.cli.commands.new",
+    "models": "trunnion.cli.commands.models",
+    "check": "trunnion.cli.commands.check",
+    "simulate": "trunnion.cli.commands.simulate",
+    "kinematics": "trunnion.cli.commands.kinematics",
+    "inverse": "trunnion.cli.commands.inverse",
+    "equilibrium": "trunnion.cli.commands.equilibrium",
+    "modes": "trunnion.cli.commands.modes",
+    "wear": "trunnion.cli.commands.wear",
+    "knocks": "trunnion.cli.commands.knocks",
+    "sweep": "trunnion.cli.commands.sweep",
+    "optimise": "trunnion.cli.commands.optimise",
+    "refine": "trunnion.cli.commands.refine",
+    "sensitivity": "trunnion.cli.commands.sensitivity",
+    "fit": "trunnion.cli.commands.fit",
+    "chart": "trunnion.cli.commands.chart",
+    "advise": "trunnion.cli.commands.advise",
+    "import": "trunnion.cli.commands.import_",
+    "schema": "trunnion.cli.commands.schema",
+    "fmu": "trunnion.fmu.cli.fmu",
+    "ssp": "trunnion.fmu.cli.ssp",
+    "export c": "trunnion.fmu.cli.export_c",
+    "export web": "trunnion.fmu.cli.export_web",
+    "serve": "trunnion.service.cli.serve",
+    "jobs submit": "trunnion.service.cli.jobs_submit",
+    "jobs fit": "trunnion.service.cli.jobs_fit",
     "jobs list": "trunnion.service.cli.jobs:list_",
-    **{f"jobs {n}": f"trunnion.service.cli.jobs:{n}" for n in ("show", "watch", "results", "answer", "cancel", "rerun", "delete")},
+    "jobs show": "trunnion.service.cli.jobs:show",
+    "jobs watch": "trunnion.service.cli.jobs:watch",
+    "jobs results": "trunnion.service.cli.jobs:results",
+    "jobs answer": "trunnion.service.cli.jobs:answer",
+    "jobs cancel": "trunnion.service.cli.jobs:cancel",
+    "jobs rerun": "trunnion.service.cli.jobs:rerun",
+    "jobs delete": "trunnion.service.cli.jobs:delete",
 }
 """{name: module, or module:function}."""
 GROUPS = {

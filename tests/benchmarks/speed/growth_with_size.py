@@ -1,0 +1,143 @@
+"""Growth of costs with the size N = 8 … 256, parts kernel, processor time of one core: chains and trees, ideal, sliding and
+sticking; loops in a plane and in space, ideal and with friction. ``-o DIR`` writes the figures and their chart."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import math
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from tests.benchmarks.speed.processor_time import pin
+from trunnion import load_scene
+from trunnion.analysis.work_precision.cost_growth import Family, Size, write_cost_growth
+from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.scalable_mechanisms import n_four_bar, revolute_chain
+from trunnion.simulation.run import Model, run
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+
+SIZES = (8, 16, 32, 64, 128, 256)
+STEP, STEPS, TIMES = 1e-4, 40, 5
+"""Fixed step of rk5, s; number of steps; repetitions, in turns over all quantities of a scene."""
+OWN, OWN_FRICTION = 0.2, 0.02
+"""Length of the run with error control, s, without and with friction."""
+
+
+def with_friction(scene: sm.Scene, mu: float) -> sm.Scene:
+    """The scene with the same Coulomb friction in every revolute and prismatic joint, and in every ball."""
+    kinds = {"revolute": sm.Friction(mu=mu, radius=0.01, half_length=0.05), "spherical": sm.Friction(mu=mu, radius=0.01),
+             "universal": sm.Friction(mu=mu, radius=0.01, half_length=0.02),
+             "prismatic": sm.Friction(mu=mu, half_length=0.3, half_width=0.02, half_height=0.02)}  # fmt: skip
+    return replace(scene, joints={n: replace(j, friction=kinds[j.type]) for n, j in scene.joints.items()})
+
+
+def tree(scene: sm.Scene) -> sm.Scene:
+    """The bodies of a chain as a binary tree. The joint of body k is at the end of body (k - 1) / 2."""
+    names, bodies = list(scene.joints), list(scene.bodies)
+    joints = {names[0]: scene.joints[names[0]]}
+    for k, name in enumerate(names[1:], 1):
+        side = scene.joints[name].inboard
+        joints[name] = replace(scene.joints[name], inboard=side.replace(bodies[k - 1], bodies[(k - 1) // 2]))
+    return replace(scene, joints=joints, name=f"tree_{len(names)}")
+
+
+def hanging(scene: sm.Scene) -> sm.Scene:
+    """The scene at rest, without drives, on friction that holds every joint."""
+    joints = {n: replace(j, start=sm.Start(0.0, 0.0)) for n, j in with_friction(scene, 0.5).joints.items()}
+    bodies = {n: replace(b, mass=0.001) if k else b for k, (n, b) in enumerate(scene.bodies.items())}
+    return replace(scene, joints=joints, bodies=bodies, gravity=(-1e-3, 0.0, 0.0))
+
+
+def side_by_side(count: int) -> sm.Scene:
+    """This many spatial slider-cranks, whose sliders each stand on the ground."""
+    one = load_scene("spatial_slider_crank")
+    bodies, joints = {}, {}
+    for k in range(count):
+        bodies |= {f"{n}{k}": b for n, b in one.bodies.items()}
+        for n, j in one.joints.items():
+            ends = [e if str(e).startswith("ground") else str(e).replace(str(e).split(".")[0], f"{str(e).split('.')[0]}{k}", 1)
+                    for e in (j.inboard, j.outboard)]  # fmt: skip
+            joints[f"{n}{k}"] = replace(j, inboard=ends[0], outboard=ends[1])
+    return replace(one, bodies=bodies, joints=joints, name=f"slider_cranks_{count}")
+
+
+def scenes() -> Iterator[tuple[str, Callable[[int], sm.Scene]]]:
+    """Name and scene by size."""
+    yield "chain, ideal", revolute_chain
+    yield "chain, sliding", lambda n: with_friction(revolute_chain(n), 0.01)
+    yield "chain, sticking", lambda n: hanging(revolute_chain(n))
+    yield "tree, ideal", lambda n: tree(revolute_chain(n))
+    yield "tree, sliding", lambda n: with_friction(tree(revolute_chain(n)), 0.01)
+    yield "four-bars, ideal", n_four_bar
+    yield "four-bars, friction", lambda n: with_friction(n_four_bar(n), 0.1)
+    yield "spatial slider-cranks, ideal", side_by_side
+    yield "spatial slider-cranks, friction", lambda n: with_friction(side_by_side(n), 0.02)
+
+
+def seconds(model: Model, until: float, every: float, settings: Settings) -> tuple[float, int]:
+    """Processor time of a run, and its number of evaluations."""
+    began = time.process_time()
+    result = run(model, until, every, settings)
+    assert result.outcome.ok, result.outcome
+    return time.process_time() - began, result.stats.rhs_evaluations
+
+
+def costs(scene: sm.Scene) -> dict[str, tuple[float, float]]:
+    """Minimum and median of each cost: evaluation at fixed steps and at the program's own steps, start, row, s; memory, bytes."""
+    few, rows = Model(scene, (f"{next(iter(scene.bodies))}.position*",), "parts"), Model(scene, ("*.q[*]",), "parts")
+    fixed, own = Settings(method="rk5", step=STEP), OWN_FRICTION if any(j.friction for j in scene.joints.values()) else OWN
+    runs = {"start": (few, STEP, STEP, fixed), "fixed": (few, (STEPS + 1) * STEP, (STEPS + 1) * STEP, fixed),
+            "own": (few, own, own, Settings(rtol=1e-8)), "bare": (rows, STEPS * STEP, STEPS * STEP, fixed),
+            "rows": (rows, STEPS * STEP, STEP / 20, fixed)}  # fmt: skip
+    taken: dict[str, list[float]] = {n: [] for n in runs}
+    counts: dict[str, int] = {}
+    for _ in range(TIMES):
+        for name, (model, until, every, settings) in runs.items():
+            took, counts[name] = seconds(model, until, every, settings)
+            taken[name].append(took)
+
+    def both(value: Callable[[Callable[[list[float]], float]], float]) -> tuple[float, float]:
+        return value(min), value(statistics.median)
+
+    return {
+        "evaluation, fixed steps": both(lambda of: (of(taken["fixed"]) - of(taken["start"])) / (counts["fixed"] - counts["start"])),
+        "evaluation, own steps": both(lambda of: (of(taken["own"]) - of(taken["start"])) / max(1, counts["own"] - counts["start"])),
+        "start": both(lambda of: of(taken["start"])),
+        "row of all coordinates": both(lambda of: (of(taken["rows"]) - of(taken["bare"])) / (20 * STEPS - 1)),
+        "memory, bytes": (float(few.block.bytes), float(few.block.bytes)),
+    }
+
+
+def main() -> None:
+    """Print a line for each family and size, and write the chart."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("-o", type=Path, default=None)
+    parser.add_argument("--largest", type=int, default=SIZES[-1])
+    parser.add_argument("--only", default="")
+    given = parser.parse_args()
+    pin()
+    families: list[Family] = []
+    for name, make in scenes():
+        if given.only not in name:
+            continue
+        found: dict[str, list[Size]] = {}
+        for n in (n for n in SIZES if n <= given.largest):
+            for what, (low, middle) in costs(make(n)).items():
+                found.setdefault(what, []).append(Size(n, low, middle, math.nan))
+        for what, sizes in found.items():
+            families.append(Family(name, what, tuple(sizes)))
+            numbers = ", ".join(f"{s.minimum:.3g} ({s.median:.3g})" if what.startswith("memory") else
+                                f"{s.minimum * 1e6:.3g} ({s.median * 1e6:.3g}) µs" for s in sizes)  # fmt: skip
+            print(f"{name:32s} {what:24s} n^{families[-1].exponent:.2f}: {numbers}", flush=True)
+    if given.o:
+        given.o.mkdir(parents=True, exist_ok=True)
+        timed = [dataclasses.replace(f, name=f"{f.name}: {f.what}") for f in families if f.what.startswith("evaluation, fixed")]
+        write_cost_growth(timed, given.o)
+
+
+if __name__ == "__main__":
+    main()
