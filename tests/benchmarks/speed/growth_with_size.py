@@ -4,7 +4,7 @@ sticking; loops in a plane and in space, ideal and with friction. ``-o DIR`` wri
 from __future__ import annotations
 
 import argparse
-import dataclasses
+import csv
 import math
 import statistics
 import time
@@ -14,7 +14,10 @@ from pathlib import Path
 
 from tests.benchmarks.speed.processor_time import pin
 from trunnion import load_scene
-from trunnion.analysis.work_precision.cost_growth import Family, Size, write_cost_growth
+from trunnion.analysis.work_precision.cost_growth import Family, Size
+from trunnion.analysis.work_precision.machine_description import describe_machine
+from trunnion.plots.style.figure_files import reduce_colours, save_figure
+from trunnion.plots.style.palette import GRID, color
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion.simulation.run import Model, run
@@ -23,7 +26,7 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 SIZES = (8, 16, 32, 64, 128, 256)
 STEP, STEPS, TIMES = 1e-4, 40, 5
 """Fixed step of rk5, s; number of steps; repetitions, in turns over all quantities of a scene."""
-OWN, OWN_FRICTION = 0.2, 0.02
+OWN, OWN_FRICTION = 0.2, 0.1
 """Length of the run with error control, s, without and with friction."""
 
 
@@ -112,6 +115,35 @@ def costs(scene: sm.Scene) -> dict[str, tuple[float, float]]:
     }
 
 
+def write(families: list[Family], folder: Path) -> None:
+    """Write ``growth.csv``, and a chart with one panel for each cost and one line for each family."""
+    from matplotlib.figure import Figure
+
+    with (folder / "growth.csv").open("w", newline="", encoding="utf-8") as file:
+        file.write(f"# {', '.join(f'{k}: {v}' for k, v in describe_machine().items())}, one core, parts kernel\n")
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["family", "cost", "exponent", "n", "minimum", "median"])
+        for f in families:
+            table.writerows([f.name, f.what, f"{f.exponent:.3f}", z.n, f"{z.minimum:.4g}", f"{z.median:.4g}"] for z in f.sizes)
+    costs, names = (list(dict.fromkeys(x)) for x in ([f.what for f in families], [f.name for f in families]))
+    figure = Figure(figsize=(11, 3.6 * math.ceil(len(costs) / 2)), layout="constrained")
+    panels = figure.subplots(math.ceil(len(costs) / 2), 2).ravel()
+    for what, axes in zip(costs, panels, strict=False):
+        for f in (f for f in families if f.what == what):
+            sizes = [z for z in f.sizes if z.minimum > 0]
+            unit = 1.0 if what.startswith("memory") else 1e6
+            style = "--" if "ideal" not in f.name else "-"
+            axes.loglog([z.n for z in sizes], [z.minimum * unit for z in sizes], style, marker="o", markersize=3,
+                        color=color(names.index(f.name)), label=f"{f.name} (n^{f.exponent:.2f})")  # fmt: skip
+        axes.set(title=what if what.startswith("memory") else f"{what}, µs", xlabel="n", xticks=SIZES, xticklabels=map(str, SIZES))
+        axes.grid(color=GRID)
+        axes.legend(fontsize="x-small")
+    for axes in panels[len(costs) :]:
+        axes.set_axis_off()
+    save_figure(figure, folder / "growth.svg")
+    reduce_colours(save_figure(figure, folder / "growth.png", dpi=90))
+
+
 def main() -> None:
     """Print a line for each family and size, and write the chart."""
     parser = argparse.ArgumentParser()
@@ -135,8 +167,7 @@ def main() -> None:
             print(f"{name:32s} {what:24s} n^{families[-1].exponent:.2f}: {numbers}", flush=True)
     if given.o:
         given.o.mkdir(parents=True, exist_ok=True)
-        timed = [dataclasses.replace(f, name=f"{f.name}: {f.what}") for f in families if f.what.startswith("evaluation, fixed")]
-        write_cost_growth(timed, given.o)
+        write(families, given.o)
 
 
 if __name__ == "__main__":
