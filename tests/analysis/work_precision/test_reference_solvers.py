@@ -16,11 +16,12 @@ from trunnion.analysis.work_precision.measurement_points import FrictionVariant
 from trunnion.analysis.work_precision.reference_solvers.exudyn import Exudyn
 from trunnion.analysis.work_precision.reference_solvers.mujoco import Mujoco, repair_inertia
 from trunnion.analysis.work_precision.reference_solvers.pinocchio import Pinocchio
-from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import quaternion, rotation_matrix, take_snapshot
+from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import take_snapshot
 from trunnion.analysis.work_precision.reference_solvers.scipy import ScipyOnClosedForm, ScipyOnEngine
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting
 from trunnion.analysis.work_precision.reference_solvers.sundials import Sundials
 from trunnion.analysis.work_precision.request_and_results import WorkPrecisionRequest
+from trunnion.importers.pose_matrices import of_quaternion, to_quaternion
 from trunnion.scene import load_scene, scene_from_dict
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.runtime_interface.simulation_block import Settings
@@ -158,4 +159,4 @@ def test_quaternions_turn_back() -> None:
     for _ in range(20):
         q = rng.normal(size=4)
         q /= np.linalg.norm(q) * np.sign(q[0])
-        assert np.allclose(quaternion(rotation_matrix(q)), q, atol=1e-14)
+        assert np.allclose(to_quaternion(of_quaternion(q)), q, atol=1e-14)
