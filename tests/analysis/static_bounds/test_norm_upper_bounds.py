@@ -64,8 +64,8 @@ def test_a_loop_with_a_ball_that_nothing_holds_is_told_at_once() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_a_search_attains_what_it_certifies_where_ten_directions_are_open(seed: int) -> None:
-    """Self-stress loads every pin of a press to its capacity. A search that took a relaxation without all tangents for exact attained
-    between 0.0005 and 1, by chance."""
+    """Self-stress loads every pin of a press to its capacity. A search that took a relaxation without all tangents for exact
+    attained between 0.0005 and 1, by chance."""
     mu = np.random.default_rng(seed).uniform(0.05, 0.4, 4)
     pins = {f"joints.{j}.friction.mu": float(x) for j, x in zip(("head", "knee_upper", "knee_lower", "wrist"), mu, strict=True)}
     st = statics(scene_given("toggle_press", pins))
