@@ -326,7 +326,9 @@ def lifted_from_dead_centre(seed: int) -> sm.Scene:
     drive = {"harmonic": {"amplitude": swing, "frequency": 1, "phase": "90 deg", "offset": crank + rod - swing}}
     return scene_from_dict({
         "gravity": [0, 0, 0],
-        "bodies": {"crank": body | {"points": {"pin": [crank, 0, 0]}}, "rod": body | {"points": {"end": [rod, 0, 0]}}, "piston": body},
+        "bodies": {
+            "crank": body | {"points": {"pin": [crank, 0, 0]}}, "rod": body | {"points": {"end": [rod, 0, 0]}}, "piston": body,
+        },
         "joints": {
             "main": {**turns, "inboard": "ground", "outboard": "crank"},
             "big": {**turns, "inboard": "crank.pin", "outboard": "rod"},
