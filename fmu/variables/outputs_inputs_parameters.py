@@ -208,7 +208,7 @@ def describe(path: Path, text: str) -> str:
     what = dotted(path[2:]).replace("_", " ").replace(".", " ")
     if path[0] == "joints" and path[2] == "friction":
         number, _ = (law_numbers() | sizes())[str(path[3])]
-        what = number.text + (f" {int(path[4]) + 1}" if len(path) > 4 else "")
+        what = " ".join([number.text, *(str(int(p) + 1) if str(p).isdigit() else str(p).replace("_", " ") for p in path[4:])])
     return f"{what} of {owner} {path[1]}"
 
 

@@ -40,10 +40,13 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. Returns 1 on success. */
+/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. The full search is left to short steps,
+ * unless all pairs stick: what holds then does not depend on the step. Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
+  int held = 1;
+  for (int q = 0; q < n; ++q) held &= tr_is_stuck(s, rest[q]);
   if (tr_are_many_pairs(s, rest, n)) return tr_decide_by_cones(s, rest, n) || tr_decide_by_prediction(s, rest, n);
-  return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || (h <= s->moreau.decides && tr_decide_modes(s, rest, n, -1));
+  return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || ((held || h <= s->moreau.decides) && tr_decide_modes(s, rest, n, -1));
 }
 
 /* Find modes and multipliers of a step h from the state `mid` (middle position, old rates). Evaluates the maps of `mid`. Returns 0

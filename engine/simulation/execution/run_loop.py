@@ -76,8 +76,8 @@ class OneRun:
         frictional = [j.name for j in self.model.system.frictional]
         audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
         outcome = judged(outcome, audit)
-        told = (marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats))
-        self.notes += [*audit.notes, *filter(None, told)]
+        found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)
+        self.notes += [*audit.notes, *filter(None, found)]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.redundancy, certified, audit)

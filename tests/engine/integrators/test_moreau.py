@@ -317,3 +317,42 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
         for column in ("bearing.q[1]", "pivot.q[1]", "thread.friction.torque[1]", "foot.friction.torque[1]"):
             moves = slice(None) if ".q" in column else r.time < 0.59  # at rest friction is not unique
             assert np.abs(r[column] - exact[column])[moves].max() <= 10.0 * rtol * np.abs(exact[column]).max(), column
+
+
+def lifted_from_dead_centre(seed: int) -> sm.Scene:
+    """A slider-crank whose piston a drive moves from its dead centre: the crank could turn either way."""
+    crank, rod, swing = np.random.default_rng(seed).uniform((0.02, 0.1, 0.01), (0.08, 0.2, 0.05))
+    body, turns = {"mass": 1, "inertia": [1e-3] * 3}, {"type": "revolute", "axis": "z"}
+    drive = {"harmonic": {"amplitude": swing, "frequency": 1, "phase": "90 deg", "offset": crank + rod - swing}}
+    return scene_from_dict({
+        "gravity": [0, 0, 0],
+        "bodies": {
+            "crank": body | {"points": {"pin": [crank, 0, 0]}}, "rod": body | {"points": {"end": [rod, 0, 0]}}, "piston": body,
+        },
+        "joints": {
+            "main": {**turns, "inboard": "ground", "outboard": "crank"},
+            "big": {**turns, "inboard": "crank.pin", "outboard": "rod"},
+            "small": {**turns, "inboard": "rod.end", "outboard": "piston"},
+            "guide": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "piston", "drive": drive},
+        },
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_dead_centre_has_its_name_where_no_impulse_satisfies_the_loops(seed: int) -> None:
+    """The first steps moved nothing, until the loops were open."""
+    scene = lifted_from_dead_centre(seed)
+    for method in ("moreau", "rk5"):
+        outcome = simulate(scene, until=1.0, method=method).outcome
+        assert (outcome.name, outcome.time) == ("dead_centre", 0.0), method
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-6])
+def test_a_mechanism_that_rests_takes_few_steps(rtol: float) -> None:
+    """The loads of its stuck pairs follow only from the full search. Only steps below rtol/rate made it: 30,000 of 1e-7 s."""
+    scene = crossed("drives_that_die", 1)
+    impulses, located = (simulate(scene, method=m, rtol=rtol, max_steps=2000) for m in ("moreau", "rk8"))
+    assert impulses.outcome.ok
+    stops = [{e.joint: e.time for e in r.events if e.kind == "stick"} for r in (impulses, located)]
+    assert stops[0] == pytest.approx(stops[1], abs=100.0 * rtol)
+

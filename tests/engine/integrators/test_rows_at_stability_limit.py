@@ -1,4 +1,4 @@
-"""Rows of a stiff steady creep by explicit methods, whose steps end at their limit of stability."""
+"""A stiff steady creep by explicit methods, whose steps end at their limit of stability: its rows, and the note that says so."""
 
 import math
 
@@ -48,3 +48,16 @@ def test_rows_of_a_steady_creep_balance_its_load_as_ends_of_steps_do(seed: int, 
     result = trunnion.simulate(scene, method=method, rtol=rtol, outputs="guide.friction.force")
     steady = result["guide.friction.force"][result.time > 0.25]
     assert np.abs(steady - load).max() <= rtol * math.sqrt(GRAVITY * LENGTH) * stiffness
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize("seed", range(4))
+def test_a_note_says_that_stability_limits_the_steps_of_the_chosen_method(seed: int) -> None:
+    scene, _, _ = creeping_carrier(seed)
+    for method, stiff in (("rk5", True), ("rk8", True), ("auto", False), ("rosenbrock", False)):
+        result = trunnion.simulate(scene, method=method, until=0.1, outputs="guide.q[1]")
+        assert any(n.startswith("the motion is stiff: stability") for n in result.notes) == stiff, method
+        assert stiff or result.stats.counters["stiff"] == 0
+    smooth = trunnion.simulate("spherical_pendulum", method="rk8", until=5.0, outputs="ball.q[1]")
+    assert smooth.stats.counters["stiff"] <= 0.5 * smooth.stats.steps
+    assert not any("stiff" in n for n in smooth.notes)

@@ -11,6 +11,8 @@ from tests.reference.scenes.crossed_scenes import crossed as crossed_scene
 from tests.reference.scenes.epicyclic_trains import train
 from tests.sampling import crossed
 from trunnion import Scene, scene_from_dict, simulate
+from trunnion.batch.plan import Runner, plan
+from trunnion.simulation.settings.run_settings import Run
 
 NEAR = 1e-7
 """Time before and after an onset, s, in which loads change by far less than they jumped."""
@@ -109,3 +111,17 @@ def test_a_braked_train_starts_from_no_acceleration_at_one_instant_whatever_the_
     ends = (starts[0] + 1e-5, starts[0] + 2e-3)
     just, later = (simulate(scene, until=t, every=t, outputs=outputs)["rring.qdd[1]"][-1] for t in ends)
     assert abs(just) < 0.05 * abs(later)
+
+
+@pytest.mark.parametrize("kernel", ["parts", pytest.param("lanes", marks=pytest.mark.slow)])
+def test_a_braked_train_yields_in_a_batch_as_alone(kernel: str) -> None:
+    scene, gravities = crossed_scene("planets", 67), (-9.9, -9.7)
+    settings = {"until": 0.25, "every": 0.05}
+    cases = [{"gravity[2]": g} for g in gravities]
+    batch = Runner(plan(scene, cases=cases, keep=("final:rring.qd[1]",), run=Run(**settings, kernel=kernel))).chunk(0, 2)
+    for i, g in enumerate(gravities):
+        alone = simulate(scene, overrides={"gravity[2]": g}, outputs=["rring.qd[1]"], **settings)
+        assert sum(e.kind == "slip" for e in alone.events) == 2
+        assert batch.column("final:rring.qd[1]")[i].as_py() == pytest.approx(alone["rring.qd[1]"][-1], rel=1e-9)
+        assert batch.column("steps")[i].as_py() == alone.stats.steps
+

@@ -10,6 +10,7 @@ from fmpy import read_model_description
 
 import trunnion
 from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.reference.scenes.crossed_scenes import crossed
 from trunnion.fmu.scene_export import export
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.scene import scene_from_dict
@@ -88,3 +89,10 @@ def test_vectors_are_whole_where_that_is_asked_for() -> None:
     found = np.array(host.run(0.0, 5, 0.1, "pendulum.position[1]", "pendulum.position[2]"))
     for k in (1, 2):
         assert found[:, k - 1] == pytest.approx(turned[f"pendulum.position[{k}]"][1:6], abs=1e-5)  # ten times the tolerance
+
+
+def test_numbers_of_a_brake_whose_torque_is_a_signal_are_parameters() -> None:
+    model = Model(crossed("planets", 67))
+    told = {v.name: v.description for v in variables(model, 1e-3, 1e-6, True, False, False)}
+    assert told["joints.rring.friction.torque.ramp.start"].endswith("ramp start of joint rring")
+

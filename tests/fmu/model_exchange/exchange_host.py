@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import re
 import shutil
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from fmpy.fmi2 import free as release
 
 import trunnion
 from tests.fmu.fmpy_host import FOLDER
+from tests.reference.scenes.crossed_scenes import crossed
 from trunnion.fmu.scene_export import export
 from trunnion.scene import scene_from_dict
 from trunnion.scene.overrides import apply
@@ -72,7 +73,7 @@ def bristles() -> trunnion.Scene:
     return apply(scene, law | numbers)
 
 
-BUILT = {"swing": swing, "thrown": thrown, "bristles": bristles}
+BUILT = {"swing": swing, "thrown": thrown, "bristles": bristles, "planets": partial(crossed, "planets", 67)}
 
 
 @cache

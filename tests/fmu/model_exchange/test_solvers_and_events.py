@@ -50,6 +50,12 @@ def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: f
     claim_is_the_engine(name, until, fmi)
 
 
+@pytest.mark.slow
+def test_a_brake_that_yields_in_a_braced_train_yields_in_an_importers_solver_too() -> None:
+    """The ring's brake keeps its torque until the sun's bearing reaches its capacity; both slide from then on."""
+    claim_is_the_engine("planets", 0.25, 2)
+
+
 def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> None:
     """8.3 over 5 s in SciPy's DOP853 at 1e-11 (at 1e-8 it is off by 9e-6, CVode by 4e-6, the engine's rk8 by 4e-6)."""
     made, events = engine_run(scene_of("double_pendulum"), 5.0)
