@@ -60,8 +60,8 @@ class Placing:
         return (self.known[0], self.known[1](distinct)) if self.known else None
 
     def _learn(self, box: np.ndarray, values: np.ndarray) -> bool:
-        """Whether a way finds the entries for values (n × paths) and the ends of a box (2 × paths). Without values, only the way that
-        found the entries before is tried."""
+        """Whether a way finds the entries for values (n × paths) and the ends of a box (2 × paths). Without values, only the way
+        that found the entries before is tried."""
         tried = np.unique(np.vstack([box, values]), axis=0)
         for way in self.ways if len(values) else self.ways[: self.known is not None]:
             if known := way(tried):
