@@ -10,15 +10,31 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from string import Template
 
+import trunnion
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
+from trunnion.kernel.compilation import library_cache
+from trunnion.kernel.compilation.c_compiler import version_of
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 from trunnion.simulation.results.result import Result
 
 PAGE = Path(__file__).with_name("documentation_page.html")
+PICTURE = "picture.png"
 
 
 def picture(result: Result) -> bytes:
-    """A PNG picture, without metadata, of the mechanism at its start."""
+    """A PNG picture, without metadata, of the mechanism at its start. A cached picture saves the import of matplotlib, which takes
+    longer than the rest of an export."""
+    sources = sorted((Path(trunnion.__file__).parent / "plots").rglob("*.py"))
+    content = scene_to_yaml(result.scene), result.data.tobytes(), "\n".join(result.names)
+    drawn_by = version_of("matplotlib"), version_of("numpy"), *(f.read_bytes() for f in sources)
+    folder, _ = library_cache.entry(
+        f"picture-{library_cache.digest(*content, *drawn_by)}", lambda folder: (folder / PICTURE).write_bytes(draw(result))
+    )
+    return (folder / PICTURE).read_bytes()
+
+
+def draw(result: Result) -> bytes:
+    """A new PNG picture of the mechanism at its start."""
     from trunnion.kernel.interface.output_columns import columns, select
     from trunnion.plots.mechanism_pictures.instant_picture import mechanism, needed
     from trunnion.system.construction.system_builder import build

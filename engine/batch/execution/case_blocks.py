@@ -49,9 +49,7 @@ class CaseBlocks:
         self.layout = np.dtype([("case", CASE.dtype), ("columns", REDUCED.dtype, (self.width,))])
         self.batch.width, self.batch.capacity = self.width, CAPACITY
         self.batch.ntable = self.blocks[0]._sizes[1]
-        self.loop_rows = max(sum(n for _, n in self.model.kernel.facts["loop_rows"]), 1)
         self.batch.rows = self._buffer(8 * CAPACITY * self.width)
-        self.batch.scratch = self._buffer(8 * self.loop_rows)
         self.budget, self.seconds = 500, 0.0
         self.kept: list[np.ndarray] = []
         if series is not None:

@@ -36,7 +36,7 @@ class Ensemble:
         for i, (strand, b) in enumerate(zip(self.strands, self.batches, strict=True)):
             strand.batch, strand.stack = ctypes.addressof(b), stacks + i * STACK
             b.variant[0].plain = loop._buffer(loop.blocks[0].bytes)
-            b.rows, b.scratch = loop._buffer(rows), loop._buffer(8 * loop.loop_rows)
+            b.rows = loop._buffer(rows)
         self.budget = 200
 
     def run(self, n: int, tick: Tick | None) -> tuple[np.ndarray, bool]:

@@ -66,7 +66,6 @@ const double *given : for each case nv flags of positions, then nv flags of rate
 const double *inputs : values of external inputs for each case
 const tr_case_settings *set : settings of each case
 double *rows : capacity × width
-double *scratch : work space of tr_redundancy
 double *out : for each case a tr_case, and a tr_reduced for each column
 struct tr_sim *now : the block of the present case
 double last : time of the last row, s

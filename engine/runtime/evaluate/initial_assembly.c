@@ -99,13 +99,16 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   const tr_kernel *k = s->k;
   int n = k->rows;
   double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
-  int perm[n];
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      double a = 0.0;
-      for (int q = 0; q < k->nv; ++q) a += G[i + n * q] * weight[q] * weight[q] * G[j + n * q];
-      A[i + n * j] = a;
-    }
+  int perm[n], moved[n];
+  memset(A, 0, sizeof(double) * n * n);
+  for (int q = 0; q < k->nv; ++q) { /* of G W² Gᵀ the lower triangle; a freedom moves few rows */
+    const double *g = G + (size_t)n * q;
+    int count = 0;
+    for (int i = 0; i < n; ++i)
+      if (g[i] != 0.0) moved[count++] = i;
+    for (int j = 0; j < count; ++j)
+      for (int i = j; i < count; ++i) A[moved[i] + n * moved[j]] += g[moved[i]] * weight[q] * weight[q] * g[moved[j]];
+  }
   for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
   int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
   tr_cholesky_solve(n, rank, L, perm, d, b, x);

@@ -136,13 +136,19 @@ int tr_derivatives(tr_sim *s, double *out) {
   return 1;
 }
 
-int tr_redundancy(tr_sim *s, double *share) {
-  const tr_kernel *k = s->k;
-  if (!s->o || !s->o->nkappa || !k->rows) return 0;
-  double z[k->rows + k->neta + 1];
+int tr_evaluate_for_redundancy(tr_sim *s) {
+  if (!s->o || !s->o->nkappa || !s->k->rows) return 0;
   s->step.watch = 0;
   if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return -1;
-  if (k->active == 0) s->loops.rank_now = 0;
+  if (s->k->active == 0) s->loops.rank_now = 0;
+  return 1;
+}
+
+int tr_redundancy(tr_sim *s, double *share) {
+  const tr_kernel *k = s->k;
+  const int found = tr_evaluate_for_redundancy(s);
+  if (found != 1) return found;
+  double z[k->rows + k->neta + 1];
   tr_expand_multipliers(s, TR_A(s, y), z, 0);
   return tr_open_shares(s, TR_A(s, y), z, share);
 }

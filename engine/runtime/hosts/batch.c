@@ -101,7 +101,7 @@ static int tr_case_start(tr_batch *b) {
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
-  if (k->rows) tr_redundancy(s, b->scratch);
+  tr_evaluate_for_redundancy(s); /* as a single run does; which reactions are open is a question about the structure */
   return TR_OK;
 }
 

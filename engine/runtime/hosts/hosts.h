@@ -91,6 +91,9 @@ int tr_evaluate(tr_sim *s, double *dy, double *z);
 /* dẏ/d[y, t] at the block's (t, y), ny × (ny + 1), column-major. Requires the Jacobian unit. Returns 0 on failure. */
 int tr_derivatives(tr_sim *s, double *out);
 
+/* Evaluate the state for tr_redundancy. Returns 1 on success, 0 if no reactions can be open, −1 if there is no solution. */
+int tr_evaluate_for_redundancy(tr_sim *s);
+
 /* Number of reaction directions that the motion does not determine at the block's state; −1 if there is no solution. share (nkappa):
  * as in tr_open_shares. */
 int tr_redundancy(tr_sim *s, double *share);
