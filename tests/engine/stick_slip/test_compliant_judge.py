@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from tests.reference.compliant.comparison import compared
+from tests.reference.scenes.crossed_scenes import crossed_dict
 from trunnion import scene_from_dict
 
 NEAR = 1e-4
@@ -86,6 +87,8 @@ CASES = {
     "lifted hook": (lifted_hook(), 0.3),
     "coasting gears": (coasting_gears(), 0.3),
     "wrapped stop": (wrapped_stop(), 0.8),
+    "train that lets go": (crossed_dict("gear_trains", 1031), 0.2),
+    "open start rates": (crossed_dict("ratchets_in_loops", 1009), 0.02),
 }
 
 

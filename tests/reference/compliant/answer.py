@@ -19,8 +19,9 @@ FASTEST = 1e4
 """Angular frequency of the heaviest body on one contact spring at level 0, rad/s."""
 DELAYS = 10.0
 """Damping: the delay of the springs times that frequency."""
-REST = 3e-4
-"""Rate below which friction rests at level 0, rad/s. Speeds are a tenth of it, m/s."""
+REST = 3e-6
+"""Rate below which friction rests at level 0, rad/s. Speeds are a tenth of it, m/s. Friction below it relaxes the loads of springs
+within friction / (rate x stiffness), alike at all levels: at 3e-4 these were milliseconds, and trains at rest let go 1 ms early."""
 FINER = 4.0
 """Ratio of two levels, in compliance and in speeds."""
 LEVELS = 3
