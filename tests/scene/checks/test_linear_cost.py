@@ -124,18 +124,20 @@ def nested(depth, value=1.0):
 
 ENDLESS: dict = {"a": 1}
 ENDLESS["b"] = ENDLESS
-DEEP = {"groups": nested(100_001), "lists": nested(100_000), "a group in itself": ENDLESS}
+DEEP = {"groups": lambda: nested(100_001), "lists": lambda: nested(100_000), "a group in itself": lambda: ENDLESS}
+"""Made by the test: Python's search for unused objects would visit them again and again in every test process."""
 
 
 @pytest.mark.parametrize("kind", DEEP)
 def test_what_is_nested_without_end_is_a_problem(kind):
-    for data in (DEEP[kind], {"bodies": DEEP[kind]}, {**VALID, "extra": DEEP[kind]}):
+    deep = DEEP[kind]()
+    for data in (deep, {"bodies": deep}, {**VALID, "extra": deep}):
         if isinstance(data, dict):
             assert problems_of(data)
     scene = scene_from_dict(VALID)
     for path in ("gravity", "bodies.arm.points", "joints.hinge.friction.mu", "inputs"):
         with pytest.raises(SceneError):
-            apply(scene, {path: DEEP[kind]})
+            apply(scene, {path: deep})
 
 
 LONG = {
