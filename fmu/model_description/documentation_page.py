@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from string import Template
 
-import trunnion
+from trunnion import plots
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
 from trunnion.kernel.compilation import library_cache
 from trunnion.kernel.compilation.c_compiler import version_of
@@ -24,12 +24,14 @@ PICTURE = "picture.png"
 def picture(result: Result) -> bytes:
     """A PNG picture, without metadata, of the mechanism at its start. A cached picture saves the import of matplotlib, which takes
     longer than the rest of an export."""
-    sources = sorted((Path(trunnion.__file__).parent / "plots").rglob("*.py"))
+    sources = sorted(Path(plots.__path__[0]).rglob("*.py"))
     content = scene_to_yaml(result.scene), result.data.tobytes(), "\n".join(result.names)
     drawn_by = version_of("matplotlib"), version_of("numpy"), *(f.read_bytes() for f in sources)
-    folder, _ = library_cache.entry(
-        f"picture-{library_cache.digest(*content, *drawn_by)}", lambda folder: (folder / PICTURE).write_bytes(draw(result))
-    )
+
+    def make(folder: Path) -> None:
+        (folder / PICTURE).write_bytes(draw(result))
+
+    folder, _ = library_cache.entry(f"picture-{library_cache.digest(*content, *drawn_by)}", make)
     return (folder / PICTURE).read_bytes()
 
 
