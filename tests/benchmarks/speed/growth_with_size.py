@@ -134,12 +134,12 @@ def write(families: list[Family], folder: Path) -> None:
             unit = 1.0 if what.startswith("memory") else 1e6
             style = "--" if "ideal" not in f.name else "-"
             axes.loglog([z.n for z in sizes], [z.minimum * unit for z in sizes], style, marker="o", markersize=3,
-                        color=color(names.index(f.name)), label=f"{f.name} (n^{f.exponent:.2f})")  # fmt: skip
+                        color=color(names.index(f.name)), label=f.name)  # fmt: skip
         axes.set(title=what if what.startswith("memory") else f"{what}, µs", xlabel="n", xticks=SIZES, xticklabels=map(str, SIZES))
         axes.grid(color=GRID)
-        axes.legend(fontsize="x-small")
     for axes in panels[len(costs) :]:
         axes.set_axis_off()
+    panels[-1].legend(*panels[0].get_legend_handles_labels(), loc="center")
     save_figure(figure, folder / "growth.svg")
     reduce_colours(save_figure(figure, folder / "growth.png", dpi=90))
 
