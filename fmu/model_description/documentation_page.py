@@ -25,8 +25,8 @@ def picture(result: Result) -> bytes:
     """A PNG picture, without metadata, of the mechanism at its start. A cached picture saves the import of matplotlib, which takes
     longer than the rest of an export."""
     sources = sorted(Path(plots.__path__[0]).rglob("*.py"))
-    content = scene_to_yaml(result.scene), result.data.tobytes(), "\n".join(result.names)
-    drawn_by = version_of("matplotlib"), version_of("numpy"), *(f.read_bytes() for f in sources)
+    content: list[str | bytes] = [scene_to_yaml(result.scene), result.data.tobytes(), "\n".join(result.names)]
+    drawn_by: list[str | bytes] = [version_of("matplotlib"), version_of("numpy"), *(f.read_bytes() for f in sources)]
 
     def make(folder: Path) -> None:
         (folder / PICTURE).write_bytes(draw(result))
