@@ -76,8 +76,11 @@ def with_common_options(name: str, function: Callable[..., Any]) -> Callable[...
     """The function with ``--verbose``, and with one option for each run setting in place of its parameter ``settings``."""
     who = f"trunnion {name}"
     options = [option_of(s, who) for s in offered(who)]
+    declared = inspect.signature(function, eval_str=True).parameters
+    if ("settings" in declared) != bool(options):
+        raise ValueError(f"{who}: a command has the parameter `settings` exactly if settings name it in `offered`")
     parameters: list[inspect.Parameter] = []
-    for p in inspect.signature(function, eval_str=True).parameters.values():
+    for p in declared.values():
         parameters += options if p.name == "settings" else [p]
     parameters.append(keyword("verbose", bool, VERBOSE, False))
 
