@@ -355,4 +355,3 @@ def test_a_mechanism_that_rests_takes_few_steps(rtol: float) -> None:
     assert impulses.outcome.ok
     stops = [{e.joint: e.time for e in r.events if e.kind == "stick"} for r in (impulses, located)]
     assert stops[0] == pytest.approx(stops[1], abs=100.0 * rtol)
-

@@ -124,4 +124,3 @@ def test_a_braked_train_yields_in_a_batch_as_alone(kernel: str) -> None:
         assert sum(e.kind == "slip" for e in alone.events) == 2
         assert batch.column("final:rring.qd[1]")[i].as_py() == pytest.approx(alone["rring.qd[1]"][-1], rel=1e-9)
         assert batch.column("steps")[i].as_py() == alone.stats.steps
-
