@@ -3,8 +3,10 @@ compiled modules for the next one, and drawing examples has no time limit."""
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
+import subprocess
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -23,7 +25,13 @@ settings.register_profile("any machine", deadline=None, suppress_health_check=[H
 settings.load_profile("any machine")
 
 
-def pytest_configure() -> None:
+COMPILE = (
+    "from trunnion.kernel.shared_libraries import compiled_runtime; from trunnion.parts.primitives.primitive_cache import "
+    "compiled_interpreter; compiled_runtime(); compiled_interpreter()"
+)
+
+
+def pytest_configure(config: pytest.Config) -> None:
     """Ctrl-C means what it means at a terminal: a shell that starts this in the background has it ignored.
 
     Kernels are compiled quickly, unless TRUNNION_QUICK_BUILD is 0: of a test's time more than a third was the compiler's.
@@ -35,6 +43,16 @@ def pytest_configure() -> None:
     os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+    gc.disable()  # collecting ten thousand tests makes few cycles: their search took a seventh of its time
+    if not hasattr(config, "workerinput") and config.getoption("dist", "no") != "no" and not config.getoption("collectonly"):
+        # Test processes collect tests meanwhile. Without this, each of them would compile the same runtime at its first run.
+        subprocess.Popen([sys.executable, "-c", COMPILE], stdin=subprocess.DEVNULL, start_new_session=True)
+
+
+def pytest_collection_finish() -> None:
+    """From here on, cycles are collected, but not searched for among the collected tests."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

@@ -128,6 +128,7 @@ def rubs_alike(kind: str, seed: int) -> None:
     assert runner.chunk(5, 12).equals(together.slice(5, 7))
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("kind", "seed"), [("tree", 3), slow(("tree", 6)), ("loop", 1)])
 def test_random_mechanisms_that_rub_step_together_as_alone(kind: str, seed: int) -> None:

@@ -127,6 +127,7 @@ def numbers_of(i: Indices) -> np.ndarray:
     return np.array([[np.nan if v is None else v for v in (e.value, e.low, e.high)] for e in every])
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("gaps", [0.0, slow(0.002), 0.2])
 def test_indices_from_sums_are_those_of_all_rows(gaps: float) -> None:
     """To the rounding of those: sums over 400 points, 17 of them, of products of numbers of like size."""

@@ -107,6 +107,7 @@ CORNERS = """Array.from(times, (t) => {
 }).flat()"""
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 @pytest.mark.parametrize("name", FIT)
 def test_the_whole_motion_fits_the_free_part_of_the_window(

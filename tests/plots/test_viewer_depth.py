@@ -69,6 +69,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     return page
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:
     """What they hold behind the plane is not seen: by rays from the plane on."""

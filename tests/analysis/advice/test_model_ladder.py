@@ -32,6 +32,7 @@ def torque() -> Advice:
     return advise(load_scene("crank_slider"), WANTED, ("crank_pivot.drive.effort[1]",), **QUICK)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_friction_of_the_slider_pin_does_not_matter_to_the_sliders_motion() -> None:
     """The motion of example 8.2 is prescribed, so that it cannot depend on forces."""
     a = advise(load_scene("crank_slider"), WANTED, ("slider.position[1]", "slider.velocity[1]"), **QUICK)  # type: ignore[arg-type]
@@ -49,6 +50,7 @@ def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) 
     assert torque.chosen.setting.error <= WANTED
 
 
+@pytest.mark.slow
 def test_what_integration_alone_adds_is_part_of_the_error_and_falls_with_the_error_wanted() -> None:
     parts = []
     for wanted in (1e-3, 1e-6):
@@ -106,6 +108,7 @@ def test_a_method_far_slower_than_the_best_is_not_tightened_further() -> None:
     assert min(r for m, r in asked if m == "rk8") < 1e-11
 
 
+@pytest.mark.slow
 def test_a_column_the_lesser_model_does_not_have_counts_as_zero() -> None:
     a = advise(load_scene("crank_slider"), 1e-2, ("slider_pin.friction.torque[1]",), **QUICK)  # type: ignore[arg-type]
     assert a.rungs[0].model_error > 0.1

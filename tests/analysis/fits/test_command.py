@@ -47,6 +47,7 @@ def test_it_finds_what_the_function_finds(files: Path, capsys: Said) -> None:
     assert told["unused"] == ["a.csv: spare"]
 
 
+@pytest.mark.slow
 def test_several_runs_are_told_and_drawn(files: Path, capsys: Said) -> None:
     runs = ("--data", "a.csv", "--data", f"b.csv; {Q}=-0.1 m")
     assert main(asked(*runs, "--vary", QD, "--own", Q, "--plot", "fit.png", "--try", f"{QD}=1; until=4 s", "--level", "0.9")) == 0

@@ -89,6 +89,7 @@ def test_a_start_that_is_no_rest_is_said() -> None:
         modes(chain(2, 0.3), at_start=True)
 
 
+@pytest.mark.slow
 def test_the_command_tells_and_draws_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = tmp_path / "modes.png"
     assert main(["modes", "double_pendulum", "--json", "--plot", str(picture)]) == 0

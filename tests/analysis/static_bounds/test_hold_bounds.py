@@ -184,6 +184,7 @@ def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[
             assert np.linalg.norm(p.friction @ eta[list(p.eta)]) == pytest.approx(held[k, 1], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_todays_one_answer_lies_inside_the_bounds() -> None:
     rng = np.random.default_rng(5)
     held = 0

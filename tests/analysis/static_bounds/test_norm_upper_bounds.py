@@ -18,6 +18,7 @@ CLOSED = 1e-8
 """Relative; searches close to 1e-9 of the loads."""
 
 
+@pytest.mark.slow
 def test_no_admissible_state_has_a_norm_beyond_what_friction_can_move_it_to() -> None:
     """Random states that the kernel's laws admit, with friction up to five times as large as in the other scenes."""
     for scene in (scenes.four_bar(cross=True), scenes.four_bar(ball=True), scenes.four_bar(mu=1.0)):

@@ -94,6 +94,7 @@ def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radiu
         assert [e.time for e in told(r)] == pytest.approx([e.time for e in told(exact)], abs=off), (method, rtol)
 
 
+@pytest.mark.slow
 def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -> None:
     turned = next(e for e in run("rk8", 1e-10).events if e.kind == "reversal").time
     motion = sprung(1e10, 0.425, 0.49)
@@ -103,6 +104,7 @@ def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -
     assert motion.sol(0.46)[2] == pytest.approx(-0.41692, abs=0.01)  # ours; what its ringing takes falls out of it
 
 
+@pytest.mark.slow
 def test_on_its_way_back_a_stiff_foot_stops_where_ours_jams() -> None:
     """Its force grows beyond all bounds, and with it friction, within less and less of the way, the stiffer the foot is held."""
     end = run("rk8", 1e-10).outcome.time

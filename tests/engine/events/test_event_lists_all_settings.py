@@ -92,6 +92,7 @@ def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, set
         assert difference(run(seed, method, rtol, kernel, part), exact, known, until, part * until) == "", (method, rtol)
 
 
+@pytest.mark.slow
 def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_every_setting() -> None:
     """All pairs reverse within 3e-5 s and come to rest at one time. Legs 2 and 3 are mirror images. At loose tolerances an almost
     resting ball stopped on the way, and one ball stopped before the others: 47 events became 59 to 845. Small motions are known
@@ -112,6 +113,7 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
         assert turns[0] == turns[1], (method, rtol)
 
 
+@pytest.mark.slow
 def test_a_scissor_lift_has_the_same_events_at_every_setting() -> None:
     """It turns round twice and comes to rest, each time with all of its ten pairs."""
     scene = scissor(3, 0.03)

@@ -119,7 +119,7 @@ def test_every_law_drags_in_proportion_to_what_is_given(law: str) -> None:
     assert abs(r["energy.residual"]).max() < 1e-4 * WEIGHT * LENGTH
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_what_efforts_of_the_same_size_do_in_any_tree(seed: int) -> None:
     """While nothing turns round, given friction is an effort of its size against the motion."""

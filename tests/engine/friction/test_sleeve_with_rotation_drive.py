@@ -159,12 +159,13 @@ def moves_alone(seed: int, more: dict[str, str]) -> None:
         assert np.abs(r["shaft.q[1]"] - alone(rate, mu, share, speed, r.time)[0]).max() <= 20.0 * rtol * LONG
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(60), 4))
 def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
     moves_alone(seed, {})
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(10), 3))
 def test_a_loop_beside_it_changes_nothing(seed: int) -> None:

@@ -49,7 +49,7 @@ def compared(case: Case, kernel: str) -> None:
     assert gap <= TOLERANCE, where
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("seed", TREES)
 def test_rotors_of_trees_are_those_of_the_dense_solve(seed: int, kernel: str) -> None:

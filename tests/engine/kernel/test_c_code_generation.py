@@ -127,6 +127,7 @@ def call(lib: ctypes.CDLL, name: str, kept: list[int], p, x, z, sizes) -> tuple[
     return a[1:], b
 
 
+@pytest.mark.default_cases(5)
 @pytest.mark.parametrize("piece", PIECES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_c_code_is_casadis_value_bit_for_bit(library, seed: int, piece: int) -> None:

@@ -48,7 +48,7 @@ RUNS = [
 ]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("scene", "method"), RUNS, ids=str)
 def test_runs_read_nothing_of_another_state(scene: str | tuple[str, int], method: str, debug: ctypes.CDLL) -> None:
     given = scene if isinstance(scene, str) else rubbing(*scene).scene

@@ -123,6 +123,7 @@ def test_a_newton_step_is_that_with_maps(name: str) -> None:
             assert np.abs(found[which] - value).max() <= NEWTON * np.abs(value).max(), which
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
@@ -137,6 +138,7 @@ def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matri
     assert np.log(np.abs(ratio)).sum() == pytest.approx(exact, rel=1e-9, abs=1e-8)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
     """Solutions are checked by another pass, without the derivative of friction."""
@@ -194,6 +196,7 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
     assert r.stats.counters["newton_iterations"] <= 19_000  # 22,800 with maps at rest, and searches below round-off of time
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["cranks", "half0"])
 def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
     """The same events, end and certificate; nothing was refused."""

@@ -165,7 +165,7 @@ def settings() -> list:
     return [pytest.param(*each, id=name, marks=marks) for each, name, marks in zip(SAME, ids, slow, strict=True)]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("scene", "how"), settings())
 def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple, how: dict) -> None:
     given = load_scene(scene) if isinstance(scene, str) else scene[0](scene[1])

@@ -44,7 +44,7 @@ def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]
     return found
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("resting", [False, True])
 @pytest.mark.parametrize("seed", TREES)
 def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: bool) -> None:

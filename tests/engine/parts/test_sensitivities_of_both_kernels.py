@@ -63,6 +63,7 @@ def test_sensitivity_units_agree(which: str) -> None:
         same(ours, theirs)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["tree", "loop that rubs"])
 def test_linear_units_agree(which: str) -> None:
     both = models(scene_of(which))

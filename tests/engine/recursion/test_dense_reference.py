@@ -136,7 +136,7 @@ def test_so_it_is_where_points_are_kept_on_lines_and_planes(seed: int) -> None:
     compared(random_tree(f"points{seed}", t=TIME, types=(*LATER, "revolute")))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", CUTS)
 def test_recursion_is_the_dense_solve_where_a_rubbing_joint_is_cut(which: str) -> None:
     compared(cut_case(which))

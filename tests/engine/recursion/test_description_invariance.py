@@ -128,6 +128,7 @@ def test_results_do_not_depend_on_which_joint_is_cut() -> None:
         assert gap <= TOLERANCE, (name, where)
 
 
+@pytest.mark.slow
 def test_other_units_are_other_parameters_of_the_same_structure() -> None:
     """Hence a change of numbers alone never compiles anything."""
     loops, holds = CASES["journal in a loop"]

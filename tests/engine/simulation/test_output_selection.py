@@ -105,6 +105,7 @@ def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
         same(first, other)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("every", [0.0, 0.25])
 def test_nor_does_it_depend_on_where_rows_are_asked_for(every: float) -> None:
     scene = random_tree(22, laws=LAWS).scene

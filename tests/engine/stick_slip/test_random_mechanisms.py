@@ -87,6 +87,7 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
     assert max(np.abs(np.diff(r[c])[close]).max(initial=0.0) for c in r.names) <= 1e-4 * fastest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), stiff(("auto", 1e-6)), stiff(("rosenbrock", 1e-8))])
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
     """The shaft that closes loop 26 comes to rest and reverses. It responds to friction a thousand times as much along its axis
@@ -104,6 +105,7 @@ def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: t
     assert r.stats.counters["refused"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-4), ("rk5", 1e-5)])
 def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, float]) -> None:
@@ -115,6 +117,7 @@ def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, flo
     assert turns == pytest.approx([0.0651845, 0.533914], rel=10.0 * rtol)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), ("rosenbrock", 1e-6)])
 def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tuple[str, float]) -> None:
     """The light cross of loop 247 rests from 0.24 to 0.97 of the time, while all else moves fast. Loop closure after a step moves

@@ -91,6 +91,7 @@ COSTLY = partial(pytest.param, marks=pytest.mark.slow)
 """A seed whose Jacobian takes the compiler three to four seconds: with the slow tests."""
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_two_sliders_in_series_do_not_both_stop_at_a_dead_centre(seed: int) -> None:
@@ -155,6 +156,7 @@ def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_perio
 # -- rest --------------------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_pair_held_at_a_dead_centre_is_not_what_ends_a_run() -> None:
     """A driven crank, a rod on ball and universal joint, and a slider on a cylindrical guide. At both dead centres the universal
     joint's second axis is held and does not move. Each half turn has its reversals, for every method."""

@@ -192,6 +192,7 @@ def jamming() -> trunnion.Scene:
     return scene_from_dict(data)
 
 
+@pytest.mark.default_cases(1)
 @BOTH
 def test_a_run_that_cannot_go_on_is_discarded_with_its_time_and_reason(flavour: str) -> None:
     file = FOLDER / f"jamming-{flavour}.fmu"

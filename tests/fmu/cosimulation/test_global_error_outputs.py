@@ -32,7 +32,7 @@ def run(file: Path, errors: int, rtol: float) -> np.ndarray:
     return simulate_fmu(str(file), stop_time=UNTIL, output_interval=SPACING, start_values=given)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
 def test_errors_told_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> None:

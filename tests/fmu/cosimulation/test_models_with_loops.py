@@ -15,6 +15,7 @@ SOME = ("andrews", "caught_carriage", "crank_slider", "spatial_slider_crank")
 """Planar and spatial loops, one with latches: those of which both flavours run by default."""
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", sampled((m for m in model_names() if m not in OPEN), SOME))
 def test_both_flavours_are_the_engine(model: str) -> None:

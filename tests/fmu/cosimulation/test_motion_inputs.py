@@ -47,7 +47,7 @@ def whole() -> float:
     return float(trunnion.simulate(motor_and_crank.one_scene(), until=END, every=END, rtol=1e-9)["crank_pivot.q[1]"][-1])
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("bandwidth", [20.0, 100.0, 400.0])
 def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(bandwidth: float) -> None:
     """The load is that of the last step, which alone is an error of first order: it halves with the step, or better, as far as the

@@ -38,6 +38,7 @@ def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
         assert not [n for n in names if not np.array_equal(found[n], expected[n])]
 
 
+@pytest.mark.slow
 def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     here, there = Host(of_parts("arm")), Host(of_parts("arm"))
     assert here.unzipped != there.unzipped

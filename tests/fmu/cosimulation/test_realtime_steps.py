@@ -37,6 +37,7 @@ def stepped(host: Host, names: list[str], steps: int) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.slow
 def test_the_fmu_and_the_c_library_step_as_the_engine_does(made: tuple[Path, Export], tmp_path: Path) -> None:
     run = trunnion.simulate(SCENE, until=UNTIL, every=STEP, overrides=ASKED, outputs=WANTED, kernel="compiled")
     plain = Loaded(tmp_path, library(SCENE, ASKED, WANTED, checked=True))

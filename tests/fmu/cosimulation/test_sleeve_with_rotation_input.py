@@ -23,6 +23,7 @@ def rate(t: float) -> float:
     return TURN * BANDWIDTH**2 * since * np.exp(-BANDWIDTH * since)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("share", [0.2, 0.5])
 def test_a_sleeve_that_follows_an_input_starts_and_rests_with_it(share: float) -> None:
     scene = scene_from_text(drawn("{input: turn}", 0.2, share, 0.3) + "inputs: {turn: {unit: rad}}\n")

@@ -44,7 +44,7 @@ def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
 RUNS = [("spherical_pendulum", 10.0, 2), ("double_pendulum", 3.0, 2), ("double_pendulum", 3.0, 3)]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("name", "until", "fmi"), RUNS)
 def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: float, fmi: int) -> None:
     claim_is_the_engine(name, until, fmi)
@@ -90,6 +90,7 @@ def three_balls() -> trunnion.Scene:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
     """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: the number that tells was negative from where it went on."""
     scene, file = three_balls(), FOLDER / "three-balls.fmu"

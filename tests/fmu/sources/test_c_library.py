@@ -70,6 +70,7 @@ def test_a_library_compiled_without_a_warning_steps_as_the_fmu_does_within_its_a
     assert loaded.overruns == 0
 
 
+@pytest.mark.slow
 def test_a_parameter_counts_and_a_copy_of_the_struct_goes_on_alone(loaded: Loaded) -> None:
     called = list(loaded.made.called.values())
     mu = next(i for i, v in enumerate(called) if v.name.endswith("friction.mu"))

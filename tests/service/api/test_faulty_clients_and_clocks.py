@@ -237,6 +237,7 @@ def test_heads_and_bodies_have_to_come_in_time_and_a_server_that_is_told_to_end_
         assert s.process.wait(PATIENCE) in (0, -signal.SIGTERM)  # whatever does not let go
 
 
+@pytest.mark.slow
 def test_an_idle_connection_stays_open_for_longer_than_clients_reuse_it(served: Served) -> None:
     # httpx reuses a connection that was idle for up to 5 s; a server that closes at that moment makes its next request fail
     with closing(http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE)) as c:

@@ -92,7 +92,7 @@ def one(operation: Any, mode: Any, examples: int, job: str) -> None:
 
 
 def test_every_answer_is_one_the_document_describes(api_schema: Any, job: str) -> None:
-    assert tried(api_schema, 3, job) == []
+    assert tried(api_schema, 1, job) == []
 
 
 @pytest.mark.slow

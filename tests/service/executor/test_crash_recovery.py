@@ -19,13 +19,13 @@ from tests.service.http_servers import MU, ROOT, SMALL, Served, eventually, free
 from tests.service.page.chromium_tab import browser, until
 from tests.service.postgresql_servers import DatabaseMissing, packaged
 
+CASES = 150
 LONG: dict[str, Any] = {
     "scene": "spherical_pendulum",
-    "vary": {MU: "0.1:0.6:300"},
+    "vary": {MU: f"0.1:0.6:{CASES}"},
     "reductions": ["max:ball.contact[1].normal_force", "final:ball.qd[2]", "count:reversal"],
     "until": 20.0,
 }
-CASES = 300
 QUICK = ("--lease", "0.6", "--chunk-seconds", "0.25")
 __all__ = ["browser"]
 BRIM = Path(__file__).parent / "full_disk"
@@ -124,6 +124,7 @@ def brimming(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served,
         yield s, results / "FULL"
 
 
+@pytest.mark.slow
 def test_a_full_disk_fails_a_chunk_clearly_and_the_other_results_stand(brimming: tuple[Served, Path]) -> None:
     s, full = brimming
     full.write_text("part-000000008-\n")

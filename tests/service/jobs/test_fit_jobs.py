@@ -155,6 +155,7 @@ def test_what_has_no_meaning_for_a_fit_is_refused(job: Job, served: Served) -> N
     assert served.get(f"/v1/jobs/{job.id}/bins", params={"x": "steps"}).json()["cases"] == 2
 
 
+@pytest.mark.slow
 def test_the_page_tells_what_was_found(page: Any, job: Job) -> None:
     show(page, f"/jobs/{job.id}")
     page.wait_for_selector("#answers tr:has-text('longer')", state="attached")

@@ -30,6 +30,7 @@ def failed(following: InProcess) -> str:
     return job
 
 
+@pytest.mark.slow
 def test_cases_that_failed_are_run_again_with_other_settings(following: InProcess, failed: str) -> None:
     again = following.post(f"/v1/jobs/{failed}/rerun", {"max_steps": 400})
     assert (again.status_code, again.headers["location"]) == (202, f"/v1/jobs/{again.json()['id']}")
