@@ -54,7 +54,8 @@ def built() -> Path:
         write_headers(folder)
         (folder / "debug.c").write_text(SOURCE)
         to = folder / f"debug{c_compiler.library_suffix()}"
-        c_compiler.build_library([folder / "debug.c"], to, [RUNTIME, folder], library_cache.cache_folder(), ("-DTR_DEBUG", "-O1"))
+        flags = ("-DTR_DEBUG", *c_compiler.QUICK)
+        c_compiler.build_library([folder / "debug.c"], to, [RUNTIME, folder], library_cache.cache_folder(), flags)
 
     folder, _ = library_cache.entry(f"debug-{library_cache.digest(runtime_key(), SOURCE)}", make)
     return folder / f"debug{c_compiler.library_suffix()}"

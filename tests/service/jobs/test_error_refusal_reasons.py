@@ -39,6 +39,7 @@ def test_a_job_says_why_a_case_has_no_error_in_every_form(served: Served, job: J
     assert job.bins(GUIDE, within={WHY: ("start",)})["cases"] == said.count("start")
 
 
+@pytest.mark.slow
 def test_the_page_says_why_beside_the_case(page: Any, job: Job) -> None:
     at = job.to_arrow()[WHY].to_pylist().index("start")
     show(page, f"/jobs/{job.id}?cases={at}")

@@ -110,6 +110,7 @@ joints:
 """A block that stays where Ishigami's function puts it."""
 
 
+@pytest.mark.slow
 def test_a_function_whose_indices_are_known_has_them_from_command_rest_and_page_alike(
     served: Served, page: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

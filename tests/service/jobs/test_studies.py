@@ -106,6 +106,7 @@ def test_what_cannot_be_asked_of_a_study_is_refused(there: Connection, served: S
         assert (told.status_code, place in [p["where"] for p in told.json()["problems"]]) == (422, True), told.text
 
 
+@pytest.mark.slow
 def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Job, where: Job) -> None:
     show(page, f"/jobs/{best.id}")
     page.wait_for_selector("#studyplot .scatterlayer .point", state="attached")

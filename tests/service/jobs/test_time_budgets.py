@@ -38,6 +38,7 @@ def test_a_job_uses_no_more_time_than_its_budget_whatever_its_cases_take(quick: 
     assert 0.5 * budget < used < budget + 1.0  # a second: the promise
 
 
+@pytest.mark.slow
 def test_the_other_cases_of_a_piece_come_through_when_one_never_ends(quick: InProcess) -> None:
     asked = {"scene": "spherical_pendulum", "cases": MIXED, "reductions": ["final:ball.q[1]"], "every": 0.01, "kernel": "parts"}
     end = quick.ended(quick.submit(asked))

@@ -65,6 +65,7 @@ def test_other_columns_are_run_again_as_before(job: Job) -> None:
     assert (rows.column_names, len(rows)) == (["case", "time", "ball.contact[1].normal_force"], 6)
 
 
+@pytest.mark.slow
 def test_kept_rows_count_as_bytes_and_go_with_their_job(own: InProcess) -> None:
     plain, kept = (own.submit(ASKED | {"trajectories": t, "spacing": None}) for t in ([], ["ball.*"]))
     sizes = [own.ended(j)["bytes"] for j in (plain, kept)]

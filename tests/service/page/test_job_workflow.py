@@ -48,6 +48,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
         assert Path(d.value.path()).read_text().count("\n") == 1 + rows
 
 
+@pytest.mark.slow
 def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any, served: Served) -> None:
     """Any column of the scene can be looked at meanwhile, and cases that are not there yet are said to be not there."""
     run(page, "0.1:0.6:200000", "2")
@@ -104,6 +105,7 @@ def earlier(served: Served) -> str:
     return served.submit(SMALL | {"label": "an earlier one"})
 
 
+@pytest.mark.slow
 def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> None:
     reached, on = set(), "(() => { const a = document.activeElement; return a.id || a.className || a.tagName; })()"
     page.wait_for_selector("#preview iframe:not(.behind)")

@@ -17,6 +17,7 @@ __all__ = ["browser", "grid", "page", "tab", "three"]
 DATA = "document.getElementById('{}').data"
 
 
+@pytest.mark.slow
 def test_what_is_drawn_takes_the_other_colours_when_it_gets_dark(page: Any, three: Job) -> None:
     show(page, f"/jobs/{three.id}")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
