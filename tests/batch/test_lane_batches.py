@@ -81,6 +81,7 @@ def test_cases_that_step_together_are_those_that_step_alone(which: str) -> None:
     assert np.any(a != b), "they are not compared with themselves"
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", SWEPT)
 def test_neighbours_change_no_bit(which: str) -> None:
     once = whole(which, "lanes")

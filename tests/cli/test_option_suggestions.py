@@ -18,7 +18,7 @@ def long_options(name: str) -> list[str]:
     return [o for p in params if not getattr(p, "hidden", False) for o in (*p.opts, *p.secondary_opts) if o.startswith("--")]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["simulate", "sweep", "check", "chart", "sensitivity", "advise", "fmu"])
 def test_every_option_of_a_command_is_suggested_for_a_slip_of_the_pen(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     for option in long_options(name):

@@ -82,6 +82,7 @@ def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> 
             assert np.ptp(mesh.vertices, axis=0).min() <= min(joined) * 1.001
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("run", ["swing", "slider", "double"])
 def test_drawn_bodies_meet_in_their_joints(run: str, request: pytest.FixtureRequest) -> None:
     result = request.getfixturevalue(run)

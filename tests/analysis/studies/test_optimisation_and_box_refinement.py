@@ -101,6 +101,7 @@ STUDIES: dict[str, tuple[Study, Of, Fails]] = {
 }
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", STUDIES)
 def test_the_cases_follow_from_seed_and_results_bit_for_bit_wherever_it_was_left(kind: str) -> None:
     study, of, fails = STUDIES[kind]

@@ -91,6 +91,7 @@ def test_travel_and_turn_share_one_friction() -> None:
         assert bool(r["guide.q[2]"][-1] > 0.0) is moves
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-7, 1e-9])
 def test_friction_follows_the_sliding_that_turns_right_behind_a_reversal(rtol: float) -> None:
     """A cylindrical guide on a loop with one freedom comes to rest at 0.792 s and goes back along a line that turns at once. The

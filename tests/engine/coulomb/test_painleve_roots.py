@@ -33,7 +33,7 @@ def independent(radius: float, angle: float, rate: float) -> int:
     return len(every_root(state, starts=25, spread=20.0))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (0.5, 0.9, 0.99)), BELOW))
 def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rate: float, share: float) -> None:
     assert independent(share * PAINLEVE, angle, rate) == 1

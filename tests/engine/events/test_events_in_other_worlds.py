@@ -22,7 +22,7 @@ def changes(r: Result, time: float = 1.0) -> list[tuple[str, str, float]]:
     return sorted((e.kind, e.joint, round(e.time / time, 3)) for e in r.events)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_crank_passes_its_dead_centres_in_all_units(seed: int, method: str) -> None:
@@ -80,7 +80,7 @@ def hanging(seed: int) -> dict[str, Any]:
     return {"schema": 1, "gravity": [0, -9.81, 0], "bodies": {"a": body}, "joints": {"r": pin}, "simulation": {"until": 0.5}}
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("make", [geared_shafts, planar_crank, hanging])
 @pytest.mark.parametrize("seed", range(4))
 def test_forces_that_are_round_off_make_no_events_and_no_notes(seed: int, make: Any) -> None:

@@ -116,6 +116,7 @@ def test_a_tree_moves_alike_in_other_worlds(seed: int) -> None:
     check(tree(seed), seed)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_followers_move_alike_in_other_worlds(seed: int) -> None:
     check(followers(seed), seed)

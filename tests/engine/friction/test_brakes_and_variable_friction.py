@@ -99,6 +99,7 @@ def test_a_lining_fades_with_the_temperature_that_comes_from_outside() -> None:
         assert r["joint.friction.force"][0] == pytest.approx(WEIGHT * mu, rel=1e-12)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
     """At the speeds measured it is the coefficient measured, between them no more and no less than these."""

@@ -88,6 +88,7 @@ def test_no_table_becomes_c_code_unchecked(monkeypatch: pytest.MonkeyPatch) -> N
             method_c_code.header()
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 def test_a_wrong_coefficient_is_refused(method) -> None:
     tried = 0
@@ -281,6 +282,7 @@ def test_asking_for_works_leaves_the_motion_as_accurate() -> None:
     assert steps[1] >= steps[0]
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("share", "v_eps"), [(0.9999, 1e-4), (0.9999, 1e-3), (0.99, 1e-5)])
 def test_a_velocity_that_creeps_just_below_the_kink_is_handed_to_the_stiff_method(share: float, v_eps: float) -> None:
     """A sleeve pushed with a little less than μN: an explicit method would hop across v_eps some 10,000 times a second."""

@@ -59,7 +59,7 @@ def test_random_trees_account_for_their_energy(seed: int) -> None:
         assert np.all(np.diff(r[f"{name}.friction.work"]) <= 1e-12 * turned_over(r))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_random_loops_account_for_their_energy(seed: int) -> None:
     r = run(random_loop(seed, friction=0.8).scene, 0.5)

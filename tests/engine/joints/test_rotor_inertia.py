@@ -85,7 +85,7 @@ def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
     return scene_from_dict({"schema": 1, "bodies": bodies, "joints": joints})
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("rub", [False, True])
 def test_long_chains_say_the_same(rub: bool, kernel: str) -> None:

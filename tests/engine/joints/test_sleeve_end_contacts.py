@@ -91,7 +91,7 @@ def test_ends_on_the_pin_are_what_is_meant_where_nothing_is_said(kind: str, pin:
     assert all(np.array_equal(a[n], b[n]) for n in a.names)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)

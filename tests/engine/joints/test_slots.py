@@ -114,7 +114,7 @@ def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, 
     raise AssertionError("no side")
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("closed", "seed", "kernel", "mu"), RUNS)
 def test_a_point_keeps_to_its_curve_and_presses_as_its_motion_asks(closed: bool, seed: int, kernel: str, mu: float) -> None:
     s, scene = made(closed, seed, mu)
@@ -160,6 +160,7 @@ simulation: {{until: {until}, every: 10 ms}}
 """)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_pin_in_its_slot_up_to_its_angle(kernel: str) -> None:
     for more, holds in ((1e-6, False), (-1e-6, True)):

@@ -80,7 +80,7 @@ def check(block: Block) -> None:
         assert np.all(np.abs(part - numeric) <= TOLERANCE * size)
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", model_names())
 def test_derivatives_of_every_model_are_those_of_its_right_hand_side(name: str) -> None:
     check(block_after(load_scene(name), TIMES.get(name, 0.37)))
@@ -92,7 +92,7 @@ def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: 
     check(block_at(case_of(which)))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["stribeck", "lugre"])
 @pytest.mark.parametrize("kind", RUBBING_TYPES)
 def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_state(law: str, kind: str) -> None:

@@ -89,7 +89,7 @@ def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed:
     assert_alike(found, 1e-6)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("given", CUTS)
 @pytest.mark.parametrize("seed", range(3))
 def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> None:

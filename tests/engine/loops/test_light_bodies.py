@@ -48,7 +48,7 @@ def shafts(inertia: float) -> Scene:
 CASES = [(inertia, method) for inertia in INERTIAS for method in ("auto", "rk5", "rk8", "rosenbrock")]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("inertia", "method"), sampled(CASES, lambda c: CASES.index(c) % 5 in (0, 3)))
 def test_two_pairs_let_go_together_beside_a_wheel_of_any_inertia(inertia: float, method: str) -> None:
     for kernel in ("parts", "compiled"):
@@ -83,6 +83,7 @@ def test_the_motion_converges_in_first_order_and_in_the_same_steps(seed: int) ->
     assert max(steps) <= 1.5 * min(steps)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("family", "body"), [("drives_that_die", "l2"), ("belts", "p2")])
 def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass(family: str, body: str) -> None:
     """The wheel adds nothing to the inertia of the body that carries it."""
@@ -164,6 +165,7 @@ def four_bar(mass: float, inertia: float, cut: str, rubs: bool) -> Scene:
                             "joints": joints, "simulation": {"until": 1.0}})  # fmt: skip
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rubs", [False, True])
 def test_a_coupler_without_mass_moves_alike_wherever_the_loop_is_cut(rubs: bool) -> None:
     runs = [simulate(four_bar(0.0, 0.0, cut, rubs), rtol=1e-9, method="rk8") for cut in "ABCD"]

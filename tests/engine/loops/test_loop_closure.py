@@ -21,6 +21,7 @@ CLOSURE = 1e-9
 beyond this in 1000 s."""
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(
     ("name", "until"), [("crank_slider", 1000.0), ("bricard", 100.0), ("n_four_bar", 100.0), ("crank_slider_free", 100.0)]
 )
@@ -178,7 +179,7 @@ SOAKED = ("bricard", "crank_slider", "crank_slider_free", "n_four_bar")
 SPANS = [1000.0, pytest.param(20000.0, marks=pytest.mark.slow)]
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("until", SPANS)
 @pytest.mark.parametrize("name", SOAKED)
 def test_loops_stay_closed_for_long(name: str, until: float) -> None:

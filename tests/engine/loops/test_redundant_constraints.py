@@ -45,6 +45,7 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
         assert mine[name, "qdd"] == pytest.approx(eq.accelerations(name) @ [1.0], rel=TOLERANCE)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["regularized", "viscous"])
 def test_where_a_joint_rubs_reactions_are_the_limit_of_stiff_contacts(which: str) -> None:
     case = case_of(which)

@@ -53,7 +53,7 @@ def moved(r: Result, starts: dict[str, float], given: tuple[str, ...]) -> float:
     return max(abs(float(r[f"{n}.q[1]"][0]) - starts[n]) for n in given)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("given", GIVEN)
 @pytest.mark.parametrize("digits", [12, 7])
 def test_a_start_is_kept_whatever_the_pitch_of_a_screw(given: tuple[str, ...], digits: int) -> None:

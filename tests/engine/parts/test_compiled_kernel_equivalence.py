@@ -142,7 +142,7 @@ def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bo
     agree(loop(seed), redundant=redundant)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
 def test_rows_that_are_empty_by_structure_are_found_by_evaluation(name: str) -> None:
     agree(load_scene(name))

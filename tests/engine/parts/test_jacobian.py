@@ -71,6 +71,7 @@ def test_it_is_the_derivative_of_the_right_hand_side(which: str) -> None:
     check(block_at(case_of(which), kernel="parts"))
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
 def test_rows_that_are_empty_by_structure_have_no_columns(name: str) -> None:
     agree(load_scene(name))

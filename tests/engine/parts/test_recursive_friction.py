@@ -60,7 +60,7 @@ def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: boo
             assert np.abs(found - expected).max() <= SAME * max(np.abs(expected).max(), 1.0)
 
 
-@pytest.mark.default_cases(3)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(seed: int) -> None:
     """det(E − law′ Ne), whose sign says which roots are followed."""

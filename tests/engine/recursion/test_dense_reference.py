@@ -148,7 +148,7 @@ def test_recursion_is_the_dense_solve_where_a_joint_without_friction_is_cut(kind
     compared(plain_cut_case(kind))
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", range(3))
 def test_recursion_is_the_dense_solve_on_two_loops(which: int) -> None:
     case = loops_case(which)

@@ -70,7 +70,7 @@ def difference(case: Case, moved: Moved) -> tuple[float, tuple[str, str] | None]
     return worst({k: v for k, v in engine_table(case).items() if k in back}, back)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("which", CASES)
 def test_results_do_not_depend_on(way: str, which: str) -> None:

@@ -69,6 +69,7 @@ def test_right_runs_are_within(name: str, method: str, outputs: str) -> None:
         assert r.audit.energy is not None
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
 def test_a_motion_that_is_given_slides_and_gives_energy_by_the_stiff_method_as_by_others(outputs: str) -> None:
     """Nothing is stiff and nothing shortens a step here. In one step over the whole run, joints at rest at both ends slid

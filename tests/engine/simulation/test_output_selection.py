@@ -59,6 +59,7 @@ def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
         same(first, other)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("scene", [chain(5), random_tree(20, laws=LAWS).scene], ids=["chain", "balls"])
 def test_friction_along_the_recursion_too(scene: Scene) -> None:
     first, *others = runs(scene, ["*"], until=0.5, every=0.01, kernel="parts")
@@ -93,7 +94,7 @@ def test_contacts_that_turn_where_loads_jump_are_not_told_from_stale_acceleratio
         same(first, other)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(8), 4))
 def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
     """Round-off grows a thousandfold every few seconds there: 12 s show any difference."""

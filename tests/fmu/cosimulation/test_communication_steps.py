@@ -42,6 +42,7 @@ def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -
     assert ends[0][2] >= 2
 
 
+@pytest.mark.default_cases(1)
 @BOTH
 def test_inputs_that_do_not_change_do_not_disturb(flavour: str) -> None:
     calm, told = (Host(exported("arm", flavour), stop=1.0) for _ in range(2))

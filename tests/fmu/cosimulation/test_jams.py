@@ -30,7 +30,7 @@ def jamming(half_length: float, flavour: str) -> Path:
     return file
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @BOTH
 @pytest.mark.parametrize("half_length", [0.22, 0.15], ids=["jams on its way", "jams at its start"])
 def test_a_scene_that_goes_through_its_jams_does_so_in_its_fmu(half_length: float, flavour: str) -> None:
@@ -54,7 +54,7 @@ ENDS: dict[str, tuple[str, dict[str, object], str]] = {
 }
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @BOTH
 @pytest.mark.parametrize("how", ENDS)
 def test_a_run_that_cannot_go_on_is_told_in_the_words_of_the_engine(how: str, flavour: str) -> None:

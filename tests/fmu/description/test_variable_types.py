@@ -74,7 +74,7 @@ def test_real_variables_have_the_quantity_of_their_unit() -> None:
             assert types[real.get("declaredType")].get("unit") == real.get("unit"), v.get("name")
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", ["double_pendulum", "spherical_pendulum", "crank_slider"])
 def test_what_is_said_to_be_a_derivative_is_one(model: str) -> None:
     """Differences of half a microsecond to both sides, as exact as round-off over that time."""
@@ -90,6 +90,7 @@ def test_what_is_said_to_be_a_derivative_is_one(model: str) -> None:
     assert np.allclose(found, slopes, rtol=1e-5, atol=1e-5 * max(1.0, np.abs(slopes).max()))
 
 
+@pytest.mark.default_cases(1)
 @BOTH
 def test_derivatives_of_outputs_are_known(flavour: str) -> None:
     """Exactly where they are variables themselves, 0 of what is discrete, else as slopes; asking changes nothing."""

@@ -41,7 +41,7 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
     assert found == pytest.approx(expected, abs=SAME_TIME)
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", LAWS)
 def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
     """Reversals inside a proportional zone, too, which are recorded only when it is left."""

@@ -1,4 +1,4 @@
-"""The native library in a host that has no Python, here and on Windows (under wine, where it is installed)."""
+"""The native library in a host that has no Python, here and, with the slow tests, on Windows (under wine, where it is installed)."""
 
 from __future__ import annotations
 
@@ -117,6 +117,7 @@ def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -
     return [float(word) for word in done.stdout.split()]
 
 
+@pytest.mark.slow
 def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     """Same motion to 1e-9 m: the C libraries' sines differ in the last bit. It needs nothing but the system's own C library, so
     that nothing else is built for it. The loader of the python flavour stands before it the same: wine has no Python, so a

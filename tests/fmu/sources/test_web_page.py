@@ -31,6 +31,7 @@ def model_of(page: str) -> Any:
     return json.loads(found[1])
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("scene", [SCENE, "crank_slider"])
 def test_a_page_knows_poses_and_what_can_be_set_and_asks_for_nothing(scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(made_web, "wasm", lambda made: b"\0asm")

@@ -151,7 +151,7 @@ LONG = {
 }
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", LONG)
 def test_long_text_is_told_short_wherever_it_stands(kind):
     text = LONG[kind]

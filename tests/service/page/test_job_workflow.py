@@ -140,6 +140,7 @@ def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> No
 TIMES = (0.3, 0.9, 1.4)
 
 
+@pytest.mark.slow
 def test_a_case_is_seen_moving_with_contact_points_in_place_and_forces_to_scale(page: Any, served: Served) -> None:
     run(page, "0.6", "2")
     told(page, "done: 1 of 1")
