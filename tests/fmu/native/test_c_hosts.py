@@ -1,4 +1,4 @@
-"""The native library in a host that has no Python, here and, with the slow tests, on Windows (under wine, where it is installed)."""
+"""The native library in a host that has no Python: here, and with the slow tests on Windows (under wine, where it is there)."""
 
 from __future__ import annotations
 
