@@ -54,10 +54,10 @@ DETAILS = {
 }
 """Which joint an outcome names, and the numbers it reports."""
 OUTCOMES_END = """
-A contact that separates does not end a run: it goes on at the other side of its clearance, as the event `separation`. A decision
-that several sets of modes satisfy prefers sticking; a note and `certificate.indeterminate` say so. [End of
-reach](../theory/loops.md#end-of-reach) explains `open_loop` and `gimbal_lock`, [Jams](../theory/friction.md#jams) explains
-`jammed`. """
+A contact that separates does not end a run: the contact continues at the other side of its clearance, with the event
+`separation`. If several sets of modes satisfy the friction laws, the decision prefers sticking; a note and
+`certificate.indeterminate` say so. [End of reach](../theory/loops.md#end-of-reach) explains `open_loop` and `gimbal_lock`,
+[Jams](../theory/friction.md#jams) explains `jammed`. """
 
 
 def columns_text() -> str:
