@@ -5,9 +5,9 @@
 #define KRYLOV 8           /* dimension of the subspace for the contraction: error below 1e-4 in chains of 64 joints, 0 up to 8 frictions */
 #define INVARIANT 1e-10    /* × the image of a vector: a smaller part outside the subspace is round-off */
 #define ONE_DIRECTION 1e-9 /* × a power of a matrix: a smaller distance from its dominant direction does not change the radius */
-#define SQUARINGS 30       /* the radius of the power 2^30 is its norm, up to a factor whose root is 1 within 1e-8 */
+#define SQUARINGS 30       /* the norm of the power 2^30 differs from its radius by a factor whose 2^30th root is 1 within 1e-8 */
 #define SAME_ROOT 1e-7     /* × the largest friction of a root: closer roots are equal */
-#define SAME_AS_NONE 1e-14 /* × the largest load: a root that is zero up to round-off equals another root within this distance */
+#define SAME_AS_NONE 1e-14 /* × the largest load: two roots within this distance are equal, even if one is zero up to round-off */
 
 /* The fixed-point iteration of the linearised laws. N0 (nn): loads without friction, N; null pointer: the matrix of Newton's method is
  * used. large: the largest of N0. */

@@ -1,12 +1,12 @@
-/* Corners inside a step, at which the step must end: a damped end stop releases, or the signal of a hook passes its release value.
- * Each corner is a root of a smooth function. The state at the end of the step decides whether the hook also falls. */
+/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step must
+ * end there. Each corner is a root of a smooth function. The state at this end decides whether the hook also falls. */
 #include "events/events.h"
 
 #define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
 #define CORNER_PART 0.1   /* × the tolerance: distance from a corner within which a step may begin or end */
 #define CORNER_ROOT 40    /* largest number of iterations, which alternate between secant and halving */
 #define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end counts as this end */
-#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of such a step; above TOL_STOP */
+#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of a step at a corner; above TOL_STOP */
 #define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
 #define HOOK_EDGE 1e-3    /* × the spacing of these points: difference for the slope at an end of the step */
 #define HOOK_SECTIONS 40  /* golden-section iterations between these points */

@@ -11,11 +11,11 @@
 #define ROOT_STEPS 80     /* largest number of iterations on θ: interpolation up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 40
 #define START_HALVES 2    /* halvings before a point next to the step's start is tried, where the violation may be positive already */
-#define JUST_BEYOND 0.01 /* × the tolerance: the search aims this far beyond the root, once its start is within the tolerance of it */
+#define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the search aims this far beyond the root */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
 #define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
-#define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages, a quarter period apart */
+#define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages a quarter period apart */
 #define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
 #define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */
 
@@ -41,8 +41,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* The bracket of a root, as fractions of the step. `f` are violations, minus 1, of the pair or stop that is searched: the one with the
- * largest violation at b. The largest of all violations has kinks, so it gives signs, but no interpolation. */
+/* The bracket of a root, as fractions of the step. `f` are violations, minus 1, of one pair or stop: the one with the largest
+ * violation at b. The largest of all violations has kinks, so only its signs are used; f is interpolated. */
 typedef struct tr_root_search {
   double a, b;        /* no violation is positive at a; a violation is positive at b */
   double ga, gb;      /* largest violation, minus 1, at a and b */
@@ -70,8 +70,8 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
   return m > r->a && m < r->b ? m : half;
 }
 
-/* First θ in (a, b] with a positive violation of the pair or stop *which, or of another one, which *which then becomes. Returns NaN if
- * the solution itself ends there. */
+/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: the pair or stop expected, then the one
+ * found. Returns NaN if the solution itself ends there. */
 static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   const double least = fmax(ROOT_ROUND_OFF, TIME_ROUND_OFF * fabs(s->step.t0) / s->step.size);
@@ -101,9 +101,9 @@ static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   return r.gb == r.gb ? r.b : NAN;
 }
 
-/* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A smaller step is required if a pair of several components
- * turned fast or nearly stopped; its friction alone then carries other pairs beyond the limits of their modes. *which may become
- * the pair that stops first. */
+/* Whether the violation at θ is an event (TR_FOUND), or whether the step is too large (TR_TOO_LARGE). It is too large if a pair of
+ * several components turned fast or nearly stopped: its friction alone then carries other pairs beyond the limits of their modes.
+ * *which may become the pair that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
@@ -116,7 +116,7 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   tr_evaluate_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_has_reversed(s, i) || (i != *which && tr_mode_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
-    /* Speed perpendicular to a line comes from open loops. */
+    /* On a line, speed perpendicular to the line is an error of open loops. */
     if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_stopping_on_line(s, i, t, y)) {
       s->friction.cutting_pair = i;
       return TR_TOO_LARGE;

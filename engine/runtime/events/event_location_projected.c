@@ -1,5 +1,5 @@
-/* Refined event times. On the dense output, the error of the step opens the loops. Event times are refined with closed loops, so
- * that decisions and rows belong to the event itself (theory, "Events"). */
+/* Refined event times. On the dense output, loops are open by the error of the step. Event times are refined with closed loops, so
+ * that decisions and rows belong to the exact event (theory, "Events"). */
 #include "events/events.h"
 
 #define CLOSE_STEP 1e-3 /* × θ: first secant difference */
