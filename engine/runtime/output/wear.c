@@ -20,7 +20,7 @@ static void tr_node_weights(int k, const double *node, double lo, double hi, dou
   }
 }
 
-/* Whether the k nodes have the equal spacing hi − lo, with lo and hi as the two middle nodes. */
+/* Whether the spacing of the k nodes is equal; lo and hi are the two middle nodes, so the spacing is hi − lo. */
 static int tr_are_nodes_even(int k, const double *node, double lo, double hi) {
   if (k < WORN_POINTS || node[k / 2] != hi || node[k / 2 - 1] != lo) return 0;
   for (int i = 1; i < k; ++i)
