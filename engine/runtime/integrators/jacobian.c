@@ -1,5 +1,5 @@
-/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R are the residuals that determine the multipliers z.
- * The derivative eliminates z in the same way as the right-hand side. */
+/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R are the residuals whose roots are the multipliers z.
+ * The derivative eliminates z in the same order as the right-hand side does. */
 #include "integrators/integrators.h"
 
 /* Set the right-hand sides of the rows of stuck pairs (tr_form_rest_rows). R: derivatives of these pairs' accelerations. */
