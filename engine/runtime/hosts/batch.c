@@ -1,6 +1,6 @@
 /* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
- * Each case makes the same calls as a single run, in a fresh block. Its results are therefore bitwise identical to those of a
- * single run. The host owns all memory. A call returns when its step budget is used up. */
+ * Each case makes the same calls as a single run, in a fresh block, so its results are bitwise identical to those of a single run.
+ * The host owns all memory. A call returns when its step budget is used up. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -125,7 +125,7 @@ static void tr_case_end(tr_batch *b, int status) {
   b->running = 0;
 }
 
-/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not provided this unit yet. */
+/* Move the running case into a block with the Jacobian unit. Returns 0 if the host has not provided this unit yet. */
 static int tr_case_attach(tr_batch *b) {
   tr_variant *v = b->variant + b->which;
   if (!v->full) return 0;
