@@ -15,7 +15,7 @@
 
 /* Times. */
 #define JUST_AFTER 1e-12        /* s: signals with kinks are evaluated this long after a start */
-#define BREAK_REACHED 1e-10     /* s, × the time: a break closer than this counts as reached */
+#define BREAK_REACHED 1e-10     /* × max(time, 1 s): a break closer than this counts as reached */
 #define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step is lost in round-off */
 #define LAST_ROW 1e-9           /* × the duration of the run: if the last row is earlier by more, the run adds a row at its end */
 #define STEP_START 1e-3         /* × a step: an event before this fraction counts as at the start */

@@ -2,13 +2,13 @@
  * changes nothing. It balances the energy between these ends. For every other law, it stores the largest violation ("figure"). */
 #include "checks/checks.h"
 
-#define EVERY_STEPS 4    /* steps between energy balances; a loss in any of these steps appears in the next balance */
+#define EVERY_STEPS 4    /* steps from one energy balance to the next, which shows a loss in any of these steps */
 #define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulse steps where events accumulate */
-#define LEAST_RTOL 1e-12 /* smallest tolerance; below this, results are round-off */
+#define LEAST_RTOL 1e-12 /* smallest tolerance of the audit; with a tighter tolerance, errors of results are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: a run with more unexplained energy is inaccurate */
 #define AT_MOST 0.1      /* × the energy turned over: a run with more unexplained energy is inaccurate, whatever its tolerance */
 #define SINGULAR_LOSS 1e-6   /* × the energy turned over: unexplained energy that is allowed for loops in a singular position */
-#define NOTED 0.1        /* × the limit of inaccuracy: more unexplained energy causes a note */
+#define NOTED 0.1        /* × the unexplained energy of an inaccurate run: more unexplained energy causes a note */
 #define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: round-off of these terms over a run */
 #define LAW_LEAST 1e-6   /* × a law's unit: smaller figures cause no note */
 #define FAINT_LOAD 1e-9  /* × the largest friction: a pair with less friction has a friction ratio of round-off */
@@ -66,7 +66,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
-    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* held: its power is round-off; TR_LAW_CREEPS applies */
+    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* the power of a held pair is round-off */
     a->power = fmax(a->power, fabs(power));
     if (power > 0.0 && !held && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);

@@ -9,7 +9,7 @@
 #define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): violation of a row that is always allowed */
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* × the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
-#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release at 1e-10 */
+#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release it at 1e-10 */
 #define BRANCH_MISSED 1e-6 /* × the kink speed; for a ball, squared sine of its tilt: allowed distance from the assumed branch of a law */
 #define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair; loop closure and cut joints cause it */
 #define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair at loose tolerances */
@@ -22,7 +22,7 @@
 typedef struct tr_recomputed {
   double *acc, *acc_size; /* (neta) accelerations and sums of their absolute terms; without maps, (active) loop residuals follow */
   double *N, *N_size;     /* (nn) reaction components and sums of their absolute terms */
-  double *law, *dn;       /* η by the laws, and ∂η/∂N */
+  double *law, *dn;       /* η that the laws give at N, and ∂η/∂N */
   tr_sliding *sliding;
   int sized;              /* whether N_size and dn are computed; needed only if a law misses its usual accuracy */
   double faint;           /* N: round-off of the largest friction; smaller friction violates no law */
@@ -145,7 +145,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   double friction = 0.0, load = 0.0; /* scale of friction: with μ = 0, friction is round-off of the load */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
-  if (power >= 0.0) return 0; /* the sign needs no levers, because they cancel in the power */
+  if (power >= 0.0) return 0; /* levers are not needed, because they cancel in the power */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * lever[j], f = eta[j] / lever[j];

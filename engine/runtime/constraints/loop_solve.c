@@ -11,7 +11,7 @@
  * position. Near a singular position, it drops each row that depends on the rows before it. */
 #include "constraints/constraints.h"
 
-#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with only smaller diagonals is round-off */
+#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: if all diagonals of a kind are smaller, they are round-off */
 #define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
 #define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
 
@@ -33,7 +33,7 @@ TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
   for (int j = 0; j < n; ++j) {
     double *column = L + (size_t)j * n;
     const int *first = below + start[j], *end = below + start[j + 1];
-    if (!(column[j] > keep)) { /* with zeros, the row's multiplier is zero, and other rows do not change */
+    if (!(column[j] > keep)) { /* zeros make the row's multiplier zero, and leave other rows unchanged */
       column[j] = 0.0;
       for (const int *i = first; i < end; ++i) column[*i] = 0.0;
       perm[n - ++dropped] = order[j];
@@ -256,7 +256,7 @@ static void tr_eliminate_loops(tr_sim *s, double *lam0) {
 static void tr_form_maps_without_loops(tr_sim *s, int held) {
   double lam0[s->k->active + 1];
   if (s->k->begin && !(s->moreau.h > 0.0) && (s->step.mapped == TR_MAPS_HELD || (!held && s->step.mapped == TR_MAPS_OF_LOADS))) {
-    s->step.recursive = 0; /* maps do not depend on modes */
+    s->step.recursive = 0; /* the maps exist, and do not depend on modes */
     return;
   }
   if (s->k->active) tr_factor_loops(s);

@@ -1,7 +1,7 @@
 /* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
 #include "events/events.h"
 
-#define TURN_NOTED 0.017453292519943295 /* rad: if a contact of another pair turns by more at an event, it is logged too */
+#define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs are also logged if they turn by more */
 #define BALL_TURNS 4                    /* largest number of decisions at one event; they repeat while balls change branch */
 #define BRANCH_CHANGES 4                /* limit of branch changes of balls at one time; one suffices if the new branch exists */
 #define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone is at its cone */
@@ -123,7 +123,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   if (known) memcpy(before, known, sizeof(tr_contact) * nc);
   s->step.margin_end = NAN;
   if (own && tr_is_at_cone(s, which)) {
-    tr_change_branch(s, which); /* a ball's law is continuous between sliding and spinning */
+    tr_change_branch(s, which); /* a ball's friction is continuous here, so the event only changes its branch */
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_collect_pairs_at_rest(s, own ? which : -1, rest), decided = 1;

@@ -7,14 +7,14 @@
 
 #define ROOT_STEPS_BOUNDED 4
 #define CLOSE_ROOT 1e6     /* violation that a bounded step accepts, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
-#define CLOSE_STOP 500.0   /* the same for a pair of several components, whose speed is then below NEAR_MISS */
+#define CLOSE_STOP 500.0   /* CLOSE_ROOT for a pair of several components; its speed is then below NEAR_MISS */
 #define ROOT_STEPS 80     /* largest number of iterations on θ: interpolation up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 40
 #define START_HALVES 2    /* halvings before a point next to the step's start is tried, where the violation may be positive already */
 #define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the search aims this far beyond the root */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
-#define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
+#define TURN_DIP 0.5    /* × this variation: possible dip, between distant stages, of a speed with a minimum inside the step */
 #define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages a quarter period apart */
 #define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
 #define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */
@@ -59,7 +59,7 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
   const double half = 0.5 * (r->a + r->b), aim = r->fa > -1.0 ? JUST_BEYOND : 0.0;
   const double x1 = r->at_b ? r->b : r->a, x2 = r->at_b ? r->a : r->b, x3 = r->left;
   const double f1 = (r->at_b ? r->fb : r->fa) - aim, f2 = (r->at_b ? r->fa : r->fb) - aim, f3 = r->f_left - aim;
-  if (!(r->fa < 0.0)) return it == START_HALVES ? r->a + least : half; /* probably positive at a: no root inside */
+  if (!(r->fa < 0.0)) return it == START_HALVES ? r->a + least : half; /* f is probably positive at a: no root inside */
   double part = f1 / (f1 - f2);
   if (f3 == f3) {
     const double width = (x1 - x2) / (x3 - x2), rise = (f1 - f2) / (f3 - f2);
@@ -188,7 +188,7 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
       return tr_classify_event(s, *theta, which);
     }
   }
-  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z)); /* callers need the solution at the end */
+  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z)); /* for callers, which need the solution at the end */
   TR_MADE(s, TR_HAS_SOLUTION);
   return !suspect || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }

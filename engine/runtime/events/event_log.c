@@ -186,7 +186,7 @@ static void tr_switch_mode(tr_sim *s, int which, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, which);
   const int saturated = tr_mode_flag(m) == TR_SATURATED;
   if (saturated && fabs(tr_sliding_of(s, which)->speed) > tr_sliding_of(s, which)->border && !tr_take_branch_below_kink(s, which, t, y)) {
-    tr_freeze_direction(s, which); /* the pair still slides fast */
+    tr_freeze_direction(s, which); /* the pair still slides fast, so its direction is known */
   } else if (saturated) {
     tr_enter_zone(s, which, t, y);
     m->flag = TR_PROPORTIONAL;

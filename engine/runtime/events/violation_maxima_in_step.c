@@ -1,11 +1,11 @@
 /* Violations on the dense output of the last step, and the maxima of violations between its points. */
 #include "events/events.h"
 
-#define SAMPLES_BOUNDED 4 /* number of points for a bounded step, and of its iterations on θ */
+#define SAMPLES_BOUNDED 4 /* number of points, and of iterations on θ, in a bounded step */
 #define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
 #define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point is this point */
 #define TOP_SURE 0.01   /* × its distance from release: a maximum that changes less per iteration does not reach release */
-#define EDGE 1e-3       /* × the spacing of the points: difference for the slope at an end of the step */
+#define EDGE 1e-3       /* × the spacing of the points: finite difference that gives the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   double depth[s->k->nstops + 1], best = -INFINITY;

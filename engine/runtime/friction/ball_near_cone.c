@@ -17,7 +17,7 @@
 #define TILT_SAME 1e-12 /* × a tilt: largest change of this tilt in a converged sweep */
 #define TILT_FOUND 1e-14 /* × the tilt: a smaller change has no effect */
 #define TILT_BRACKET 1e-15 /* × the upper end of the bracket: width of a converged bracket */
-#define TILT_BEYOND 1e-3 /* × the tilt at a kink: sliding is tried at a tilt that is larger by this; far above round-off */
+#define TILT_BEYOND 1e-3 /* × the tilt at a kink: excess over this tilt at which sliding is tried; far above round-off */
 
 /* Distance s²/|ω|² of ball i to its cone at the tilt u. eta receives the solution. Returns NaN if there is no solution. */
 static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) {
@@ -96,7 +96,7 @@ static int tr_find_tilt_near(tr_sim *s, double *eta, int i) {
   const double u = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
   if (!(u > TILT_STEP)) return 0;
   const double f = tr_cone_distance_at_tilt(s, eta, i, u) - u * u;
-  if (fabs(f) <= TILT_IS * u * u) return 1; /* accept u: where two roots merge, φ does not change sign */
+  if (fabs(f) <= TILT_IS * u * u) return 1; /* u is accepted without a change of sign of φ, which is absent where two roots merge */
   memcpy(here, eta, sizeof(double) * s->k->neta);
   for (double part = TILT_NEAR; f == f && part < 1.0; part *= TILT_WIDENS)
     for (int side = -1; side <= 1; side += 2) {

@@ -288,13 +288,13 @@ static int tr_lead_by_next(tr_sim *s) {
     for (int j = 0; j < e; ++j) {
       if (row[j] != TR_ROW_SHARE || lead[j].multiplier != i) continue;
       balls |= tr_pair_of(s, tr_pair_of_multiplier(s, j, &at))->cone;
-      if (next < 0 || (j > i && next < i)) next = j; /* the next index after i, cyclically */
+      if (next < 0 || (j > i && next < i)) next = j; /* the member that follows i cyclically */
     }
     if (next < 0 || balls) continue;
     any = 1;
     for (int j = 0; j < e; ++j)
       if (row[j] == TR_ROW_SHARE && lead[j].multiplier == i && j != next) tr_follow_leader(s, j, next);
-    row[next] = TR_ROW_LAW; /* mark of a new leader; the loop below sets TR_ROW_REST after all old leaders are handled */
+    row[next] = TR_ROW_LAW; /* marks a new leader; the loop below sets TR_ROW_REST when all old leaders are handled */
     tr_follow_leader(s, i, next);
   }
   for (int i = 0; i < e; ++i)

@@ -58,7 +58,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   int e = k->neta;
   const double *lever = TR_A(s, lever);
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
-  const int three = e == 3 && !k->active; /* with loops, tr_is_unstable_root needs the LU factors */
+  const int three = e == 3 && !k->active; /* not with loops, because tr_is_unstable_root needs the LU factors */
   for (int i = 0; i < e; ++i) per_lever[i] = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     if (tr_is_cancelled(s, (double)e * e * (e + k->nn))) return 0;

@@ -4,7 +4,7 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define START_STEPS 20 /* number of steps that cost as much as assembly and start */
+#define START_STEPS 20 /* assembly and start count as this number of steps */
 
 /* Number of doubles in a case's output. */
 static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
@@ -101,7 +101,7 @@ static int tr_case_start(tr_batch *b) {
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
-  tr_evaluate_for_redundancy(s); /* as a single run does; which reactions are open is a question about the structure */
+  tr_evaluate_for_redundancy(s); /* as in a single run: which reactions are open is a property of the structure */
   return TR_OK;
 }
 

@@ -17,7 +17,7 @@
 #define DRIFT 1.0          /* × tolerance · length, or rad: larger residuals of the loops require projection */
 #define DRIFT_TURN 1e-6    /* larger errors of a quaternion's squared norm require projection */
 #define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
-#define FOLLOWED_PARTS 8   /* in this case, friction is followed from the stored state in so many parts */
+#define FOLLOWED_PARTS 8   /* then, friction is followed from the stored state in this number of parts */
 /* × the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
  * (fmu/README.md). */
 #define NOMINAL 0.1

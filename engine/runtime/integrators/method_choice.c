@@ -13,7 +13,7 @@ static double tr_estimate_spectral_radius(tr_sim *s, double h) {
   TR_NEED(s, TR_HAS_JACOBIAN);
   int ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
-  double v[ny], u[ny], size = 0.0; /* v starts with components in all directions */
+  double v[ny], u[ny], size = 0.0; /* v: a vector with components in all directions */
   for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));
   for (int it = 0; it < POWER_STEPS; ++it) {
     memset(u, 0, sizeof u);

@@ -15,7 +15,7 @@
 /* If a rule and the next coarser rule differ by r, relative to the result, the error of the finer rule is about r^(1 + SHARPER).
  * The orders of two such rules are 5 and 7, or 7 and 11. */
 #define SHARPER 0.4
-#define DOUBTED 10.0              /* safety factor on this error estimate; the product is limited to r */
+#define DOUBTED 10.0              /* safety factor on this error estimate; their product is at most r */
 #define AUDIT_LOOSER 100.0        /* × the tolerance: allowed error of the audit's sums per step */
 
 /* Works to integrate: index of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */

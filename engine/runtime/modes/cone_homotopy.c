@@ -18,7 +18,7 @@
 #define CONES_HALVES 14      /* largest number of halvings of a Newton step in the search for a smaller residual */
 #define CONES_SLOPE 1e-4     /* × the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
 #define CONES_FOUND 1e-13    /* × the largest friction: residual from round-off */
-#define CONES_NEARLY 1e-10   /* × the largest friction: residual that is accepted if no step reduces it */
+#define CONES_NEARLY 1e-10   /* × the largest friction: largest residual that is accepted if no step reduces it */
 
 /* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
 typedef struct tr_homotopy_path {

@@ -131,7 +131,7 @@ static int tr_continue_by_stored_loads(tr_sim *s) {
   for (s->friction.stored = TR_STORES_CREEP; n && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
     if (!tr_hold_by_resharing(s, rest, n) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) continue;
-    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would share by the rule again */
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would share by the rule */
     s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
     return 1;
   }

@@ -58,7 +58,7 @@ static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *
   tr_mode *m = tr_mode_of(s, i);
   const double length = tr_onset_length(s);
   for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? length * d[j] / TR_A(s, lever)[pair->eta0 + j] : 0.0;
-  for (int part = 0; part < 3; ++part) { /* the force decides whether a ball slides or spins */
+  for (int part = 0; part < 3; ++part) { /* repeated, because the force decides whether a ball slides or spins */
     if (tr_mode_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_in_modes(s)) return 0;
     int cone = pair->cone && tr_sliding_of(s, i)->cone < 0.0;
@@ -183,7 +183,7 @@ static int tr_find_onset(tr_sim *s, int i, int near) {
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
     if (near && !(tr_dot(d, guess, n) > 0.0)) return 0;
     if (kind == TR_ONSET_FAINT) return 1;
-    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* the motion continues along a line */
+    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* the pair moves along a line */
       for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / tr_onset_length(s);
       return 1;
     }

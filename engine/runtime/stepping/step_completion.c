@@ -56,7 +56,7 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   for (; made < count && of[made].ok; ++made) {
     double *row = rows + made * wide;
     row[0] = times[made];
-    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary path then reports the failure */
+    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary computation of the row then reports the failure */
     tr_finish_columns(s, row + 1);
     s->stats.outputs++, s->stats.projections += of[made].projections;
     s->stats.rhs_evaluations += of[0].solved, s->stats.newton_iterations += of[made].iterations;
@@ -222,7 +222,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* from the state before the event, the run continues by an impact or ends */
+  if (code != TR_OK) { /* the state is that before the event; from it, the run continues by an impact, or ends */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;

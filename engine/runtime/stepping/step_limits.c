@@ -4,7 +4,7 @@
 #define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row that is closer to dependence is dropped */
 #define APPROACH 4.0              /* planned factor on the independence in a step, extrapolated from the last step */
 #define LEAP 8.0                  /* largest accepted factor on the independence in a step; else the step is shortened */
-#define SHORTER 2.0               /* factor by which such a step is shortened */
+#define SHORTER 2.0               /* factor by which such steps are shortened */
 #define PASSED 1e-3               /* × the independence at the start of the run: below this, the motion passes a dead centre */
 #define PASSED_SECTIONS 24        /* golden-section iterations that find the least independence */
 #define SHORTEST 1e-9             /* / rate: shortest of these steps; a change of pivot order may also change the last pivot */

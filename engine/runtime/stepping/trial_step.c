@@ -7,7 +7,7 @@
 /* × a fixed step: smallest part into which it is divided where steps cannot follow friction, for example where sliding of several
  * components ends. */
 #define LEAST_PART 1e-4
-#define LEFT_OVER 1e-10         /* × the distance to the limit: a step that would leave a smaller rest ends at the limit */
+#define LEFT_OVER 1e-10         /* × the distance to the limit: if less would remain after a step, the step ends at the limit */
 /* Step error above which states inside the step are less accurate than its end, so that the step is remade up to its event. */
 #define CUT_ERROR 1e-2
 #define CUT_EARLY 0.9           /* × the step: a step whose event is later is not remade */
@@ -15,7 +15,7 @@
 #define CUTS_MOST 2             /* largest number of remakes for one event */
 #define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
 #define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
-#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step means another root */
+#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means another root */
 
 typedef struct tr_trial {
   double h, end;   /* size and end time of the step, s */
@@ -178,7 +178,7 @@ TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
   const int which = trial->which, pair = which >= 0 && which < s->k->nsliders;
   if (which < 0 || (pair && !tr_is_set_valued(s, which))) return 0;
   if (trial->theta * trial->h <= TIME_ROUND_OFF * fabs(s->clock.t)) return 0; /* the event is at the start */
-  if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* Newton's method might find other shares */
+  if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* in another step, Newton's method might find other shares */
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }
 

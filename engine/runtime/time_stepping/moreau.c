@@ -87,7 +87,7 @@ static int tr_has_direction_turned(tr_sim *s, double t, const double *y) {
 
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y) {
   double depth[s->k->nstops + 1];
-  tr_set_time(s, t); /* drives of joints in loops and signals of hooks need the time */
+  tr_set_time(s, t); /* drives of joints in loops and signals of hooks depend on time */
   for (int i = 0; i < s->k->nstops; ++i) {
     tr_stop_depths(s, y, depth); /* a hook that lifts changes the depth of the stop behind it */
     if (tr_is_pressed(s, i) == (depth[i] > 0.0)) continue;

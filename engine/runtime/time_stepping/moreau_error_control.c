@@ -11,7 +11,7 @@
 #define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
 #define HALF_OF_IT 0.5     /* × the change of a speed over a step: if the changes in its halves differ by more, the speed jumps */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: a smaller rest before the limit is added to the step */
+#define SLIVER 1e-9        /* × a step: if less remains before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
