@@ -8,8 +8,8 @@
 #define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end counts as this end */
 #define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of a step at a corner; above TOL_STOP */
 #define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
-#define HOOK_EDGE 1e-3    /* × the spacing of these points: finite difference that gives the slope at an end of the step */
-#define HOOK_SECTIONS 40  /* largest number of golden sections between two of these points */
+#define HOOK_EDGE 1e-3    /* × the spacing of HOOK_POINTS: finite difference that gives the slope at an end of the step */
+#define HOOK_SECTIONS 40  /* largest number of golden sections between two HOOK_POINTS */
 
 /* Distance of stop i from its corner at θ of the last step: the factor of its elastic force, which is 0 at release. For a hook:
  * excess of its signal over the release value. side: sign of the signal beyond this value. */

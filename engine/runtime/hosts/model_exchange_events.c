@@ -12,7 +12,7 @@
 /* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event. */
 #define DUE_CONE 1e-9
 #define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball closer to its cone is also evaluated slightly later */
-#define LOOKED 1e-9        /* / rate: delay of this later evaluation */
+#define LOOKED 1e-9        /* / rate: delay of the later evaluation of such a ball */
 
 /* A pair or stop whose mode ends; −1 if there is none. Sliding pairs come first, because their events change the loads of other
  * pairs. */
