@@ -78,6 +78,6 @@ ROWS = (
         Edge("last pivot out of line / in line", bricard, closing, "open_loop", "right, 6 joints' reactions not unique"),),
         "singular constraint matrix from the start"),
     Row(14, "sticking_loop", "several joints sticking in one loop", (
-        Edge("the most torque plane statics allows", four_bar, holding, "holds", "slips"),),
-        "friction of least norm lets go too early"),
+        Edge("the largest torque that plane statics allows", four_bar, holding, "holds", "slips"),),
+        "friction of least norm slips too early"),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Rows of the gallery about joints that share what they carry: a door on its hinges. And about an event on its edge."""
+"""Rows of the gallery about joints that share what they carry: a door on its hinges. And about a marginal event."""
 
 from __future__ import annotations
 
@@ -91,6 +91,6 @@ ROWS = (
         Edge("the same while it turns", turning, going, "slows down", "speeds up"),
         Edge("as one journal as long as both are apart", lambda b: door(b, 0.0, 0.0), holding, "holds", "slips"),),
         "reactions of least norm press couples into the pins"),
-    Row(25, "marginal", "an event on its edge", (
+    Row(25, "marginal", "a marginal event", (
         Edge("stop where the spring pulls with μ N", settling, settles, "stick", "reversal"),), "decided by the tolerance"),
 )  # fmt: skip

@@ -71,7 +71,7 @@ ROWS = (
         Edge("axes 1e-6 rad apart", lambda b: crossed(1e-6 * (1 + b)), accepted, "refused", "right"),),
         "a singular Jacobian in the middle of a run"),
     Row(6, "short_journal", "half length c → 0", (
-        Edge("c at which the bending moment grips", lambda b: overhung(GRIP * (1 + b)), holding, "holds", "slips"),
+        Edge("c at which the bending moment makes the pin hold", lambda b: overhung(GRIP * (1 + b)), holding, "holds", "slips"),
         Edge("c = 0 ∓ 1 µm", overhung, settled, "refused", "holds"),), "division by c"),
     Row(17, "axial_thrust", "axial thrust on a journal", (
         Edge("torque μ F R on the end face", lambda b: rotor(0.0, 0.01, 0.0, 40.0, 0.015, TORQUE * (1 + b)), holding,

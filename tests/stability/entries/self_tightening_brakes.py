@@ -17,7 +17,7 @@ V_EPS, UNTIL = 1e-4, 0.01
 LEAVES = ARM * MU * PRESS
 """N m; the torque on the lever at which the ball leaves its cone."""
 GRIPS = MU * PRESS * math.sqrt(ARM**2 - REACH**2)
-"""N m; the least torque at which it can rub."""
+"""N m; the least torque at which the ball can slide."""
 
 
 def at_kink() -> float:
@@ -77,9 +77,9 @@ def folds(scene: sm.Scene) -> str:
 
 
 ROWS = (
-    Row(23, "fold", "a root folds away", (
+    Row(23, "fold", "a root ends at a fold", (
         Edge("torque at which the ball leaves its cone", tightened, folds, "turns freely", "fold, rubs"),
-        Edge("least torque at which it can rub", loosened, folds, "rubs", "fold, turns freely"),
+        Edge("least torque at which the ball can slide", loosened, folds, "rubs", "fold, turns freely"),
         Edge("the first, regularised", lambda b: tightened(b, "regularized"), folds, "turns freely", "fold, rubs"),
         Edge("the second, regularised", lambda b: loosened(b, "regularized"), folds, "rubs", "fold, turns freely"),),
         "no root, or a jump that nobody is told of"),

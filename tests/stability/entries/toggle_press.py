@@ -89,9 +89,9 @@ def folds(scene: sm.Scene) -> str:
 
 
 ROWS = (
-    Row(28, "toggle", "a change point of rubbing links", (
+    Row(28, "toggle", "a change point of links with friction", (
         Edge("pushed through it", lambda _: folding(1.0), folds, "folds through, jammed on its way back"),
-        Edge("a pole of friction beside it, on the way back", lambda b: beside(b, 1.0), counted, "jammed", "one root"),
+        Edge("a pole of friction near it, on the way back", lambda b: beside(b, 1.0), counted, "jammed", "one root"),
         Edge("the same on the way through", lambda b: beside(b, -1.0), counted, "several roots", "one root"),
         Edge("nearly straight: push at which it slides on", pushed, rests, "holds", "slips"),
         Edge("the same while it moves", lambda b: pushed(b, SLOW), partial(going, joint="crown"), "slows down", "speeds up"),),

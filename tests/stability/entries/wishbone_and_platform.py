@@ -86,14 +86,15 @@ def dense(scene: sm.Scene) -> str:
 
 
 ROWS = (
-    Row(26, "wishbone", "five joints rub on one freedom", (
+    Row(26, "wishbone", "five joints with friction on one freedom", (
         Edge("wheel load at which all slide", lifted, rests, "holds", "slips"),
         Edge("the same while it moves", lambda b: lifted(b, SLOW), partial(going, joint="lower_in"), "slows down", "speeds up"),),
         "hundreds of events, other ones at every tolerance"),
-    Row(27, "stewart", "a platform on six legs, all joints rub", (
+    Row(27, "stewart", "a platform on six legs, friction in all joints", (
         Edge("from rest, 0.3 s", lambda _: platform(6, 0.3), honest, "right", slow=True),
-        Edge("all legs growing, 36 freedoms that rub", lambda _: platform(6, 1e-3, 0.1), dense, "as by dense equations", slow=True),
+        Edge("all legs extending, 36 frictional freedoms", lambda _: platform(6, 1e-3, 0.1), dense, "as by dense equations",
+             slow=True),
         Edge("from rest on three legs, 0.3 s", lambda _: platform(3, 0.3), honest, "right"),
-        Edge("three legs growing", lambda _: platform(3, 1e-3, 0.1), dense, "as by dense equations"),),
+        Edge("three legs extending", lambda _: platform(3, 1e-3, 0.1), dense, "as by dense equations"),),
         "one turn of a pair after the other: minutes for a millisecond"),
 )  # fmt: skip
