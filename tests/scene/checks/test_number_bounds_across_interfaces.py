@@ -1,5 +1,7 @@
-"""Numbers that a scene refuses are refused by every interface, in the same words; accepted numbers are accepted by all. The limits
-of each kind of number are written out here by hand. The interfaces are compared for a number of every kind that models have."""
+"""Numbers that a scene refuses are refused by every interface, in the same words; accepted numbers are accepted by all.
+
+The limits of each kind of number are written out here by hand. The interfaces are compared for a number of every kind that models
+have."""
 
 from __future__ import annotations
 
