@@ -98,13 +98,13 @@ SETTINGS = (
         RUNS, "auto", words="kernels", metavar="K",
     ),
     Setting(
-        "cpu_limit", "s", "Most processor time of a case, s; a longer case ends with the outcome out_of_time.",
+        "cpu_limit", "s", "Largest processor time of a case, s; a longer case ends with the outcome out_of_time.",
         (*SWEEPS, "trunnion jobs submit"), "no limit",
         Bound(0.0, open=True, advice="a positive time, such as 60 or 5 min"), metavar="S",
         own_defaults=dict.fromkeys(SERVED, "what the server allows"),
     ),
     Setting(
-        "max_steps", "1", "Most steps of the solver in a run; a longer run ends with the outcome max_steps.",
+        "max_steps", "1", "Largest number of steps of a run; a longer run ends with the outcome max_steps.",
         (*SWEEPS, "trunnion.simulate", "trunnion jobs submit"), "no limit",
         Bound(1.0, 2e9, advice="a number from 1 to 2e9"), metavar="N",
         own_defaults=dict.fromkeys(SERVED, "what the server allows"),

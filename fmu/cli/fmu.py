@@ -26,7 +26,7 @@ FmuOutputs = Annotated[
 
 Save = Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write this .fmu.", show_default="NAME.fmu")]
 FLAVOUR = "native: runs on any host; python: the host needs a Python interpreter, and this export needs pythonfmu."
-WHOLE_VECTORS = "Make the vector components that are 0 in the scene parameters, too."
+WHOLE_VECTORS = "Also make vector components that are 0 in the scene parameters of the FMU."
 VALUES = "Also write the values of all parameters to this .ssv file."
 
 
@@ -46,7 +46,7 @@ def command(
         bool, typer.Option("--sources", help="Include the C sources, so that other tools can compile the FMU for other platforms.")
     ] = False,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Add the parameter solver.errors: with 1, outputs give their error estimates.")
+        bool, typer.Option("--certify", help="Add the parameter solver.errors: if it is 1, each output is its error estimate.")
     ] = False,
     changes: Changes,
     outputs: FmuOutputs,

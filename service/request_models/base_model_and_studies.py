@@ -96,11 +96,11 @@ class Optimise(RequestModel):
 
 
 class Refine(RequestModel):
-    """A refinement: the cases are placed where the outcome changes, or where a result jumps or bends."""
+    """A refinement: the cases are placed where the outcome changes, or where a result jumps or has a kink."""
 
     bounds: Bounds = Field(min_length=1, max_length=MOST_REFINED, description="Lowest and highest value, by path.")
     of: PlainText = Field(
-        OUTCOME, description="A reduction whose jumps and bends are also located; outcome: only changes of the outcome are located."
+        OUTCOME, description="A reduction whose jumps and kinks are also located; outcome: only changes of the outcome are located."
     )
     cases: int = Field(200, ge=LEAST, le=MOST, description="Largest number of cases.")
     tolerance: float = Field(

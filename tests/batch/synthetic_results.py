@@ -1,4 +1,4 @@
-"""What the tests of samples share: functions in the place of mechanisms."""
+"""Shared code of the tests of samples: functions in place of mechanisms."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Of = Callable[[np.ndarray], np.ndarray]
 
 
 def table(cases: Cases, f: Of, failing: Of | None = None) -> pa.Table:
-    """What a batch of cases would give whose result is a function of its numbers."""
+    """The result of a batch of cases whose results are functions of their numbers."""
     x = cases.values(0, cases.count)
     failed = np.zeros(len(x), bool) if failing is None else failing(x)
     outcome = np.where(failed, "jammed", "done").tolist()

@@ -1,4 +1,4 @@
-"""Bins over batches tell what counting all rows at once tells, in whatever pieces the rows come."""
+"""Bins over batches agree with counts over all rows at once, for any division of the rows into pieces."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OUTCOMES = np.array(["done", "jammed", "out_of_time"])
 
 
 def table(seed: int, n: int, few: bool) -> pa.Table:
-    """Some cases: x of few numbers or of many, y and v with gaps, outcomes."""
+    """Some cases: x with few or many different numbers, y and v with gaps, outcomes."""
     r = np.random.default_rng(seed)
     x = r.integers(0, 7, n) / 8 if few else r.normal(0, 3, n)
     y, v = (np.where(r.random(n) < 0.1, np.nan, r.normal(5, 1, n)) for _ in range(2))

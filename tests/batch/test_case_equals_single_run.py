@@ -1,4 +1,4 @@
-"""A case of a batch is the run ``trunnion.simulate`` makes of it: every number, to the last bit."""
+"""A case of a batch equals its single run by ``trunnion.simulate``: every number, to the last bit."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_every_number_of_a_case_is_that_of_a_single_run(name: str) -> None:
 
 
 def test_bounded_steps_differ_and_rows_between_them_are_refused_case_by_case() -> None:
-    """The claim above would hold if all cases ignored what they ask for."""
+    """Without this test, the claim above would also hold if all cases ignored their settings."""
     free = plan(scene("spherical_pendulum"), {MU: [0.2]}, keep=["final:ball.qd[2]"], run=Run(1.0, 0.02, 1e-4))
     steps = [r["steps"] for r in Runner(made("bounded steps")).chunk(0, 4).to_pylist()]
     assert min(steps[::2]) >= 1000  # an event divides one

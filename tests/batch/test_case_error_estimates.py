@@ -1,5 +1,5 @@
-"""Results of many cases are kept with their global errors, which cover the distance from far tighter runs; none is stated where
-decisions are not sure."""
+"""Results of many cases are stored with their global errors, which cover the difference from far tighter runs. No error is stated
+where decisions are not certain."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_an_error_alone_can_be_asked_for_and_patterns_mean_what_they_do_without(
 
 
 def test_no_error_is_stated_where_a_decision_may_fall_otherwise_or_a_case_does_not_end() -> None:
-    """A block that stops where the spring pulls with what friction holds, and one part in a million beyond."""
+    """A block that stops where the spring pulls with the static friction, and one part in a million beyond."""
     marginal = load_scene(models_dir() / "stability" / "25_marginal.yaml")
     r = trunnion.sweep(marginal, {"simulation.rtol": [1e-6, 1e-9]}, reductions="final:slide.q[1]", certify=True)
     stated = r.table["error:final:slide.q[1]"].to_numpy()

@@ -1,4 +1,4 @@
-"""Numbers of many cases come from the table of parameters: the same bits as scene by scene, without building the scenes."""
+"""Numbers of many cases come from the table of parameters: the same bits as from separate scenes, without building the scenes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PAIR = {"joints.ball.friction.mu": (0.1, 0.6), "joints.ball.friction.radius": (0
 
 
 def scene_of(which: str) -> Scene:
-    """A bundled model, or a random tree full of friction, springs, dampers, stops, efforts, drives and loads."""
+    """A bundled model, or a random tree with friction, springs, dampers, stops, efforts, drives and loads in many joints."""
     given = SCENES[which]
     return load_scene(given) if isinstance(given, str) else random_tree(given, 4, friction=0.8, devices=0.9, drives=0.4).scene
 
@@ -48,7 +48,8 @@ def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> No
 
 
 def test_kinks_masses_and_points_are_not_placed() -> None:
-    """Such numbers enter in more than one place: they also set where the integrator stops, scales, and the origins of bodies."""
+    """Such numbers are used in more than one place: they also determine where the integrator stops, scales, and the origins of
+    bodies."""
     derived = set()
     for seed in range(8):
         places = build(random_tree(seed, 6, devices=1.0, drives=0.5).scene).parameters
@@ -116,7 +117,7 @@ def test_what_follows_a_formula_has_the_bits_of_scenes_without_building_them(whi
 
 
 def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Chunks of dear cases are small; what their numbers act on is learnt from the first of them."""
+    """Chunks of costly cases are small; the code finds the effect of their numbers from the first of them."""
     scene = load_scene("spherical_pendulum")
     cases = sampled(scene, {"bodies.pendulum.density": (900.0, 8000.0)}, 40 * 20, seed=2)
     built = []

@@ -1,5 +1,5 @@
-"""Every case of a sweep has a budget of time and of steps: one that never ends is a row with a name, and the others are as they
-are."""
+"""Every case of a sweep has a budget of time and of steps. A case that never ends is a row with a named outcome, and the others are
+unchanged."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.simulation.settings.run_settings import Run
 
 MU, END = "joints.ball.friction.mu", "simulation.until"
 NEVER = 1e9
-"""s: the end of a case that no machine reaches within its CPU-time limit."""
+"""End time of a case, s, that no machine reaches within its CPU-time limit."""
 CASES = [{MU: 0.2, END: 0.1}, {MU: 0.3, END: NEVER}, {MU: 0.4, END: 0.2}]
 
 

@@ -1,4 +1,4 @@
-"""How many cases a sweep hands to a thread at once."""
+"""Number of cases that a sweep hands to a thread at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.batch.preparation.case_parameters import Preparer
 
 
 def test_chunks_grow_while_other_processes_hold_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten seconds pass by the clock at each look, and a hundredth of a second of processor time."""
+    """At each check, ten seconds have passed on the clock, and a hundredth of a second of processor time."""
     now, used, sizes = [0.0], [0.0], []
 
     def later(time: list[float], by: float) -> float:
@@ -43,7 +43,7 @@ def test_chunks_grow_while_other_processes_hold_the_processor(monkeypatch: pytes
 
 
 def test_threads_share_the_scenes_that_they_build(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each thread by itself would build some thirty scenes before it knows which numbers a value changes."""
+    """Each thread would otherwise build some thirty scenes before it knows which numbers a value changes."""
     built = 0
     made = Preparer._made
 

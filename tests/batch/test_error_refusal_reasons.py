@@ -1,4 +1,5 @@
-"""Where a sweep states no error of a case it says why: as the case's own run does, in a word that costs next to nothing to keep."""
+"""Where a sweep states no error of a case, it gives the same reason as the case's own run, in a word that takes almost no
+memory."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ MU, RTOL = "joints.guide.friction.mu", "simulation.rtol"
 
 
 def grazing(beyond: float) -> Scene:
-    """A block on a spring without friction, and an end stop so far beyond where it turns."""
+    """A block on a spring without friction, and an end stop slightly beyond its turning point."""
     slide = {
         "type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block", "spring": {"stiffness": 100.0},
         "end_stops": {"lower": -0.1 - beyond, "stiffness": 1000.0}, "start": {"q": 0.1},
@@ -35,7 +36,7 @@ def grazing(beyond: float) -> Scene:
 
 
 def rods() -> Scene:
-    """Two rods without friction that fall from high above: chaotic."""
+    """Two rods without friction that fall from far above; their motion is chaotic."""
     rod = {"box": [1.0, 0.05, 0.05], "density": 1000.0, "points": {"a": [-0.5, 0, 0], "b": [0.5, 0, 0]}}
     one, two = ({"type": "revolute", "axis": "z", "start": {"q": q}} for q in (2.0, 1.0))
     one |= {"inboard": "ground", "outboard": "first.a"}
@@ -44,7 +45,7 @@ def rods() -> Scene:
 
 
 def short_of_steps() -> Plan:
-    """A run that ends just within its steps, which the tighter one, of half as many again, does not."""
+    """A run that ends just within its limit of steps; the tighter run, with a limit half as large again, does not."""
     given: dict[str, Any] = {"vary": {RTOL: [1e-7]}, "keep": ["final:ball.qd[2]"], "certify": True}
     scene = load_scene("spherical_pendulum")
     needed = Runner(plan(scene, **given, run=Run(until=1.0))).chunk(0, 1)["steps"][0].as_py()

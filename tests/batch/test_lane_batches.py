@@ -1,4 +1,4 @@
-"""Cases that make their steps together are the cases that make them alone: to round-off, whoever their neighbours are."""
+"""Cases that make their steps together equal those that make them alone, up to round-off, for any neighbours."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from trunnion.scene.overrides import scene_given
 from trunnion.simulation.settings.run_settings import Run
 
 ROUND_OFF = 1e-9
-"""Of the largest value: what steps of equal length make, over half a second, of sums rounded in another order (measured: 1e-13)."""
+"""Allowed difference relative to the largest value, over half a second with steps of equal length. Sums rounded in another order
+cause it (measured: 1e-13)."""
 TREE = """
 schema: 1
 gravity: [0, 0, -9.81]
@@ -60,7 +61,7 @@ def whole(which: str, kernel: str) -> pyarrow.Table:
 
 
 def numbers(table: pyarrow.Table) -> np.ndarray:
-    """Reductions of all cases, a column each."""
+    """Reductions of all cases, one column for each."""
     names = [n for n in table.column_names if n.startswith(("max:", "min:", "mean:", "final:"))]
     return np.column_stack([table.column(n).to_numpy() for n in names])
 
@@ -97,7 +98,7 @@ def test_neighbours_change_no_bit(which: str) -> None:
 
 @pytest.mark.parametrize("which", SWEPT)
 def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> None:
-    """No end of a step is refused and made again, as none is of cases that step alone."""
+    """No end of a step is refused and repeated; nor is one of cases that step alone."""
     r = runner(which, "lanes")
     r.chunk(0, 8)
     if not r.loops[0].together:
@@ -129,7 +130,7 @@ def test_an_ensemble_that_is_told_to_stop_gives_the_cases_that_have_ended() -> N
 
 
 def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runner, pyarrow.Table]:
-    """Example 8.1 spun up about all axes, its friction changed by a part of itself."""
+    """Example 8.1 spinning about all axes, with its friction changed by a part of itself."""
     rng = np.random.default_rng(3)
     cases = [{"joints.ball.friction.mu": float(rng.uniform(0.1, 0.6)) * (1.0 + part)}
              | {f"joints.ball.start.qd[{i}]": float(rng.uniform(-2, 2)) for i in (1, 2, 3)} for _ in range(24)]  # fmt: skip
@@ -138,7 +139,8 @@ def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runn
 
 
 def test_a_ball_that_rubs_steps_together_as_alone() -> None:
-    """To what one unit in the last place of its friction makes of it: near its cone friction keeps half of its digits."""
+    """The difference is at most the effect of one unit in the last place of its friction: near its cone friction keeps half of its
+    digits."""
     keep = ("max:ball.contact[1].normal_force", "final:pendulum.position[*]", "count:any")
     (runner, together), (_, alone) = rubbing("lanes", keep), rubbing("compiled", keep)
     if not runner.loops[0].lib.tr_ensemble_there():

@@ -1,4 +1,4 @@
-"""Random mechanisms move together as alone: trees and loops, whatever method makes their steps, without friction and with it."""
+"""Random mechanisms move together as they move alone: trees and loops, with every method, without friction and with it."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.settings.run_settings import Run
 
 DIGITS = 1e-9
-"""Of the largest value of its kind over all bodies: what a third of a second makes of sums rounded in another order, at equal steps
-(measured, column by column: 5e-13 in trees, 3e-11 in loops)."""
+"""Allowed difference relative to the largest value of its kind over all bodies, after a third of a second at equal steps. Sums
+rounded in another order cause it (measured, column by column: 5e-13 in trees, 3e-11 in loops)."""
 AS_ONE_DIGIT = 30.0
-"""Times what one unit in the last place of the value that is swept changes, at most, where things rub: friction near a ball's
-cone keeps half of the digits, slow sliding turns fast, and round-off grows there whoever makes the steps (measured: 0.1 to 5)."""
+"""Allowed difference where joints have friction, in multiples of the effect of one unit in the last place of the swept value.
+Friction near a ball's cone keeps half of the digits and slow sliding turns fast, so that round-off grows there in any case
+(measured: 0.1 to 5)."""
 CASES = 21
 KEPT = ("final:*.position[*]", "max:*.acceleration[*]")
 
 
 def without_tables(scene: sm.Scene) -> sm.Scene:
-    """The scene without what follows tables and inputs: springs, dampers, stops, drives by formula stay."""
+    """The scene without its devices that follow tables and inputs. Springs, dampers, stops and drives by formula stay."""
     drives = {n: j.drive if isinstance(j.drive, tuple) else (j.drive,) for n, j in scene.joints.items()}
     kept = {n: None if any(d is not None and d.table is not None for d in drives[n]) else j.drive for n, j in scene.joints.items()}
     joints = {n: replace(j, effort=None, drive=kept[n]) for n, j in scene.joints.items()}
@@ -54,7 +55,7 @@ def numbers(table: pyarrow.Table, of: str) -> np.ndarray:
 
 
 def holds(kind: str, seed: int, method: str) -> None:
-    """Together as alone, to DIGITS; and no bit depends on the cut."""
+    """Cases that step together agree with those alone to DIGITS; no bit depends on the division into chunks."""
     runners = {k: Runner(planned(kind, seed, k, method)) for k in ("lanes", "compiled")}
     together, alone = (r.chunk(0, CASES) for r in runners.values())
     with_lanes = runners["lanes"].loops[0].together
@@ -108,7 +109,8 @@ def swept(scene: sm.Scene, kernel: str, part: float = 0.0) -> tuple[Runner, pyar
 
 
 def rubs_alike(kind: str, seed: int) -> None:
-    """Together as alone, to what one digit less makes of it; and no bit depends on the cut."""
+    """Cases that step together agree with those alone, up to the effect of one digit less; no bit depends on the division into
+    chunks."""
     scene = rubbing(kind, seed)
     (runner, together), (_, alone) = swept(scene, "lanes"), swept(scene, "compiled")
     others = [swept(scene, "compiled", part)[1] for part in (2.0**-52, -(2.0**-52))]

@@ -1,4 +1,4 @@
-"""What pieces come to together is what the rows come to, however they were cut: exactly where it says so."""
+"""Statistics merged from pieces equal those of all rows, for any division: exactly where the documentation says so."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ONE, TWO = (r.name for r in KEPT)
 
 PIECES = [(n, *of) for n in (2, 7, 40, 200) for of in ((0.0, "saltelli"), (0.02, "saltelli"), (0.02, "latin"))]
 SOME_PIECES = [(2, 0.0, "saltelli"), (2, 0.02, "latin"), (7, 0.02, "saltelli"), (40, 0.0, "saltelli"), (200, 0.02, "latin")]
-"""Those in which every number of pieces, part of failures and sampling occurs."""
+"""Combinations in which every number of pieces, share of failures and kind of sampling occurs."""
 
 
 def cases(count: int, sampling: str = "saltelli") -> Cases:
@@ -36,7 +36,7 @@ def cases(count: int, sampling: str = "saltelli") -> Cases:
 
 
 def rows(points: int, seed: int, gaps: float = 0.0, offset: float = 0.0) -> Any:
-    """A table of a crossed sample; some results follow from the numbers, on top of ``offset``; some are missing."""
+    """A table of a crossed sample. Some results follow from the numbers, in addition to ``offset``; some are missing."""
     chance = np.random.default_rng(seed)
     both = chance.random((points, 6))
     x = np.repeat(both[:, None, :3], WIDE, axis=1)
@@ -62,7 +62,7 @@ def cut(table: Any, seed: int, pieces: int) -> list[Any]:
 
 
 def of_pieces(table: Any, of: Cases, seed: int, pieces: int) -> Tally:
-    """The tally of pieces, put together in any grouping, each kept and read again."""
+    """The tally of pieces, merged in any grouping, each stored and read again."""
     made = [unpacked(packed(tally_of(p, of, KEPT))) for p in cut(table, seed, pieces)]
     while len(made) > 1:
         some, made = made[:3], made[3:]
@@ -130,7 +130,7 @@ def numbers_of(i: Indices) -> np.ndarray:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("gaps", [0.0, slow(0.002), 0.2])
 def test_indices_from_sums_are_those_of_all_rows(gaps: float) -> None:
-    """To the rounding of those: sums over 400 points, 17 of them, of products of numbers of like size."""
+    """Both agree up to rounding: sums over 400 points, 17 of them, of products of numbers of similar size."""
     table = rows(400, 3, gaps)
     of = cases(len(table))
     every = indices_in(of_pieces(table, of, 5, 23), of, KEPT, [ONE, TWO])
@@ -144,7 +144,7 @@ def test_indices_from_sums_are_those_of_all_rows(gaps: float) -> None:
 
 
 def test_sums_do_not_lose_a_small_variance_beside_a_large_mean() -> None:
-    """Sums of squares would have to, if they were rounded: the mean is 10⁸ times the deviation."""
+    """Rounded sums of squares would lose it: the mean is 10⁸ times the deviation."""
     far, near = (rows(400, 3, 0.0, offset) for offset in (2.0**27, 0.0))
     seen = [tally_of(t, cases(len(t)), KEPT).points for t in (far, near)]
     got, expected = (numbers_of(p.document(ONE, "m", PATHS)) for p in seen if p is not None)

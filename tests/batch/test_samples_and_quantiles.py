@@ -1,4 +1,4 @@
-"""Samples, what they are spread like, and their quantiles, each inside its interval."""
+"""Samples, their distributions, and their quantiles, each within its interval."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ SPREADS = {
 @pytest.mark.parametrize("method", ["latin", "sobol", "random"])
 @pytest.mark.parametrize("written", SPREADS)
 def test_numbers_are_spread_as_written(written: str, method: str) -> None:
-    """Each of n cases of an even sample lies within one n-th of where the distribution puts it; of one by chance, as Kolmogorov
-    says (its seed is a good one: one in a thousand would not do)."""
+    """Each of n cases of an even sample lies within one n-th of its place in the distribution. A random sample obeys Kolmogorov's
+    limit (one seed in a thousand would exceed it; this one does not)."""
     n, of = 256, SPREADS[written]
     x = sampled(scene(), {MU: written}, n, 3, method).values(0, n)[:, 0]
     off = np.abs(np.sort(of.cdf(x)) - (np.arange(n) + 0.5) / n).max()
@@ -51,7 +51,7 @@ def test_distributions_take_units_and_every_mistake_in_them_is_told() -> None:
 
 
 def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_they_are() -> None:
-    """Of 64 points in two numbers, each of the 64 boxes of every shape 2^-a by 2^-(6 - a) holds one: a net of Sobol's first two."""
+    """Each of the 64 boxes of every shape 2^-a by 2^-(6 - a) holds one of 64 points in two numbers: a net of Sobol's first two."""
     cases = sampled(scene(), {MU: (0, 1), G: (0, 1)}, 64, 5, "sobol")
     x = cases.values(0, 64)
     for a in range(7):
@@ -67,7 +67,8 @@ def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_the
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["random", "latin", "sobol"])
 def test_intervals_of_quantiles_and_of_exceedance_hold_the_true_ones(method: str) -> None:
-    """Of the exponential of a normal number: in at least 95 % of the seeds, less three times what chance makes of that."""
+    """For the exponential of a normal number, intervals hold the true value in at least 95 % of the seeds, less three standard
+    deviations."""
     at, bound = (0.05, 0.5, 0.9), 2.0
     true = [*np.exp(stats.norm.ppf(at)), stats.norm.sf(np.log(bound))]
     held = []

@@ -1,4 +1,4 @@
-"""Sobol indices of crossed samples: of a function whose indices are known, of example 8.3; each inside its interval."""
+"""Sobol indices of crossed samples, for a function with known indices and for example 8.3; each is within its interval."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from trunnion.cli import main
 
 
 def ishigami(x: np.ndarray) -> np.ndarray:
-    """Ishigami and Homma's function, with 7 and 0.1."""
+    """Ishigami and Homma's function, with the constants 7 and 0.1."""
     return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
 
 
 def known() -> np.ndarray:
-    """Its first and total indices, and those of pairs, in closed form."""
+    """The function's first and total indices, and those of pairs, in closed form."""
     one, two = 0.5 * (1.0 + 0.1 * np.pi**4 / 5.0) ** 2, 49.0 / 8.0
     both = 0.01 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
     return np.array([one, two, 0.0, one + both, two, both, 0.0, both, 0.0]) / (one + two + both)
@@ -37,8 +37,9 @@ def numbers(i: Indices) -> np.ndarray:
 
 @pytest.mark.slow
 def test_intervals_of_indices_hold_the_true_ones_as_often_as_they_say() -> None:
-    """Of Ishigami's function: each of nine intervals in nine of ten seeds at least, all together within two parts in a hundred of
-    95 % (their number makes chance half a part); with more points they are narrower."""
+    """For Ishigami's function, each of nine intervals holds the true index in at least nine of ten seeds. All together hold it
+    within two parts in a hundred of 95 % (chance causes half a part for this number). With more points the intervals are
+    narrower."""
     held, wide = [], []
     for seed in range(SEEDS):
         cases = sampled(scene(), dict.fromkeys(THREE, (-np.pi, np.pi)), 256, seed, "saltelli")
@@ -75,7 +76,7 @@ def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **
     f = t[of].to_numpy().reshape(5, 5, 5)
 
     def variance(kept: set[int]) -> float:
-        """Of the mean over all numbers but those kept."""
+        """Variance of the mean over all numbers but the kept ones."""
         g, w = f, np.ones(())
         for k in (2, 1, 0):
             g = g if k in kept else np.tensordot(g, weights, (k, 0))
@@ -92,9 +93,9 @@ def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **
 
 @pytest.mark.slow
 def test_the_indices_of_a_guides_travel_lie_inside_their_intervals() -> None:
-    """Of example 8.3: how far it slides, by the friction, length and radius of its guide. True ones by quadrature. As many of the
-    intervals as they say, less three times what chance makes of that among those of eight seeds (nine of a seed count as three:
-    they go together)."""
+    """The distance that the guide of example 8.3 slides, as a function of the friction, length and radius of its guide. Quadrature
+    gives the true indices. The share of intervals that hold them is the claimed one, less three standard deviations for eight seeds
+    (nine intervals of a seed count as three, because they are correlated)."""
     run: dict[str, Any] = {"until": 1.0, "every": 0.05}
     true, held = by_quadrature("double_pendulum", GUIDE, TRAVEL, **run), []
     for seed in range(8):

@@ -126,7 +126,7 @@ def test_the_command_tells_every_mistake(capsys: pytest.CaptureFixture[str]) -> 
 
 @pytest.mark.parametrize("way", ["says no", "raises"])
 def test_a_call_into_c_is_left_in_its_middle_when_the_tick_asks_for_it(way: str) -> None:
-    """One call is sized to run both cases to their end; what is asked for on the way ends it in the first of them."""
+    """One call is large enough to run both cases to their end; a request on the way ends it in the first of them."""
     asked: list[int] = []
 
     def tick(done: int) -> bool:

@@ -1,4 +1,4 @@
-"""Tables of chunks are gathered into few, whatever order they come in, and nothing of them changes."""
+"""Tables of chunks are merged into few, in any order of arrival, and their content does not change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows of many cases kept while they run: those that each case gives alone, however the batch is cut and however it ends."""
+"""Rows of many cases stored during a sweep equal those of each case alone, for any division and any end of the batch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COLUMNS = ("guide.q[1]", "guide.contact[1].normal_force")
 
 @pytest.fixture(scope="module")
 def swept() -> Any:
-    """Some cases jam, one is no scene."""
+    """Cases some of which jam, and one of which is not a valid scene."""
     cases = [{MU: m, C: c} for m in (0.05, 0.3, 0.6) for c in (0.1, 0.3)] + [{MU: -1.0, C: 0.3}]
     return trunnion.sweep(
         "double_pendulum", cases=cases, reductions="final:guide.q[1]", trajectories=COLUMNS, until=0.4, every=0.001, kernel="parts"

@@ -1,4 +1,4 @@
-"""Rows of every case, kept by ``trunnion sweep`` as by ``trunnion.sweep``; mistakes are told before anything runs."""
+"""Rows of every case, stored by ``trunnion sweep`` as by ``trunnion.sweep``; mistakes are reported before anything runs."""
 
 from __future__ import annotations
 

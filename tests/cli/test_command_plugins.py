@@ -1,4 +1,5 @@
-"""Commands of other packages: found by entry point, loaded only when invoked, missed with a pip line."""
+"""Commands of other packages: an entry point names them, the program loads them only when invoked, and a missing one is reported
+with a pip command."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 
 @pytest.fixture
 def guests(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
-    """Two commands of a package that counts what happens to it: a function and a typer app."""
+    """Two commands of a package that counts its own loads and calls: a function and a typer app."""
     calls = {"plain": 0, "app": 0}
     module = types.ModuleType("guest_package")
 
@@ -84,7 +85,7 @@ def test_every_command_of_the_registry_is_listed_declared_and_sorted_into_a_know
 def test_a_server_without_its_packages_says_which_line_brings_them(
     package: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The command is there with the plain installation; the packages it needs come with the extra."""
+    """The command exists in the plain installation; the packages that it needs come with the extra."""
     for name in [m for m in sys.modules if m.startswith("trunnion.service") or m.partition(".")[0] == package]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)

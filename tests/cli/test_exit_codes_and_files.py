@@ -254,7 +254,7 @@ def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp_path: Path) -> None:
-    """Arrow imports pandas, where it is installed, as soon as it is given an array of another kind."""
+    """Arrow imports pandas, where it is installed, when it receives an array of another type."""
     runs = [*SHORT, "-o", str(tmp_path / f"r.{suffix}")]
     over = ["--vary", "joints.ball.friction.mu=0.1:0.2:2", "--until", "0.01"]
     sweep = ["sweep", SHORT[1], *over, "-o", str(tmp_path / f"s.{suffix}")]

@@ -1,4 +1,4 @@
-"""What a user sees of errors that were asked for: in the summary, in figures, in the exit code."""
+"""The display of requested errors: in the summary, in figures, in the exit code."""
 
 from __future__ import annotations
 

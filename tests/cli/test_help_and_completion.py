@@ -1,4 +1,5 @@
-"""The words of the command line: help that names what the registries hold, the tab key, options with one meaning, colours."""
+"""Texts of the command line: help that names the entries of the registries, completion by the tab key, options with one meaning,
+colours."""
 
 from __future__ import annotations
 
@@ -58,7 +59,7 @@ def test_a_request_to_the_service_names_every_method() -> None:
 
 
 def test_an_option_means_the_same_in_every_command() -> None:
-    """-o and --output name what a command writes; --outputs select columns; --vary names numbers that vary."""
+    """-o and --output name a command's output; --outputs select columns; --vary names numbers that vary."""
     names = defaultdict(set)
     for _, option in options():
         names[option.opts[-1]].add(frozenset(option.opts))

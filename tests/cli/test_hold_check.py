@@ -1,4 +1,4 @@
-"""``trunnion check --hold``: what it says, its exit code, its JSON."""
+"""``trunnion check --hold``: its text, its exit code, its JSON."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_what_cannot_be_assembled_is_told_without_a_traceback(capsys: pytest.Cap
 
 
 LONG = {"toggle_press": pytest.mark.slow}
-"""Models whose bounds take half as long as those of all others together."""
+"""Models whose bounds take half as long as the bounds of all others together."""
 
 
 @pytest.mark.default_cases(2)

@@ -1,8 +1,7 @@
-"""Ctrl-C keeps every row, event and finished case up to then, in files that are whole.
+"""Ctrl-C keeps all rows, events and finished cases so far, in complete files.
 
-Every test runs a program of its own that sends itself SIGINT at a place in the work, not at a time: as a call into C has come back
-with rows that nobody has kept yet, or when a batch has finished its fifth case.
-"""
+Every test runs a program of its own that sends itself SIGINT at a place in the work, not at a time. The place is the return of a
+call into C with rows that are not stored yet, or the end of a batch's fifth case."""
 
 from __future__ import annotations
 
@@ -57,20 +56,21 @@ _Work.go_on = go_on
 
 
 def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run a program in a process of its own to its end. Ctrl-C means there what it means at a terminal: what starts the tests may
-    have it ignored, as a shell does for its jobs in the background."""
+    """Run a program to its end in a process of its own. Ctrl-C acts there as at a terminal; the process that starts the tests may
+    ignore it, as a shell does for its jobs in the background."""
     program = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n" + program
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
 
 
 @pytest.fixture(scope="module")
 def whole() -> Result:
-    """The result of the same run when nobody interrupts it."""
+    """The result of the same run without interruption."""
     return trunnion.simulate("spherical_pendulum", until=UNTIL, every=EVERY)
 
 
 def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
-    """Rows and events are those of the whole run up to the time it stopped at, bit for bit, and none is missing."""
+    """Check that rows and events equal those of the whole run up to the time at which it stopped, bit for bit, and that none is
+    missing."""
     assert 0.0 < end < UNTIL
     assert len(time) == np.count_nonzero(whole.time <= end) > 1
     assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)
@@ -116,7 +116,7 @@ def test_python_gets_the_result_so_far_and_goes_on() -> None:
 
 
 def test_a_run_within_larger_work_passes_the_interrupt_on() -> None:
-    """A chart is many runs: Ctrl-C is meant for all of them."""
+    """A chart consists of many runs, and Ctrl-C ends all of them."""
     program = PRELUDE + "interrupted_after(1)\nimport trunnion\nfrom trunnion.simulation.run import Model, run\n"
     program += "from trunnion.simulation.runtime_interface.simulation_block import Settings\n"
     program += "try:\n    run(Model(trunnion.load_scene('spherical_pendulum')), 50.0, 0.01, Settings())\n"
@@ -160,7 +160,7 @@ def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: s
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Columns of a table, whichever way it was written; a partial one says so itself where it can."""
+    """Columns of a table in any format; a partial table is marked as partial where the format can do so."""
     if file.suffix == ".parquet":
         table = pq.read_table(file)
         assert table.schema.metadata[b"cancelled"].decode() == f"{table.num_rows} of 100000 cases finished"

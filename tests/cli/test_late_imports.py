@@ -1,4 +1,4 @@
-"""Packages that take long to import are imported where they are used; a missing one is told before."""
+"""Packages that take long to import are imported where they are used; a missing package is reported before."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""More rows than there is memory or time for, a port somebody has, a folder without a scene: told before anything starts."""
+"""Reports before a start: more rows than memory or time allow, a port that is in use, a folder without a scene."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MU = "joints.ball.friction.mu"
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine of 1 GB, whatever the tests run on."""
+    """A machine of 1 GB, on whatever machine the tests run."""
     monkeypatch.setattr(memory_limits, "memory", lambda: 10**9)
 
 
@@ -56,7 +56,8 @@ def test_the_command_is_refused_with_memory_and_writes_nothing(tmp_path: Path, c
 
 
 def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody knows before how many steps there will be, so that such a run is not refused: it ends with what it has."""
+    """The number of steps is unknown at the start, so that such a run is not refused. It ends when memory is full and keeps its
+    rows."""
     asked = {"until": 60.0, "every": 0, "rtol": 1e-12, "outputs": "crank_pivot.q*"}
     whole = trunnion.simulate("crank_slider_free", **asked)
     assert whole.outcome.ok

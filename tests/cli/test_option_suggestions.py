@@ -1,4 +1,4 @@
-"""What a command suggests for an option it does not know comes from the options it has: there is no second list of them."""
+"""A command's suggestions for an unknown option come from its own options; there is no second list."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The C sources keep the rules of the house: stages in one order, short files and functions, one name for a number."""
+"""The C sources obey the project's rules: stages in one order, short files and functions, one name for a number."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ ROOT = Path(__file__).resolve().parents[2]
 UNIT = RUNTIME / "runtime.c"
 NATIVE = ROOT / "fmu" / "native"
 UNITS = (UNIT, NATIVE / "shell.c", NATIVE / "pythonfmu_loader.c")
-"""Files that include others, all of them; ``shell.c`` is the C shell of FMUs and C libraries."""
+"""Files that include others; ``shell.c`` is the C shell of FMUs and C libraries."""
 SOURCES = sorted([*RUNTIME.rglob("*.[ch]"), *NATIVE.rglob("*.[ch]")])
 STAGES = ("base", "constraints", "friction", "evaluate", "integrators", "checks", "output", "modes", "events", "diagnosis",
           "time_stepping", "stepping", "hosts")  # fmt: skip
-"""Folders of the runtime in their order: a stage calls earlier ones only."""
+"""Folders of the runtime in their order: a stage calls only earlier ones."""
 MOST_LINES, MOST_OF_A_FUNCTION = 400, 45
 LONGER = {"fmi2_functions.c"}
 """C files that may be longer; ``fmi2_functions.c`` is as long as the standard's list of functions."""
@@ -36,12 +36,12 @@ PROTOTYPE = re.compile(r"^(?!typedef|return|else|#)[A-Za-z_][\w *]*?\b(tr_\w+)\(
 
 
 def name_of(file: Path) -> str:
-    """A file of the runtime by its path there, another by its name."""
+    """Name of a file: its path in the runtime for a file of the runtime, else its name."""
     return file.relative_to(RUNTIME).as_posix() if file.is_relative_to(RUNTIME) else file.name
 
 
 def code(text: str) -> str:
-    """C text without comments and text in quotes, as many lines as there were."""
+    """C text without comments and quoted text, with the same number of lines."""
     bare = re.sub(r"/\*.*?\*/", lambda m: "\n" * m.group().count("\n"), text, flags=re.DOTALL)
     return re.sub(r'"(?:\\.|[^"\\\n])*"', '""', bare)
 
@@ -104,7 +104,7 @@ def test_no_call_in_the_fmu_shell_goes_to_a_later_line(unit: Path) -> None:
 
 
 def calls() -> Iterator[tuple[str, str, str, str]]:
-    """(function, its file, a function that it names, the file of that) of the runtime."""
+    """(function, its file, a function that it names, the file of this function) of the runtime."""
     text = {name_of(f): code(f.read_text(encoding="utf-8")) for f in RUNTIME.rglob("*.[ch]")}
     made = {f: list(definitions(t)) for f, t in text.items()}
     home = {d.name: f for f, ds in made.items() for d in ds}
@@ -134,7 +134,7 @@ def test_a_stage_that_calls_a_later_one_does_not(tmp_path: Path) -> None:
 
 
 def compiles_alone(stage: str, folder: Path, more: str = "") -> str:
-    """What the compiler complains of in a stage's files (and `more` behind them), with no header of a later stage in reach."""
+    """The compiler's messages about a stage's files (and `more` after them) when headers of later stages are unavailable."""
     write_headers(folder)
     for known in STAGES[: STAGES.index(stage) + 1]:
         shutil.copytree(RUNTIME / known, folder / known, ignore=shutil.ignore_patterns("" if known == stage else "*.c"))
@@ -172,14 +172,14 @@ def test_a_tolerance_has_a_name(file: Path) -> None:
 
 
 SHARED = ("base/tolerances.h", "base/stick_rule.h")
-"""Where constants are defined that several files use."""
+"""Files that define constants for several files."""
 ENGINE = ROOT / "engine"
 OTHERS = [*(ENGINE / "kernel").rglob("*.hpp"), *(ROOT / "fmu" / "native").rglob("*.[ch]"), *ENGINE.rglob("*.py")]
 """Files outside the runtime that may use its constants (Python by ``trunnion.runtime.abi.header_constants.number``)."""
 
 
 def test_a_number_has_one_name_and_a_name_one_number() -> None:
-    """All files are one translation unit: a name defined again would mean one thing above that line and another below."""
+    """All files are one translation unit. A name with a second definition would have different meanings above and below it."""
     text = "".join(f.read_text(encoding="utf-8") for f in sorted(RUNTIME.rglob("*.[ch]")))
     defined = Counter(re.findall(r"^#define ([A-Z_0-9]+) (?!_Pragma)", text, re.MULTILINE))
     assert [name for name, count in defined.items() if count > 1] == []
@@ -203,13 +203,13 @@ def test_a_number_that_several_files_use_stands_among_the_tolerances() -> None:
 
 
 def test_thresholds_that_depend_on_each_other_are_in_order() -> None:
-    """``engine/runtime/README.md``: else a decision would be an event again at once."""
+    """See ``engine/runtime/README.md``. With another order a decision would be an event again at once."""
     assert number("TOL_SPEED") < number("REST_SPEED") == number("TOL_RESOLVE") < number("TOL_RELEASE")
     assert number("REST_SPEED") < number("NEAR_MISS") < number("CAPTURE_SPEED")
 
 
 def test_no_number_of_the_runtime_is_copied() -> None:
-    """Neither by its name nor as one that a comment says to be that of another place."""
+    """No copy has the same name, or a comment that says its number is that of another place."""
     shared = {name for file in SHARED for name in DEFINED.findall((RUNTIME / file).read_text(encoding="utf-8"))}
     copies = re.compile(r"^#define (\w+) +-?[\d.].*\bas (?:there|in ``|[A-Z]{3,})", re.MULTILINE)
     for file in [*RUNTIME.rglob("*.[ch]"), *OTHERS]:

@@ -1,4 +1,4 @@
-"""Python files and functions of the project are short; each that is longer is listed here with its reason."""
+"""Python files and functions of the project are short; each longer one is listed here with its reason."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 MOST_LINES, MOST_OF_A_FUNCTION = 400, 45
 LONGER_FUNCTIONS: dict[str, str] = {}
-"""Functions that may be longer, as ``file::name``, and why."""
+"""Functions that may be longer, as ``file::name``, and the reason."""
 
 
 def files() -> Iterator[tuple[str, str]]:
@@ -28,7 +28,7 @@ def statements(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def lengths(name: str, text: str) -> Iterator[tuple[str, int]]:
-    """(``file::name``, lines) of every function of a file, its decorators and its docstring apart."""
+    """(``file::name``, lines) of every function of a file, without its decorators and its docstring."""
     for node in statements(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             first = node.body[0]

@@ -1,5 +1,5 @@
-"""Modules import each other one way: no circles, even through imports inside functions or for types; workers load no commands
-and no web."""
+"""Modules import each other in one direction: there are no cycles, even through imports inside functions or for types. Workers load
+no commands and no web packages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WORKERS = (
     *(f"trunnion.service.executor.{name}" for name in ("chunk_and_case_runs", "sensitivity_run", "parquet_parts")),
     "trunnion.batch",
 )
-"""What runs in another process, on another machine perhaps: the cases of a batch, one run and its derivatives."""
+"""Modules that run in another process, perhaps on another machine: the cases of a batch, one run and its derivatives."""
 
 
 @cache
@@ -32,7 +32,7 @@ def modules() -> dict[str, Path]:
 
 
 def imports_of(text: str, known: set[str]) -> set[str]:
-    """Modules among the known ones that a source imports: at its top, in a function, or for types alone."""
+    """Known modules that a source imports: at its top, in a function, or only for types."""
     out: set[str] = set()
     for n in ast.walk(ast.parse(text)):
         if isinstance(n, ast.Import):
@@ -50,7 +50,7 @@ def graph() -> dict[str, set[str]]:
 
 
 def reached(start: str) -> set[str]:
-    """The module and all modules that it may come to import, directly or through others."""
+    """The module and all modules that it may import, directly or through others."""
     seen, todo = set(), [start]
     while todo:
         m = todo.pop()
@@ -74,7 +74,7 @@ def test_imports_inside_functions_and_for_types_count() -> None:
 
 @pytest.mark.parametrize("worker", WORKERS)
 def test_workers_import_neither_the_command_line_nor_the_web_nor_the_store(worker: str) -> None:
-    """Those would take longer to load than all that a worker does for a small job."""
+    """Their import would take longer than all the work of a small job."""
     theirs = ("trunnion.cli", "trunnion.fmu.cli", *(f"trunnion.service.{name}" for name in ("cli", "api", "store", "server")))
     found = sorted(m for m in reached(worker) if m.startswith(theirs))
     assert not found

@@ -1,5 +1,5 @@
-"""Laws, contact elements and numbers are known in one place: nothing else names them, and declarations that do not fit together
-cannot be imported."""
+"""Laws, contact elements and numbers are declared in one place. No other code names them, and inconsistent declarations cannot be
+imported."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ OWN = {"engine/elements"}
 PRODUCT = [p for top in ("engine", "fmu", "service") for p in sorted((ROOT / top).rglob("*"))
            if p.suffix in (".py", ".js", ".html", ".txt", ".h", ".c") and "_models" not in p.parts]  # fmt: skip
 OF_OTHERS = {("engine/importers/mjcf/joints.py", "ball"), ("engine/importers/sdf/joints.py", "ball")}
-"""Words of other programs that are names here, where they are translated."""
+"""Words of other programs that are also names here, in the files that translate them."""
 LAW = re.compile(rf"\b({'|'.join(friction.REGISTRY)})\b")
 
 
 def texts(file: Path) -> Iterator[str]:
-    """What a file says to the machine or to a user: string constants of Python, anything but comments of other languages."""
+    """Text of a file for the machine or a user: string constants of Python, all but comments in other languages."""
     text = file.read_text(encoding="utf-8")
     if file.suffix != ".py":
         bare = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)

@@ -1,5 +1,5 @@
-"""Settings of a run are declared once: the command line, Python and REST have the same names, bounds, words and refusals, asked of
-these interfaces themselves."""
+"""Settings of a run are declared once. The command line, Python and REST have the same names, bounds, texts and refusals; the test
+calls these interfaces themselves."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ CASES = [pytest.param(s, who, id=f"{who}, {s.name}") for s in SETTINGS for who i
 
 
 def option(name: str) -> str:
-    """What a setting is called at the command line."""
+    """The name of a setting on the command line."""
     return f"--{name.replace('_', '-')}"
 
 
 def words(who: str) -> dict[str, str]:
-    """What one of those who offer settings says of each, by name."""
+    """The texts of one interface about each setting, by name."""
     if who in PYTHON:
         lines = inspect.getdoc(PYTHON[who]).partition("Settings:")[2].strip().splitlines()
         return dict(line.strip().split(": ", 1) for line in lines)
@@ -77,7 +77,7 @@ def test_a_request_has_the_bounds_of_the_table_in_its_schema(who: str) -> None:
 
 
 def asked(who: str, **given: str) -> None:
-    """Ask for a run with these settings; nothing is run where one of them is wrong."""
+    """Request a run with these settings; a wrong setting prevents the run."""
     varied = {"vary": {"gravity[3]": [-1.0]}}
     wanted = {"parameters": ["gravity[3]"], "outputs": ["*.q*"]}
     if who == "POST /v1/jobs":

@@ -1,4 +1,4 @@
-"""The house keeps its rules: style, types, layers, the README's commands, and registries that agree with each other."""
+"""The project's rules: style, types, layers, the README's commands, and registries that agree with each other."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RUBBING = sorted((k for k in joints.REGISTRY.values() if k.friction), key=lambda
 
 @pytest.fixture(scope="module")
 def as_installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the package as a wheel lays it out: an editable installation is a finder, which these tools do not follow."""
+    """A folder with the package in the layout of a wheel. An editable installation is a finder, which these tools do not follow."""
     place = tmp_path_factory.mktemp("installed")
     for name, folder in PACKAGES.items():
         shutil.copytree(ROOT / folder, place / name.replace(".", "/"), ignore=shutil.ignore_patterns("__pycache__"))
@@ -64,7 +64,7 @@ def test_ruff_finds_nothing() -> None:
 
 
 def test_the_top_level_is_fixed() -> None:
-    """What commands of the pages leave where they are typed was committed once."""
+    """The results of commands on the pages were once committed, in the folder where they are typed."""
     told = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if told.returncode:
         pytest.skip("no git checkout")
@@ -275,9 +275,9 @@ TYPES_BY_NAME = {
     "engine/analysis/work_precision/reference_solvers/mujoco.py": "says what another program has",
     "engine/analysis/work_precision/reference_solvers/exudyn.py": "says what another program has",
 }
-"""Files outside engine/joints that name a joint type, and why."""
+"""Files outside engine/joints that name a joint type, and the reason."""
 COMMON_WORDS = {"fixed", "free"}
-"""Types whose names are other words too (a fixed step, a FMI variability)."""
+"""Types whose names are also other words (a fixed step, an FMI variability)."""
 
 
 def test_nothing_outside_its_folder_asks_for_a_joint_type_by_name() -> None:

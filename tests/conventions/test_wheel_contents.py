@@ -1,4 +1,4 @@
-"""A wheel holds nothing but what installed code imports or reads."""
+"""A wheel contains only files that installed code imports or reads."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from trunnion.scene.library.model_folders import bundled_names
 LOADED_BY_OTHERS = ("trunnion.service.store.migrations.",)
 """Modules that a library loads from a folder (Alembic)."""
 HASHED = {"trunnion.parts.primitives.library_prebuild"}
-"""Builds the libraries of a wheel. ``prebuilt_libraries.sources`` reads the file: a library is used with the same sources alone."""
+"""The module that builds the libraries of a wheel. ``prebuilt_libraries.sources`` reads the file: a library is used only with the
+same sources."""
 READ_BY_OTHERS = {"py.typed"}
 """Files that tools read (type checkers)."""
 
 
 @cache
 def wheel_files() -> tuple[dict[str, Path], list[Path]]:
-    """Modules by their name and the other files that a wheel would hold, by their paths in the checkout."""
+    """Modules by name, and the other files of a wheel by their paths in the checkout."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
         command = BuildPy(Distribution({"package_dir": dict(PACKAGES), "script_name": "setup.py"}))
@@ -36,8 +37,8 @@ def wheel_files() -> tuple[dict[str, Path], list[Path]]:
 
 @cache
 def imports(module: str) -> frozenset[str]:
-    """Modules of a wheel that a module imports, its parents among them, or names in a text: ``a.b``, ``a.b:c``, or ``b``
-    where the module is in the package of ``b`` or names it in a text."""
+    """Modules of a wheel that a module imports, with their parents, or that a text names: ``a.b``, ``a.b:c``, or ``b`` where the
+    module is in the package of ``b`` or names this package in a text."""
     modules, found = wheel_files()[0], {module.rpartition(".")[0]}
     tree = ast.parse(modules[module].read_text(encoding="utf-8"))
     texts = [n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str)]

@@ -23,7 +23,7 @@ r = trunnion.simulate("spherical_pendulum", until=0.5)
 print(json.dumps([trunnion.__file__, str(trunnion.models_dir()), model_names(), r.outcome.ok]))
 """
 TIMEOUT = 300
-"""Seconds; a slow machine builds a kernel in ten."""
+"""Time limit, s; a slow machine builds a kernel in ten seconds."""
 
 
 def installed(kind: str, folder: Path) -> Path:
@@ -44,7 +44,7 @@ def installed(kind: str, folder: Path) -> Path:
 
 
 def ask(python: Path, folder: Path, *words: str) -> str:
-    """Standard output of Python run in another folder, without what would lead it back to this checkout."""
+    """Standard output of Python run in another folder, without settings that point to this checkout."""
     env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
     done = subprocess.run([str(python), *words], cwd=folder, env=env, capture_output=True, text=True, timeout=TIMEOUT)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -88,7 +88,8 @@ def test_the_wheel_adds_one_package(wheel: tuple[Path, Path]) -> None:
 
 
 def test_a_users_own_files_of_the_folders_names_hide_nothing(wheel: tuple[Path, Path], tmp_path: Path) -> None:
-    """``engine.py``, ``fmu/`` and ``service.py`` beside a user's script are the user's, and ours are found all the same."""
+    """``engine.py``, ``fmu/`` and ``service.py`` beside a user's script are the user's modules; our packages are found
+    nevertheless."""
     (_, python), beside = wheel, tmp_path / "beside"
     (beside / "fmu").mkdir(parents=True)
     for name in ("engine.py", "service.py", "fmu/__init__.py"):

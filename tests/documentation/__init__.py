@@ -1,1 +1,1 @@
-"""Every block of every page, run as it is printed."""
+"""Tests that run every block of every page as printed."""

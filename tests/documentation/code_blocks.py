@@ -1,4 +1,4 @@
-"""What a page prints for its reader to run, in the order it stands there."""
+"""The blocks that a page prints for its reader to run, in their order on the page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 FENCED = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?<=\n\n)((?:    (?:trunnion|python3?|pip) .*\n)+)")
 INSTALL = re.compile(r"`((?:\.venv/bin/)?pip\s+install\s[^`]*(?:\.|trunnion)\[(?!bench)\w+\][^`]*)`")
-"""A sentence that installs this project with an extra. The extra ``bench`` is left out: it brings other programs to compare with,
+"""A sentence that installs this project with an extra. The extra ``bench`` is left out: it installs other programs for comparison,
 which pages do not need."""
 KINDS = ("bash", "python", "yaml", "bat")
 SHOWN = "text"
@@ -20,7 +20,7 @@ PLAIN = (".git", ".venv", "__pycache__")
 
 @dataclass(frozen=True)
 class Step:
-    """Something to run. kind: one of ``KINDS``; line: where it stands on the page; text: as printed."""
+    """A step to run. kind: one of ``KINDS``; line: its place on the page; text: as printed."""
 
     kind: str
     line: int
@@ -42,7 +42,7 @@ def steps(page: Path) -> list[Step]:
 
 
 def pages(root: Path) -> Iterator[Path]:
-    """Every page of the checkout that has something to run."""
+    """Every page of the checkout with steps to run."""
     for page in sorted(root.rglob("*.md")):
         hidden = any(part.startswith(".") or part in PLAIN for part in page.relative_to(root).parts)
         if not hidden and steps(page):

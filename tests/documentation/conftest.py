@@ -1,4 +1,4 @@
-"""The copies of the checkout in which pages are read."""
+"""A fixture: the copies of the checkout in which the tests run pages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.documentation.virtual_environments import Home
 
 @pytest.fixture(scope="module")
 def homes() -> Iterator[dict[str, Home]]:
-    """A copy of the checkout for every group, with an environment of its own; gone afterwards."""
+    """A copy of the checkout for every group, with an environment of its own; it is deleted afterwards."""
     made: dict[str, Home] = {}
     yield made
     for home in made.values():

@@ -21,7 +21,7 @@ from tests.documentation.virtual_environments import Home, copied
 ROOT = Path(__file__).resolve().parents[2]
 INSTALLED = "python3 -m venv .venv && . .venv/bin/activate && pip install -q ."
 LAST = ("models/friction_identification/README.md", "models/cookbook/designer.md")
-"""Pages that install analysis and cad themselves, after which nobody else may come."""
+"""Pages that install analysis and cad themselves, so that they must come last."""
 ELSEWHERE = (*LAST, "models/cookbook/README.md")
 GROUPS = {
     "plain": [
@@ -37,27 +37,27 @@ GROUPS = {
     "service, pandas": ["service/README.md"],
     "fmu": ["fmu/README.md"],
 }
-"""Pages by group; a group is named for what its pages install, in the order in which they do."""
+"""Pages by group. The group's name lists the packages that its pages install, in their order."""
 ABOUT_MODELS = ("plain", "guide, plain", "pandas")
 """Groups that one process reads. All others are read by a second one, for pages that serve do so at one port. They take about as
 long. A process reads the pages of one file of tests (``--dist loadfile``)."""
 
 
 def begins(page: str) -> list[Step]:
-    """A page's steps; a model's page is read with the installation of the README, to which the list of models sends its readers."""
+    """A page's steps. A model's page is run with the installation of the README, to which the list of models refers its readers."""
     found = steps(ROOT / page)
     model = page.startswith("models/") and (ROOT / page).with_name("scene.yaml").exists()
     return [Step("bash", 0, INSTALLED), *found] if model and found else found
 
 
 def cases(about_models: bool) -> list[object]:
-    """(group, page) of the pages that one process reads."""
+    """(group, page) of the pages that one process runs."""
     mine = [(group, its) for group, its in GROUPS.items() if (group in ABOUT_MODELS) == about_models]
     return [pytest.param(group, page, id=page.removesuffix(".md")) for group, its in mine for page in its if steps(ROOT / page)]
 
 
 def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.TempPathFactory) -> None:
-    """Everything the page prints, in a copy of the checkout that its group shares."""
+    """Run everything that the page prints, in a copy of the checkout that its group shares."""
     if group not in homes:
         shared = in_common(folders)
         alone(shared, group in ABOUT_MODELS)
@@ -77,7 +77,7 @@ def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.
 
 
 def alone(shared: Path, about_models: bool) -> None:
-    """Nobody else reads pages of this kind: two that serve would do so at one port, and get each other's answers."""
+    """A lock: no other process runs pages of this kind. Two that serve would use one port, and get each other's answers."""
     reader = shared / f"{'models' if about_models else 'others'}.process"
     with suppress(FileExistsError), reader.open("x") as new:
         new.write(str(os.getpid()))
@@ -85,7 +85,7 @@ def alone(shared: Path, about_models: bool) -> None:
 
 
 def in_common(folders: pytest.TempPathFactory) -> Path:
-    """A folder that the processes of one test session have in common: pages have one kernel cache, as one user has, empty at first,
+    """A folder that the processes of one test session share. Pages have one kernel cache, like one user, which is empty at first,
     and one copy of the packages that all of them install."""
     mine = folders.getbasetemp()
     shared = (mine.parent if "PYTEST_XDIST_WORKER" in os.environ else mine) / "pages"
@@ -94,7 +94,7 @@ def in_common(folders: pytest.TempPathFactory) -> Path:
 
 
 def drawings(home: Path) -> None:
-    """Write the files that a page takes to be there: a designer's drawing and a robot."""
+    """Write the files that a page assumes to exist: a designer's drawing and a robot."""
     corners = np.array([[0, 0, 0], [40, 0, 0], [0, 20, 0], [0, 0, 10]])
     faces = ["0 2 1", "0 1 3", "0 3 2", "1 2 3"]
     facets = [[corners[int(i)] for i in f.split()] for f in faces]

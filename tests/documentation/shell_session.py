@@ -1,4 +1,5 @@
-"""Somebody who types what a page prints into a shell and into Python, in an environment with exactly what the page installs."""
+"""A simulated reader who types the blocks of a page into a shell and into Python, in an environment with exactly the packages that
+the page installs."""
 
 from __future__ import annotations
 
@@ -29,16 +30,16 @@ for line in sys.stdin:
 """
 PRINTED_PORT = "8765"
 THE_PROJECT = re.compile(r"(pip install (?:-q )?['\"]?)\.(?=[\['\"\s]|$)")
-"""What a line says of the checkout's project: ``.`` or ``.[extra]``."""
+"""The part of a line that names the checkout's project: ``.`` or ``.[extra]``."""
 FAILS = {"@db/": "the database cannot be used", "half_length=0.15": "jammed"}
-"""Printed lines that end with exit code 1, and what they say then: a host that is only an example; a guide that is to jam."""
+"""Printed lines that end with exit code 1, and their messages: a host that is only an example; a guide that must jam."""
 JOB = re.compile(r"\b[0-9a-f]{24}\b")
 PATIENCE = 240.0
-"""Seconds for a server that is being installed and started; only a failing test waits so long."""
+"""Time limit, s, for the installation and start of a server; only a failing test waits so long."""
 
 
 class Reader:
-    """Works in one copy of the checkout, whose ``.venv`` grows with what is installed into it. Use it as a context for one page."""
+    """Works in one copy of the checkout, whose ``.venv`` grows with each installation. Use it as a context for one page."""
 
     def __init__(self, place: Home):
         self.place, self.home, self.job, self.active = place, place.path, "", False
@@ -63,7 +64,7 @@ class Reader:
             server.wait(60)
 
     def does(self, step: Step, page: str) -> None:
-        """Do what one block of the page says."""
+        """Do the work of one block of the page."""
         place = f"{page}:{step.line}"
         if step.kind == "python":
             self._execute(step.text, place)
@@ -76,7 +77,7 @@ class Reader:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment variables for what a page runs: nothing in them leads back to the packages of the tests' own environment."""
+        """Environment variables for the page's programs: none of them points to the packages of the tests' own environment."""
         left = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV", "PYTEST", "COV_"))}
         scripts = [str(self.home / ".venv" / "bin")] if self.active else []
         ours = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg", "TRUNNION_CACHE": str(self.place.shared / "cache")}
@@ -85,7 +86,7 @@ class Reader:
         return left | ours | {"PATH": os.pathsep.join([*scripts, left["PATH"]])}
 
     def _type(self, line: str, place: str) -> None:
-        """Type a line into the shell; a server it starts is left running until the page ends."""
+        """Type a line into the shell; a server that it starts runs until the page ends."""
         if not line or line.endswith("-m pytest"):
             return  # that is the command that runs these tests
         if "activate" in line:
@@ -155,7 +156,7 @@ class Reader:
 
 
 def asked(path: str) -> Any:
-    """What the server at the printed address answers; None when nothing does."""
+    """The answer of the server at the printed address; None when there is none."""
     try:
         with urllib.request.urlopen(f"http://127.0.0.1:{PRINTED_PORT}{path}", timeout=10) as answer:
             return json.loads(answer.read())

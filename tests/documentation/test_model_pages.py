@@ -1,4 +1,4 @@
-"""Pages about models run as printed, block by block. One process reads them: ``python -m pytest -m pages -n 2 --dist loadfile``."""
+"""Pages about models run as printed, block by block. One process runs them: ``python -m pytest -m pages -n 2 --dist loadfile``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All other pages run as printed, some of which serve at one port. One process reads them: ``python -m pytest -m pages -n 2 --dist
+"""All other pages run as printed; some of them serve at one port. One process runs them: ``python -m pytest -m pages -n 2 --dist
 loadfile``."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Every page is read, and says first where what it names comes from. Pages are read in ``test_models`` and ``test_others``."""
+"""Every page is run, and first states the source of what it names. ``test_model_pages`` and ``test_other_pages`` run the pages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_every_page_with_something_to_run_is_run() -> None:
 
 
 def test_every_page_begins_with_what_it_installs() -> None:
-    """A page that names a command without saying where it comes from leaves its reader to guess."""
+    """A page that names a command without stating its source leaves its reader to guess."""
     for page in (page for group in GROUPS.values() for page in group if steps(ROOT / page)):
         first = begins(page)[0].text
         assert "pip install" in first, f"{page} begins with {first.splitlines()[0]!r}"
@@ -26,7 +26,8 @@ def test_every_page_begins_with_what_it_installs() -> None:
 
 
 def test_two_processes_that_read_pages_of_one_kind_are_told_of_each_other(tmp_path: Path) -> None:
-    """They serve at one port. (``--dist loadgroup`` did not keep them apart: pytest 9.2 ignores the names by which it groups.)"""
+    """The pages serve at one port. (``--dist loadgroup`` did not separate them: pytest 9.2 ignores the names by which it
+    groups.)"""
     alone(tmp_path, about_models=True)
     alone(tmp_path, about_models=False)
     alone(tmp_path, about_models=False)
@@ -47,7 +48,7 @@ def test_two_processes_that_read_pages_of_one_kind_are_told_of_each_other(tmp_pa
 def test_only_an_environment_that_holds_the_project_is_spared_its_build(
     printed: str, typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first one is made as its page says; with TRUNNION_PAGES=all, every one."""
+    """The first environment is made as its page says; with TRUNNION_PAGES=all, every one is."""
     monkeypatch.delenv("TRUNNION_PAGES", raising=False)
     empty, begun = Reader(Home(tmp_path, tmp_path)), Reader(Home(tmp_path, tmp_path, copied=True))
     assert (empty.cheaper(printed), begun.cheaper(printed)) == (printed, typed)

@@ -13,7 +13,7 @@ from tests.documentation.reference_pages import PAGES, outdated
 
 ROOT = Path(__file__).resolve().parents[2]
 LARGEST_PAGE = 40 * 1024
-"""Bytes; a reader scrolls through no page that is longer."""
+"""Largest page in bytes; readers do not scroll through longer pages."""
 
 
 def test_generated_pages_are_current() -> None:

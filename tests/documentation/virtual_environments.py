@@ -26,9 +26,10 @@ BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?
 """The line that makes an environment with the project and no extras."""
 EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
 PATIENCE = 600.0
-"""Seconds to wait for another process's environment; only where it has failed does one wait so long, and make its own then."""
+"""Seconds to wait for another process's environment. A process waits so long only where the other one has failed, and then makes
+its own."""
 WITH_PYTHON = {"pip", "setuptools", "wheel"}
-"""What ``python -m venv`` may put into an environment by itself."""
+"""Packages that ``python -m venv`` may put into an environment by itself."""
 
 
 @dataclass
@@ -48,8 +49,8 @@ class Home:
         return self.path / ".venv"
 
     def begin(self, line: str) -> None:
-        """Take over the environment without extras before an environment is made by ``line``. The session's first home that types
-        the line for it makes it, and all others wait for that."""
+        """Take over the environment without extras before ``line`` makes an environment. The session's first home with this line
+        makes it, and all others wait for it."""
         base, maker = self.shared / "base", self.shared / "base.maker"
         if BASE.match(line) and not maker.exists():
             with suppress(FileExistsError):
@@ -78,7 +79,7 @@ class Home:
         return {extra for line in self.typed for found in EXTRAS.findall(line) for extra in found.split(",")}
 
     def surplus(self) -> tuple[set[str], set[str]]:
-        """Names of the distributions that the environment has although nothing typed here asks for them, and of those it lacks."""
+        """Names of the distributions in the environment that no typed line requires, and of those that are missing."""
         (site,) = self.venv.glob("lib/python*/site-packages")
         there = {canonicalize_name(d.metadata["Name"]): d for d in distributions(path=[str(site)])}
         asked = needed(there, "trunnion", self.extras)
@@ -102,8 +103,8 @@ def needed(there: dict[str, Distribution], name: str, extras: set[str]) -> set[s
 
 
 def linked(old: Path, new: Path, place: bytes) -> None:
-    """A copy of an environment that was made at ``place``, with hard links for its packages; scripts and settings, which name their
-    place and are written over in place, are files of their own. The copy in which pages are read names where it stands."""
+    """A copy of an environment that was made at ``place``, with hard links for its packages. Scripts and settings name their place
+    and are rewritten, so that they are separate files. The copy in which pages run names its own place."""
     shutil.copytree(old, new, symlinks=True, ignore=shutil.ignore_patterns("lib"))
     shutil.copytree(old / "lib", new / "lib", symlinks=True, copy_function=link)
     if new.name == ".venv":

@@ -1,4 +1,4 @@
-"""FMUs for the tests, made once a process, and a small host around fmpy."""
+"""FMUs for the tests, made once in each process, and a small host around fmpy."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def exported(model: str, flavour: str = "native") -> Path:
 
 
 def arm() -> trunnion.Scene:
-    """Two links: the first follows an input angle, a torque input acts in the second's rubbing joint."""
+    """Two links: the first follows an input angle, and a torque input acts in the second's joint, which has friction."""
     bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
     rub = {"mu": 0.1, "radius": 0.01, "half_length": 0.02}
     return scene_from_dict({
@@ -111,7 +111,7 @@ class Host:
         return out
 
     def all_outputs(self) -> list[str]:
-        """Names of all outputs, and of what local variables there are."""
+        """Names of all outputs, and of the existing local variables."""
         return [v.name for v in self.md.modelVariables if v.causality in ("output", "local")]
 
 
@@ -127,8 +127,8 @@ for line in sys.stdin:
 
 @cache
 def reference() -> subprocess.Popen[str]:
-    """A process that simulates for the processors FMUs are compiled for, optimised as they are; it ends with this one. (In this one
-    fused operations of newer processors round differently.)"""
+    """A process that simulates for the processors for which FMUs are compiled, with the same optimisation; it ends with this
+    process. (In this process, fused operations of newer processors round differently.)"""
     env = dict(os.environ, TRUNNION_CPU="x86_64", TRUNNION_QUICK_BUILD="0")
     made = subprocess.Popen([sys.executable, "-c", REFERENCE], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(made.communicate)
@@ -136,8 +136,8 @@ def reference() -> subprocess.Popen[str]:
 
 
 def engine_run(model: str, until: float, kernel: str | None = None) -> dict[str, np.ndarray]:
-    """Columns of one engine run, compiled for the processors FMUs are compiled for; it goes on beyond ``until``, as
-    an FMU's own steps do."""
+    """Columns of one engine run, compiled for the processors for which FMUs are compiled. The run continues beyond ``until``, as an
+    FMU's own steps do."""
     name, _, law = model.partition(":")
     kernel = kernel_for(kernel, build(trunnion.load_scene(name)).system, np.inf)
     file = FOLDER / f"{model.replace(':', '-')}-{kernel}.npz"
@@ -158,7 +158,8 @@ def fmu_run(file: Path, until: float, names: list[str], **more) -> dict[str, np.
 
 
 def claim_equal_to_engine(model: str) -> None:
-    """Both flavours give the engine's columns to 1e-9 of each column's size (1 where it is smaller), and each other's bits."""
+    """Check that both flavours give the engine's columns to 1e-9 of each column's size (1 where it is smaller), and the same bits
+    as each other."""
     until = min(float(trunnion.load_scene(model.partition(":")[0]).simulation.until), 2.0)
     expected = engine_run(model, until)
     names = [n for n in expected if n != "time"]

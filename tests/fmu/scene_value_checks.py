@@ -1,4 +1,4 @@
-"""The claim that an FMU refuses what the scene it was made of refuses, in the same words, and goes on."""
+"""The claim that an FMU refuses the values that its scene refuses, in the same words, and continues."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ TRIALS = (-1.0, 0.0)
 
 
 def claim_refuses_what_the_scene_refuses(model: str) -> None:
-    """For every parameter that is a number of the scene, set before the start: the FMU says what the scene says. A refused value
-    changes nothing, so that the run goes on as if it had not been given."""
+    """Tests every parameter that is a number of the scene, set before the start: the FMU gives the scene's message. A refused value
+    changes nothing, so that the run continues as if it had not been given."""
     scene = trunnion.load_scene(model)
     host = Host(exported(model), begin=False)
     plain = {p.path: p.value for p in list_parameters(scene)}
@@ -36,7 +36,7 @@ def claim_refuses_what_the_scene_refuses(model: str) -> None:
 
 
 def said_by_the_scene(scene: trunnion.Scene, path: str, value: float) -> str:
-    """What the scene finds wrong with the value itself; that it does not go with another is said only when it takes effect."""
+    """The scene's problems with the value itself. A conflict with another value is reported only when the value takes effect."""
     changes: dict[str, float | None] = {path: value}
     if path.endswith(".mass"):  # a body whose mass follows from its density has none of its own to override
         changes[path.removesuffix("mass") + "density"] = None
@@ -48,7 +48,7 @@ def said_by_the_scene(scene: trunnion.Scene, path: str, value: float) -> str:
 
 
 def _said_by_the_fmu(host: Host, path: str, value: float) -> str:
-    """The refusal, "" when the value was taken; a refused one leaves the old one."""
+    """The refusal; "" when the value was accepted. A refused value leaves the old one."""
     before = host.get(path)
     status = 0
     try:

@@ -1,4 +1,5 @@
-"""fmpy's validation of an FMU. It parses every variable name, at 30 ms each; here each form of name is parsed once a process."""
+"""fmpy's validation of an FMU. fmpy parses every variable name, at 30 ms each; here each form of name is parsed once in each
+process."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ _legal: set[str] = set()
 
 
 def form(name: str) -> str:
-    """A name with each identifier written ``a`` and each number ``1``: by the grammar both are legal, or neither is."""
+    """A name in which ``a`` replaces each identifier and ``1`` each number. By the grammar both names are legal, or neither is."""
     return re.sub(r"[0-9]+", "1", re.sub(r"(?!der\()[A-Za-z_][A-Za-z_0-9]*", "a", name))
 
 

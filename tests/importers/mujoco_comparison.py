@@ -1,4 +1,5 @@
-"""An imported MJCF beside MuJoCo itself: accelerations at random states, constraints, contacts and actuators switched off there."""
+"""An imported MJCF compared with MuJoCo itself: accelerations at random states. Constraints, contacts and actuators are off in
+MuJoCo."""
 
 from __future__ import annotations
 
@@ -19,8 +20,8 @@ from trunnion.simulation.run import Model
 
 @dataclass
 class Compared:
-    """bodies, freedoms, loops of the scene; gap: of accelerations, of the largest; inertia: largest difference of a body's inertia
-    from MuJoCo's, relative, and gap_with: what of the gap is left when MuJoCo is given ours."""
+    """bodies, freedoms, loops: of the scene. gap: largest difference of accelerations, relative to the largest. inertia: largest
+    relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has our inertias."""
 
     bodies: int
     freedoms: int
@@ -47,7 +48,7 @@ def opened(scene: Scene, bodies: Bodies) -> tuple[Scene, list[str]]:
 
 
 def quiet(m: Any, constraints: bool = False) -> Any:
-    """A MuJoCo model without all that a mechanism does not have."""
+    """A MuJoCo model without its features that a mechanism does not have."""
     import mujoco
 
     off = mujoco.mjtDisableBit
@@ -59,7 +60,8 @@ def quiet(m: Any, constraints: bool = False) -> Any:
 
 
 def coordinates(m: Any, freedoms: list[Freedom], q: np.ndarray, *rates: np.ndarray) -> list[dict[str, np.ndarray]]:
-    """MuJoCo's qpos and some of qvel or qacc as those of the scene's joints: angular ones in the inboard frame, not the body's."""
+    """MuJoCo's qpos and some of qvel or qacc, converted to those of the scene's joints: angular ones in the inboard frame, not the
+    body's."""
     out: list[dict[str, np.ndarray]] = [{} for _ in range(1 + len(rates))]
     for j, f in enumerate(freedoms):
         a, v, at = m.jnt_qposadr[j], m.jnt_dofadr[j], {"ball": 0, "free": 3}.get(f.type)
@@ -74,13 +76,13 @@ def coordinates(m: Any, freedoms: list[Freedom], q: np.ndarray, *rates: np.ndarr
 
 
 def accelerations(scene: Scene, q: dict[str, np.ndarray], qd: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Those of the scene's joints, on parts."""
+    """Accelerations of the scene's joints, on parts."""
     row = evaluate(Model(scene, ("*.qdd[*",), kernel="parts"), q, qd, 0.0)
     return {n: np.array([row[f"{n}.qdd[{k + 1}]"] for k in range(len(v))]) for n, v in qd.items()}
 
 
 def random_state(m: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """qpos and qvel."""
+    """Random qpos and qvel."""
     import mujoco
 
     rng = np.random.default_rng(seed)
@@ -90,7 +92,7 @@ def random_state(m: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compared(file: Path, seeds: int = 3) -> Compared:
-    """The file's mechanism here and there. SceneError where it is refused here; ValueError where MuJoCo refuses it."""
+    """The file's mechanism in Trunnion and in MuJoCo. SceneError where Trunnion refuses it; ValueError where MuJoCo does."""
     import mujoco
 
     linkage, model, bodies = linkage_of_mjcf(file)
@@ -118,8 +120,8 @@ def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) ->
 
 
 def _given(m: Any, bodies: Bodies) -> float:
-    """Give MuJoCo the inertias of the scene, with principal axes to the last digit (it finds its own to about 1e-8); the largest
-    relative difference from those it had."""
+    """Give MuJoCo the inertias of the scene, with principal axes to the last digit (its own have about 1e-8). Returns the largest
+    relative difference from its former inertias."""
     import mujoco
 
     worst = 0.0

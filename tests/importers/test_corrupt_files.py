@@ -1,4 +1,4 @@
-"""Damaged files give a scene or an error that says where: nothing else is raised, whatever is changed in them."""
+"""Damaged files give a scene or an error that names the place; no other exception is raised, whatever the damage."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TRIES = 40
 
 
 def damaged(text: str, rng: random.Random) -> str:
-    """One thing of a file in XML changed: a number, a text, an element taken away or written twice."""
+    """An XML file with one change: a number, a text, an element removed or duplicated."""
     what = rng.choice((r'"([^"]*)"', r">([^<>]+)<", r"<\w+[^<>]*/>", r"<\w+[^<>]*/>"))
     found = list(re.finditer(what, text))
     if not found:
@@ -37,7 +37,7 @@ def damaged(text: str, rng: random.Random) -> str:
 
 
 def damaged_lines(text: str, rng: random.Random) -> str:
-    """One line of an indented text changed, taken away, or moved."""
+    """An indented text in which one line is changed, removed or moved."""
     lines = text.split("\n")
     k = rng.randrange(len(lines))
     depth = re.match(r"\t*", lines[k]).group()  # type: ignore[union-attr]
@@ -46,7 +46,7 @@ def damaged_lines(text: str, rng: random.Random) -> str:
 
 
 def told(file: Path) -> bool:
-    """Whether a file is refused, with words."""
+    """Whether a file is refused with a message."""
     try:
         scene_of(file)
     except SceneError as e:

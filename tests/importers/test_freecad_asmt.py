@@ -1,4 +1,4 @@
-"""ASMT, the export of FreeCAD's assemblies: joints of markers move as the same mechanism written in other ways."""
+"""ASMT, the export of FreeCAD's assemblies: joints of markers move like the same mechanism in other formats."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def at(x: float, y: float, z: float, *turn: float) -> np.ndarray:
 
 
 def block(title: str, *lines: str | list[str]) -> list[str]:
-    """A line, and what is indented below it."""
+    """A line, and its indented content below."""
     return [title, *(f"\t{x}" for line in lines for x in ([line] if isinstance(line, str) else line))]
 
 
@@ -80,7 +80,7 @@ MIDDLE = at(30, 20, -10, 0.2, 0.4, 0.6)
 
 
 def arm(tmp_path: Path) -> tuple[Scene, list[str]]:
-    """A hinge on the assembly and a slide on a part, in places that nothing is square to."""
+    """A hinge on the assembly and a slide on a part, at places without right angles."""
     slide = np.linalg.inv(LOWER) @ UPPER @ ELBOW @ at(0, 0, 70)
     parts = [part("upper", UPPER, {"h": HINGE, "e": ELBOW}, center=MIDDLE), part("lower", LOWER, {"e": slide}, center=MIDDLE)]
     rail = joint("TranslationalJoint", "rail", "Doc#upper/e", "Doc#lower/e")
@@ -89,7 +89,7 @@ def arm(tmp_path: Path) -> tuple[Scene, list[str]]:
 
 
 def test_an_arm_moves_as_the_same_arm_in_mjcf(tmp_path: Path) -> None:
-    """Millimetres become metres; a coordinate is zero where the parts stand."""
+    """Millimetres become metres; a coordinate is zero at the drawn position of the parts."""
     one, _ = arm(tmp_path)
     text = lambda v: " ".join(f"{x:.17g}" for x in np.ravel(v))  # noqa: E731
 
@@ -128,7 +128,8 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_joint_keeps_its_markers_as_it_should(kind: str, tmp_path: Path) -> None:
-    """What a joint of that kind holds fixed stays so while the part falls and tumbles: of markers I and J in the world."""
+    """The quantities that a joint of this kind keeps fixed stay so while the part falls and tumbles: of markers I and J in the
+    world."""
     turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # axes of a universal joint cross
     pitch = block("pitch", "50") if kind == "ScrewJoint" else block("offset", "20") if kind == "PlanarJoint" else []
     base, J = at(100, 0, 0, 0.3, 0.2, 0.1), at(10, 20, 30, 0.5, -0.4, 0.2)

@@ -1,4 +1,5 @@
-"""MJCF: what the file says is what the scene does. Beside MuJoCo itself, where it is installed, in ``test_mjcf_beside_mujoco``."""
+"""MJCF: the scene has the content of the file. The comparison with MuJoCo itself, where it is installed, is in
+``test_mjcf_accelerations_mujoco``."""
 
 from __future__ import annotations
 
@@ -52,7 +53,7 @@ def test_every_way_to_turn_a_body_is_understood(how: str, tmp_path: Path) -> Non
 
 
 def test_the_order_of_euler_angles_is_the_compilers(tmp_path: Path) -> None:
-    """Capital letters turn about axes that stay, small ones about those that are turned along."""
+    """Capital letters turn about fixed axes, small ones about axes that turn with the body."""
     for sequence, meant in (("zyx", "ZYX"), ("XYZ", "xyz"), ("yxz", "YXZ")):
         turned = f'<body name="b" euler="0.3 0.5 -0.7"><joint/>{BALL}</body>'
         scene, _ = read(tmp_path, f'<compiler angle="radian" eulerseq="{sequence}"/><worldbody>{turned}</worldbody>')
@@ -61,8 +62,8 @@ def test_the_order_of_euler_angles_is_the_compilers(tmp_path: Path) -> None:
 
 
 def test_three_hinges_at_a_point_are_a_ball(tmp_path: Path) -> None:
-    """A body on three hinges, a chain of links that weigh nothing, turns as one on a ball does: the same angular acceleration, with
-    rotors about neither."""
+    """A body on three hinges, a chain of links without mass, turns like one on a ball. Both have the same angular acceleration,
+    without rotors."""
     weighed = '<inertial pos="0.2 0.1 -0.3" mass="2" fullinertia="0.3 0.4 0.5 0.02 -0.03 0.04"/>'
     hinges = "".join(f'<joint name="{n}" axis="{a}"/>' for n, a in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")))
     one, _ = read(tmp_path, f'<worldbody><body name="b">{hinges}{weighed}</body></worldbody>')
@@ -105,7 +106,7 @@ FOUR_BAR = """<option gravity="2 0 -9.81"/><worldbody>
 
 
 def test_connect_closes_a_four_bar(tmp_path: Path) -> None:
-    """The loop stays closed and energy stays; the angles obey the loop's closed form all along."""
+    """The loop stays closed and energy is conserved; the angles obey the loop's closed form throughout."""
     scene, _ = read(tmp_path, FOUR_BAR.format('<connect name="loop" body1="coupler" body2="rocker" anchor="0.5 0 0.1"/>'))
     r = trunnion.simulate(scene, 1.0, 0.05, rtol=1e-9)
     assert r.outcome.ok
@@ -118,7 +119,7 @@ def test_connect_closes_a_four_bar(tmp_path: Path) -> None:
 
 
 def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None:
-    """q − ref of one is 0.1 − 0.6 (q − ref of the other); what a scene has not is told."""
+    """q − ref of one is 0.1 − 0.6 (q − ref of the other); features that a scene does not have are reported."""
     tie = '<joint name="tie" joint1="b" joint2="a" polycoef="0.1 -0.6 {} 0 0"/>'
     scene, _ = read(tmp_path, FOUR_BAR.format(tie.format(0)))
     r = trunnion.simulate(scene, 1.0, 0.1, rtol=1e-9)
@@ -130,7 +131,7 @@ def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None
 
 
 def test_weld_holds_bodies_together(tmp_path: Path) -> None:
-    """Two free bodies, one welded to the world where it stands, and one to the other as relpose says."""
+    """Two free bodies. One is welded to the world in its position, and the other to the first as relpose says."""
     places = (("one", 0, 30), ("two", 1, 0))
     bodies = "".join(f'<body name="{n}" pos="{x} 0 1" euler="0 {e} 0"><freejoint/>{BALL}</body>' for n, x, e in places)
     welds = '<weld body1="one"/><weld body1="one" body2="two" relpose="0 0 0.5 1 0 0 0"/>'
@@ -193,7 +194,7 @@ def test_the_command_writes_a_scene_that_runs(tmp_path: Path) -> None:
 
 
 def test_a_chain_of_sixty_joints_is_taken_over_as_it_is(tmp_path: Path) -> None:
-    """Big models: every joint keeps its name, and what weighs nothing adds nothing."""
+    """Big models: every joint keeps its name, and bodies without mass add none."""
     inside, axes = "", (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
     for k in reversed(range(20)):
         joints = "".join(f'<joint name="j{k}_{a}" axis="{b}" armature="0.01"/>' for a, b in axes)

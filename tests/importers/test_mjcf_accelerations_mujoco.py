@@ -1,5 +1,5 @@
-"""MJCF beside MuJoCo, constraints and contacts switched off: the same accelerations at random states; loops by the equations of
-motion with the rows of its constraints, solved here."""
+"""MJCF compared with MuJoCo, with constraints and contacts off: the same accelerations at random states. Loops are solved here by
+the equations of motion with the rows of MuJoCo's constraints."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from trunnion.basics.problems import SceneError
 from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf
 
 EXACT = 1e-9
-"""Both solve to about 1e-14 times the condition; MuJoCo's principal axes of composed bodies are good to 1e-8 of a moment."""
+"""Both solve to about 1e-14 times the condition; MuJoCo's principal axes of composed bodies are precise to 1e-8 of a moment."""
 KINDS = ("hinge", "slide", "ball", "hinge hinge", "slide slide hinge", "hinge hinge hinge", "slide ball", "")
 
 
 def random_model(seed: int) -> str:
-    """A tree with joints of all kinds, several of them in a body, each with all that acts along it."""
+    """A tree with joints of all kinds, several of them in a body, each with all forces that can act along it."""
     rng = np.random.default_rng(seed)
     three = lambda s=1.0: " ".join(f"{x:.4f}" for x in s * rng.normal(size=3))  # noqa: E731
 

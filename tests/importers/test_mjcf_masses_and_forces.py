@@ -1,4 +1,4 @@
-"""Numbers of MJCF: masses of geoms and meshes, and what acts along joints."""
+"""Numbers of MJCF: masses of geoms and meshes, and forces along joints."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SOLIDS = {
 
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_geoms_weigh_what_their_points_do(kind: str) -> None:
-    """Volume and inertia beside the sum over the cells of a grid, which knows only which points are inside."""
+    """Volume and inertia compared with the sum over the cells of a grid. The sum uses only whether points are inside."""
     size, inside = SOLIDS[kind]
     n, half = 120, 0.5
     line = (np.arange(n) + 0.5) / n * 2 * half - half
@@ -38,7 +38,7 @@ def test_geoms_weigh_what_their_points_do(kind: str) -> None:
 
 @pytest.mark.parametrize("way", ["exact", "legacy", "convex"])
 def test_a_mesh_weighs_what_its_box_does(way: str) -> None:
-    """A box away from the origin, as twelve triangles: all ways agree where nothing is hollow."""
+    """A box away from the origin, as twelve triangles. All ways of computing mass agree for a solid that is not hollow."""
     corners = np.array([[x, y, z] for x in (1, 2) for y in (0, 3) for z in (-1, 1)], float)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]
@@ -49,7 +49,7 @@ def test_a_mesh_weighs_what_its_box_does(way: str) -> None:
 
 
 def test_what_acts_along_joints_is_taken_over(tmp_path: Path) -> None:
-    """Angles in degrees become radians; a coordinate is zero where the file draws the mechanism; motors bring rotors and dampers by
+    """Angles in degrees become radians; a coordinate is zero where the file draws the mechanism; motors add rotors and dampers by
     the square of their gears."""
     acting = 'springref="40" stiffness="2" damping="0.3" armature="0.02" frictionloss="0.4"'
     joint = f'<joint name="j" ref="10" {acting} range="-90 90"/>'

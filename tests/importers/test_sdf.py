@@ -1,4 +1,4 @@
-"""SDF: poses relative to frames, joints and loops move as the same mechanism written in other ways."""
+"""SDF: poses relative to frames, joints and loops move like the same mechanism in other formats."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ ARM = f"""<model name="arm"><pose>0 0 1 0 0 0.4</pose>
 
 
 def mjcf_of_arm() -> str:
-    """The same arm written as MJCF, its poses and axes computed here."""
+    """The same arm in MJCF, with poses and axes computed here."""
     model = placed(0, 0, 1, 0, 0, 0.4)
     at = {"upper": model @ placed(0.1, 0, 0, 0, 0.3, 0), "lower": model @ placed(0.8, 0, 0.2, 0.5, 0, 0),
           "slide": model @ placed(0.9, 0.1, 0.2, 0, 0, 0)}  # fmt: skip
@@ -121,8 +121,8 @@ def hinge(name: str, parent: str, child: str, at: str = "0 0 0 0 0 0") -> str:
 
 
 def test_two_joints_with_one_child_close_a_loop(tmp_path: Path) -> None:
-    """A parallelogram swings as one pendulum does: two legs of length 1 and a coupler that does not turn. With masses 1 and legs
-    whose inertia about their end is 1/3: (2/3 + 1) q̈ = (2 ½ + 1) g sin q, from leaning by 0.3."""
+    """A parallelogram oscillates like one pendulum: two legs of length 1 and a coupler that does not turn. With masses 1 and legs
+    whose inertia about their end is 1/3: (2/3 + 1) q̈ = (2 ½ + 1) g sin q, from an angle of 0.3."""
     lean = 0.3
     x, z = np.sin(lean), np.cos(lean)
     inertial = "<inertial><pose>0.5 0 0 0 0 0</pose><mass>1</mass></inertial>"
@@ -138,7 +138,7 @@ def test_two_joints_with_one_child_close_a_loop(tmp_path: Path) -> None:
 
 
 def test_other_joints_are_taken_over(tmp_path: Path) -> None:
-    """A ball, two axes that cross, a thread (2 m a turn, told as −π rad/m), two hinges in series."""
+    """A ball, two crossing axes, a thread (2 m a turn, written as −π rad/m), two hinges in series."""
     links = "".join(f'<link name="{n}"><pose>{i} 0 0 0 0 0</pose>{WEIGHED}</link>' for i, n in enumerate("abcd"))
     axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
     joints = f"""<joint name="ball" type="ball"><parent>world</parent><child>a</child></joint>

@@ -1,4 +1,4 @@
-"""Files of other programs: masses of solids are those of closed forms, URDF joints turn where they should."""
+"""Files of other programs: masses of solids equal closed forms, URDF joints turn about the right axes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None
 
 
 def test_a_urdf_becomes_a_scene_with_the_same_kinematics(urdf: Path) -> None:
-    """Forward kinematics of the file, written out, against the columns of the scene at given angles."""
+    """Forward kinematics of the file, written out, compared with the columns of the scene at given angles."""
     scene, notes = scene_of_urdf(urdf)
     assert set(scene.bodies) == {"upper", "lower"}
     assert scene.joints["elbow"].friction.torque == 0.1
@@ -115,7 +115,7 @@ def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
 
 
 def test_a_fixed_joint_may_be_turned(tmp_path: Path) -> None:
-    """A plate turned by rpy about the end of an arm stands where forward kinematics says."""
+    """A plate turned by rpy at the end of an arm has the pose of forward kinematics."""
     file = tmp_path / "turned.urdf"
     weighed = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
     file.write_text(f"""<robot name="turned"><link name="world"/><link name="plate">{weighed}</link>

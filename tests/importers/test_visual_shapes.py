@@ -1,4 +1,4 @@
-"""What other programs draw is what a scene draws: simple solids as shapes, all else as the surface around it."""
+"""A scene draws the visuals of other programs' files: simple solids as shapes, all others as the surface around them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TURNED = pose((0.3, 0.1, -0.2), Rotation.from_euler("xyz", [0.3, 0.5, 0.7]).as_m
 
 @pytest.mark.parametrize("kind", EXACT)
 def test_surfaces_of_solids_are_closed_around_their_volume(kind: str) -> None:
-    """By twenty sides a round one has 1.6 % less (sin(2π/20)/(2π/20)), a sphere 4 %."""
+    """With twenty sides a round solid has 1.6 % less volume (sin(2π/20)/(2π/20)), a sphere 4 %."""
     sizes, expected = EXACT[kind]
     corners = Solid(kind, sizes, TURNED).triangles()
     found = volume(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
@@ -57,7 +57,7 @@ WEIGHED = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inerti
 
 
 def robot(mesh: str) -> str:
-    """A URDF of one link, drawn by a mesh 0.3 m from its origin."""
+    """A URDF of one link, whose visual is a mesh 0.3 m from its origin."""
     visual = f'<visual><origin xyz="0.3 0 0"/><geometry>{mesh}</geometry></visual>'
     joint = '<joint name="j" type="continuous"><parent link="w"/><child link="a"/></joint>'
     return f'<robot name="r"><link name="w"/><link name="a">{WEIGHED}{visual}</link>{joint}</robot>'
@@ -69,7 +69,8 @@ def extent(scene: object, name: str) -> np.ndarray:
 
 
 def test_meshes_of_all_formats_are_drawn_where_they_stand(tmp_path: Path) -> None:
-    """A box of 1 × 2 × 3 from an STL, scaled to a tenth and moved: URDF by its package, MJCF by its asset, SDF by its uri."""
+    """A box of 1 × 2 × 3 from an STL, scaled to a tenth and moved. URDF refers to it by its package, MJCF by its asset, SDF by its
+    uri."""
     stl(tmp_path / "bot" / "meshes" / "box.stl", Solid("box", (1, 2, 3), np.eye(4)).triangles())
     expected = np.array([[0.25, -0.1, -0.15], [0.35, 0.1, 0.15]])
     urdf = tmp_path / "bot" / "urdf" / "bot.urdf"
@@ -88,7 +89,7 @@ def test_meshes_of_all_formats_are_drawn_where_they_stand(tmp_path: Path) -> Non
 
 
 def test_a_body_that_mujoco_hides_altogether_is_drawn_by_its_first_group(tmp_path: Path) -> None:
-    """Under a skin, which no scene has, there would be nothing to see; beside what is shown, what is hidden stays so."""
+    """Under a skin, which scenes do not have, nothing would be visible. If another geom is visible, hidden ones stay hidden."""
     file = tmp_path / "dog.xml"
     bone, flesh = '<geom type="sphere" size="0.2" group="5"/>', '<geom type="sphere" size="0.5" group="3"/>'
     bodies = (bone + flesh, bone, bone + '<geom type="sphere" size="0.1" group="1"/>')

@@ -1,4 +1,4 @@
-"""Measures that the ``compute`` entries of a reference.yaml name in words: numbers that no column holds at one given time."""
+"""Measures that the ``compute`` entries of a reference.yaml name in words. No column holds these numbers at one given time."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SLIDING_ENDS = ("reversal", "stick")
 
 
 def stops(scene: Scene) -> list[Event]:
-    """Events that end sliding, over the scene's own time."""
+    """Events that end sliding, within the scene's own time."""
     return [e for e in simulate(scene).events if e.kind in SLIDING_ENDS]
 
 
 def which(words: str) -> int:
-    """Index of an ordinal; "last" counts from the end."""
+    """Index of an ordinal; "last" is the last index."""
     return -1 if words == "last" else ORDINALS.index(words)
 
 
@@ -51,7 +51,8 @@ def turn_at_time(scene: Scene, m: re.Match[str]) -> float:
 
 
 def largest(scene: Scene, m: re.Match[str]) -> float:
-    """Largest magnitude of a joint's rate near the step of a run in which it is largest, by ending runs ever closer to it."""
+    """Largest magnitude of a joint's rate near the step of a run at which it is largest. Runs that end increasingly close to it
+    give the value."""
     model, column = Model(scene, (f"{m[1]}.qd[1]",)), f"{m[1]}.qd[1]"
     settings = Settings(rtol=float(scene.simulation.rtol))
 
@@ -67,7 +68,7 @@ def largest(scene: Scene, m: re.Match[str]) -> float:
 
 
 def solutions_at_start(scene: Scene, m: re.Match[str]) -> float:
-    """0 when the run ends for want of a solution before it begins, else 1 at least."""
+    """0 when the run ends before its start because there is no solution, else at least 1."""
     outcome = simulate(scene, until=1e-3).outcome
     return 0.0 if (outcome.name, outcome.time) == ("no_solution", 0.0) else 1.0
 
@@ -82,7 +83,7 @@ MEASURES: dict[str, Measure] = {
 
 
 def measured(words: str, scene: Scene) -> float:
-    """The number the words ask for; LookupError when no measure matches them."""
+    """The number that the words name; LookupError when no measure matches them."""
     for pattern, measure in MEASURES.items():
         m = re.fullmatch(pattern, words)
         if m:

@@ -1,4 +1,4 @@
-"""Reference numbers beside a bundled model (reference.yaml): what a result's column, or an expression of columns, must be."""
+"""Reference numbers of a bundled model (reference.yaml): required values of a result's column, or of an expression of columns."""
 
 from __future__ import annotations
 

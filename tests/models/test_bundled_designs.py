@@ -1,4 +1,4 @@
-"""Every bundled design fits on a page, starts as it is placed, and is right against its hand calculation."""
+"""Every bundled design fits on a page, starts in its given position, and agrees with its hand calculation."""
 
 from __future__ import annotations
 

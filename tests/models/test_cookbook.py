@@ -1,4 +1,4 @@
-"""Every program and every command of the cookbook runs as it stands there."""
+"""Every program and every command of the cookbook runs as printed there."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 
 
 SLOW = {"system", "data"}
-"""Pages that take ten seconds and more; ``tests/pages`` runs all of them too, as printed and where they are installed."""
+"""Pages that take ten seconds and more. The tests of pages also run all of them, as printed and in the environment where they are
+installed."""
 
 
 @pytest.mark.parametrize("page", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] * (p.stem in SLOW)) for p in PAGES])

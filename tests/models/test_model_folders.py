@@ -1,4 +1,4 @@
-"""Every bundled model is a folder that proves itself: scene, README with its command and pictures, reference numbers."""
+"""Every bundled model is a folder with its own evidence: scene, README with its command and pictures, reference numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.scene.library.model_folders import model_names, models_dir
 LINK = re.compile(r'!?\[[^\]]*\]\(([^)\s]+)\)|<img\s[^>]*src="([^"]+)"')
 COMMAND = re.compile(r"^    trunnion simulate ([^#\n]+)", re.MULTILINE)
 MOST_BYTES = 150_000
-"""A README's picture: larger ones make the checkout and the page slow."""
+"""Largest picture of a README in bytes: larger ones make the checkout and the page slow."""
 READMES = sorted(models_dir().glob("**/README.md"))
 
 

@@ -1,4 +1,4 @@
-"""Every bundled model proves itself: its reference numbers are replayed."""
+"""Every bundled model is checked by its own reference numbers: a run computes them again."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ IN_WORDS = [(m, i) for m in model_names() for i, e in enumerate(expected(m)) if 
 
 @lru_cache(maxsize=64)
 def row(model: str, changes: str, columns: tuple[str, ...], at: float) -> dict[str, float]:
-    """Columns of a model at one time; the run ends there, so that no interpolation comes in."""
+    """Columns of a model at one time; the run ends there, so that there is no interpolation."""
     scene = apply(load_scene(model), json.loads(changes))
     until = at if at > 0 else 1e-3
     result = simulate(scene, until=until, every=until, outputs=list(columns))

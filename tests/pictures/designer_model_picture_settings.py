@@ -1,4 +1,4 @@
-"""What is drawn of the designs, the mechanisms of ``models/designer``."""
+"""Settings of the pictures of the designs, the mechanisms of ``models/designer``."""
 
 from __future__ import annotations
 

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 MECHANISM, CURVES = "mechanism.png", "curves.png"
 DPI = {MECHANISM: 100, CURVES: 88}
-"""Dots per inch: pictures wide enough for a README, well under 150 kB each."""
+"""Dots per inch: pictures are wide enough for a README, and well below 150 kB each."""
 RTOL = 1e-8
-"""Relative tolerance of the runs drawn: the error it leaves cannot be seen."""
+"""Relative tolerance of the runs in the pictures: the remaining error is invisible."""
 
 
 LAW = {"friction.law": DEFAULT}
@@ -165,12 +165,12 @@ CHOICES: dict[str, Choice] = {
 
 
 def chosen(name: str) -> Choice:
-    """What to draw of a model or design."""
+    """The picture settings of a model or design."""
     return CHOICES[name] if name in CHOICES else DESIGNS[name]
 
 
 def run(name: str) -> Result:
-    """The result of the run that is drawn."""
+    """The result of the run in the picture."""
     from trunnion.simulation.run import simulate
 
     c = chosen(name)
@@ -186,7 +186,7 @@ def pictures(name: str) -> dict[str, Figure]:
 
 
 def _panel(result: Result, chosen: str | Plot) -> Panel:
-    """The panel that ``figure`` draws under a title, or one made of the columns that a Plot names."""
+    """The panel that ``figure`` draws under a title, or one from the columns that a Plot names."""
     if isinstance(chosen, str):
         return next(p for s in sections(result) for p in s.panels if p.title == chosen)
     curves, hidden = family(result, chosen.columns, float(np.degrees(1.0)) if chosen.degrees else 1.0)

@@ -44,7 +44,7 @@ class Panel:
 
 @lru_cache(maxsize=64)
 def ran(model: str, law: str, normal: str, until: float, changes: tuple[tuple[str, Any], ...] = ()) -> Result:
-    """A run, kept for the next figure that wants it. Rows are close enough for jumps to look like jumps."""
+    """A run, stored for the next figure that needs it. Rows are so close that jumps look like jumps."""
     settings = {"friction.law": law, "friction.normal_force": normal, "friction.v_eps": V_EPS, **dict(changes)}
     return simulate(model, until, until / 4000, rtol=1e-8, overrides=settings)
 
@@ -83,17 +83,17 @@ def _draw(axes: Any, model: str, p: Panel, normal: str, until: float) -> None:
 
 
 def column(name: str, factor: float = 1.0) -> Curve:
-    """How a curve is read from a run: a column times a factor."""
+    """A way of reading a curve from a run: a column times a factor."""
     return lambda r: factor * r[name]
 
 
 def degrees(name: str) -> Curve:
-    """How a curve is read from a run: an angle in degrees, 0 to 360."""
+    """A way of reading a curve from a run: an angle in degrees, 0 to 360."""
     return lambda r: np.degrees(r[name]) % 360.0
 
 
 def swing(r: Result) -> np.ndarray:
-    """Swing angle of the first pendulum of 8.3 from the horizontal it starts in, degrees."""
+    """Angle of the first pendulum of 8.3 from the horizontal, in which it starts, degrees."""
     return np.degrees(r["guide.q[2]"])
 
 
@@ -145,7 +145,7 @@ def pages() -> dict[str, tuple[str, list[Panel], float]]:
 
 
 def numbers() -> list[tuple[str, str, str]]:
-    """Rows (what the paper's text speaks of, what it says, what our runs give)."""
+    """Rows (quantity of the paper's text, the text's value, our runs' value)."""
     adams = ran("spherical_pendulum", DEFAULT, "adams", 10.0)
     stops = [e.time for e in adams.events if e.kind in ("reversal", "stick")]
     exact = ran("spherical_pendulum", DEFAULT, "exact", 10.0)
@@ -168,7 +168,7 @@ def numbers() -> list[tuple[str, str, str]]:
 
 
 def _travelled(law: str) -> list[tuple[str, str, str]]:
-    """What the text of example 8.3 says of the pivot's travel, computed from a run with this law."""
+    """The value that the text of example 8.3 gives for the pivot's travel, computed from a run with this law."""
     far = ran("double_pendulum", law, "exact", 60.0)
     x, v, f = far["guide.q[1]"], np.abs(far["guide.qd[1]"]), np.abs(far["guide.friction.force"])
     near = far.time[np.abs(x - x[-1]) > 0.01].max()

@@ -1,4 +1,4 @@
-"""What to draw of a bundled model: the instant to show, and the curves."""
+"""Settings of a bundled model's pictures: the instant to show, and the curves."""
 
 from __future__ import annotations
 

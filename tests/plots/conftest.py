@@ -1,4 +1,4 @@
-"""Results to present: one made by hand (no kernel needed), and runs of the paper's examples."""
+"""Results to present: one made by hand (which needs no kernel), and runs of the paper's examples."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def double() -> Result:
 
 @pytest.fixture(scope="module")
 def starts() -> Iterator[Callable[..., Any]]:
-    """Starts a browser with flags of its own. While it is there no other event loop can run, so that it ends with its module."""
+    """Starts a browser with flags of its own. While the browser exists no other event loop can run, so that it ends with its
+    module."""
     with browsers() as start:
         yield start
 
@@ -100,7 +101,7 @@ def press(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def shown(chrome: Any, press: Path) -> Iterator[Opened]:
-    """The press, as a desk shows it; nothing may have gone wrong in the end."""
+    """The press in a window of a desktop screen; at the end the page must have no errors."""
     out = opened(chrome, press)
     yield out
     assert out.wrong == []

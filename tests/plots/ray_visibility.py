@@ -1,4 +1,5 @@
-"""What must be seen at a place of the picture, by rays cast through every triangle; how much of it shows something else."""
+"""The body that must be visible at a place of the picture, by rays cast through every triangle, and the number of places that show
+another body."""
 
 from __future__ import annotations
 
@@ -11,16 +12,17 @@ import numpy as np
 from tests.plots.webgl_browser import Opened
 
 WINDOW = 7
-"""Pixels around a place that must all show the same body for the place to count: edges are drawn over the bodies."""
+"""Size of the square of pixels around a place that must all show the same body if the place is to count, because edges are drawn
+over the bodies."""
 ALIKE = 0.035
-"""Hues of the bodies are farther apart than that; light and gloss change a body's own by less."""
+"""Hues of two bodies differ by more than this; light and gloss change a body's own hue by less."""
 
 HATCHED = 45.0
-"""Between the lines of a section and what is between them (an edge of a body differs by more)."""
+"""Colour difference between the lines of a section and the area between them (an edge of a body differs by more)."""
 
 
 def rays(cam: dict[str, Any], spots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(beginning, direction) of the sight through pixels (n × 2), from the page's matrix inverted here."""
+    """(beginning, direction) of the lines of sight through pixels (n × 2), from the page's matrix inverted here."""
     inverse = np.linalg.inv(np.array(cam["matrix"], float).reshape(4, 4).T)
     flat = np.column_stack([2 * spots[:, 0] / cam["w"] - 1, 1 - 2 * spots[:, 1] / cam["h"]])
     ends = []
@@ -31,11 +33,12 @@ def rays(cam: dict[str, Any], spots: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 AT_ONCE = 64
-"""Triangles that all rays near a part are cut with in one product of matrices: more would leave the processor's caches."""
+"""Number of triangles that are intersected with all rays near a part in one product of matrices. More would exceed the processor's
+caches."""
 
 
 def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """(part, how far along each ray its nearest triangle ahead is, ∞ where there is none, number of its triangles ahead)."""
+    """(part, distance along each ray to its nearest triangle ahead, ∞ where there is none, number of its triangles ahead)."""
     moment = np.cross(begin, along)
     length = np.linalg.norm(along, axis=1)
     for i, part in enumerate(page.ask("run.parts.map((p) => ({v: run.meshes[p.mesh].v, f: run.meshes[p.mesh].f}))")):
@@ -53,8 +56,8 @@ def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) 
 
 
 def cut_at(corners: np.ndarray, begin: np.ndarray, along: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """How far along each ray each triangle ahead is, ∞ where it is missed (rays × triangles). With a ray's moment b × d, its places
-    in a triangle (a, u, v) come from v · (b − a) × d = v · (b × d) − d · (v × a), and the same with u."""
+    """Distance along each ray to each triangle ahead, ∞ where the ray misses it (rays × triangles). With a ray's moment b × d, its
+    coordinates in a triangle (a, u, v) come from v · (b − a) × d = v · (b × d) − d · (v × a), and the same with u."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(u, v)
     det = -along @ normal.T
@@ -72,13 +75,14 @@ def nearest(firsts: list[np.ndarray]) -> np.ndarray:
 
 
 def first_hit(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Which part each ray meets first (−1: none), by intersection with every triangle."""
+    """The part that each ray meets first (−1: none), by intersection with every triangle."""
     return nearest([first for _, first, _ in hits(page, m, begin, along)])
 
 
 def behind_the_cut(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray, cut: np.ndarray) -> np.ndarray:
-    """Which part each ray shows where all beyond the plane n·x = d, cut = (n, d), is away: the one it is in at the plane, where
-    it has an odd number of that one's faces ahead (−2: in several), else the one that it meets first."""
+    """The part that each ray shows when everything beyond the plane n·x = d, cut = (n, d), is removed. It is the part that contains
+    the ray's point in the plane, if the ray has an odd number of this part's faces ahead (−2: several parts). Otherwise it is the
+    part that the ray meets first."""
     with np.errstate(all="ignore"):
         start = np.fmax((cut[3] - begin @ cut[:3]) / (along @ cut[:3]), 0.0)
     begin = begin + start[:, None] * along
@@ -93,8 +97,8 @@ def hue(rgb: np.ndarray) -> float:
 
 
 def compared(page: Opened, shown: Callable[..., np.ndarray], grain: float = 25.0) -> tuple[int, int]:
-    """(places looked at, those that show another body than ``shown`` of the rays through them), where only one body is around and
-    its colour changes by ``grain`` at most."""
+    """(number of checked places, number of those that show another body than ``shown`` of the rays through them). Only places with
+    one body around are checked, whose colour changes by ``grain`` at most."""
     picture, cam, m = page.pixels(), page.ask("camera(moment(clock.t))"), page.ask("moment(clock.t)")
     hues = [hue(np.array([int(c[k : k + 2], 16) for k in (1, 3, 5)])) for c in page.ask("run.parts.map((p) => p.color)")]
     x, y = np.meshgrid(np.arange(60, cam["w"] - 60, 9), np.arange(60, cam["h"] - 140, 9))

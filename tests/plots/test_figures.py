@@ -1,4 +1,4 @@
-"""Figures show what they claim to show, with units and without false lines."""
+"""Figures show the quantities that they name, with units and without false lines."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["stewart_platform", "wishbone_corner", "scissor_lift", "toggle_press", "andrews"])
 def test_no_name_in_a_picture_covers_another_or_leaves_it(name: str) -> None:
-    """By the boxes that the renderer itself gives the texts."""
+    """The test uses the boxes that the renderer itself gives for texts."""
     drawn = mechanism(load_scene(name))
     renderer = FigureCanvasAgg(drawn).get_renderer()
     boxes = []

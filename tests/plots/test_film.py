@@ -1,4 +1,4 @@
-"""Films show what the page shows: by depth, where the columns say, as long as they should, in every format there is."""
+"""Films show the same as the page: depth, the positions of the columns, the right duration, in every available format."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RED, BLUE = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def drawn(*shapes: tuple[Solid, np.ndarray, float]) -> np.ndarray:
-    """Shapes at depths (pixels), in the order given, in the middle of a sheet."""
+    """Shapes at depths (pixels), in the given order, in the middle of a sheet."""
     sheet = Sheet(80, 80)
     for s, color, depth in shapes:
         sheet.solid(s, s.vertices * [1, -1, 1] + [40, 40, depth], np.eye(3), color)
@@ -46,7 +46,7 @@ def test_the_nearer_of_two_hides_the_other_in_whatever_order_they_are_drawn(near
 
 
 def test_bodies_that_cross_hide_each_other_along_their_line_of_crossing() -> None:
-    """Two plates through each other like an X seen from above its crossing: each hides the other on its own side."""
+    """Two plates intersect like an X seen from above the line of intersection: each hides the other on its own side."""
     plates = [Solid.made(placed(box(60.0, 40.0, 1.0, FINE), turned(a), np.zeros(3))) for a in (0.5, -0.5)]
     picture = drawn((plates[0], RED, 0.0), (plates[1], BLUE, 0.0))
     left, right = picture[40, 28], picture[40, 52]
@@ -58,7 +58,7 @@ def turned(angle: float) -> np.ndarray:
 
 
 def test_a_ball_covers_the_pixels_of_its_circle() -> None:
-    """Within the line drawn around it (two pixels) and the facets of forty sides."""
+    """The covered pixels agree within the line drawn around the ball (two pixels) and the facets of forty sides."""
     picture = drawn((BALL, RED, 0.0))
     covered = float((picture.min(axis=2) < 0.9).sum())
     assert np.pi * 19.5**2 < covered < np.pi * 21.5**2
@@ -78,7 +78,8 @@ def test_what_is_hidden_shows_faintly_and_what_is_not_in_full() -> None:
 
 
 def test_contact_points_are_where_the_columns_put_them(swing: Result) -> None:
-    """In the frame at the projection of the ball's radius times the normal of the table (its centre is the origin)."""
+    """In the picture, a contact point is the projection of the ball's radius times the normal of the table (the ball's centre is
+    the origin)."""
     frames = Frames(swing, SIZE, VIEW)
     for row in (15, 40, 90):
         n = np.array([swing[f"ball.contact[1].normal[{k}]"][row] for k in (1, 2, 3)])

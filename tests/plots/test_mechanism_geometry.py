@@ -1,4 +1,4 @@
-"""What is drawn is where it is: solids are closed, joints hold together, contacts lie on their pins."""
+"""Drawn bodies are in their computed positions: solids are closed, joints hold together, contacts lie on their pins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.simulation.results.result import Result
 
 
 def volume(mesh: Mesh) -> float:
-    """Enclosed volume (divergence theorem); right only for closed meshes whose faces all look outward."""
+    """Enclosed volume (divergence theorem); it is right only for closed meshes whose faces all point outward."""
     total = 0.0
     for face in mesh.faces:
         p = mesh.vertices[list(face)]
@@ -73,7 +73,7 @@ def joint_gap(result: Result, row: int) -> float:
 @pytest.mark.default_cases(5)
 @pytest.mark.parametrize("name", design_names())
 def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
-    """A trolley of 40 mm on a panel of two metres had pins of 100 mm."""
+    """Earlier, a trolley of 40 mm on a panel of two metres had pins of 100 mm."""
     scene = load_scene(name)
     drawn = scenery(scene)
     for j in drawn.joints:
@@ -111,7 +111,7 @@ def test_contacts_lie_on_the_surface_of_their_pin(run: str, count: int, request:
 
 
 def test_normal_forces_of_the_ball_carry_what_the_joint_transmits(swing: Result) -> None:
-    """f_c = reaction on the ball (outboard): its normal part is −f n (friction is across n)."""
+    """f_c is the reaction on the ball (outboard). Its normal part is −f n, because friction is perpendicular to n."""
     for row in (10, 100, 250):
         n = np.array([swing[f"ball.contact[1].normal[{k}]"][row] for k in (1, 2, 3)])
         on_ball = -np.array([swing[f"ball.reaction.force[{k}]"][row] for k in (1, 2, 3)])

@@ -1,4 +1,4 @@
-"""The moving picture is used by mouse, touch and keyboard, light or dark, on a desk and on a phone."""
+"""The animation is used by mouse, touch and keyboard, light or dark, on a desktop and on a phone."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from trunnion.simulation.run import simulate
 READABLE = 4.5
 """Contrast of text that readers with weak sight need (WCAG 2.1, 1.4.3)."""
 FINGER = 44
-"""Pixels: the least size of a button for fingers (WCAG 2.1, 2.5.5)."""
+"""Smallest size in pixels of a button for fingers (WCAG 2.1, 2.5.5)."""
 FIT = {"wishbone_corner": 0.5, "governor": 0.5}
-"""Mechanisms that are wide, and that are tall and spin, and for how long they are run, s."""
+"""A wide mechanism, and a tall one that spins, with the times of their runs, s."""
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ CORNERS = """Array.from(times, (t) => {
 def test_the_whole_motion_fits_the_free_part_of_the_window(
     name: str, size: dict[str, int], chrome: Any, files: dict[str, Path]
 ) -> None:
-    """Every corner of every body at every row, projected, is beside all controls and within the window; the picture is no smaller
+    """Every projected corner of every body at every row is within the window and outside all controls. The picture is no smaller
     than needed: it takes more than half of the width or the height."""
     page = opened(chrome, files[name], "", size)
     f, spots = page.ask("free()"), np.array(page.ask(CORNERS))

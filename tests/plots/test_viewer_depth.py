@@ -1,4 +1,4 @@
-"""The moving picture has depth: what is nearer hides what is behind, points are where the matrices put them, patches on pins."""
+"""The animation has depth: nearer bodies hide those behind, points are where the matrices place them, patches are on pins."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trunnion.simulation.run import simulate
 
 @pytest.fixture(scope="module")
 def axle(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
-    """The wishbone axle, in which arms pass behind wheels, without what is drawn over the bodies."""
+    """The wishbone axle, in which arms pass behind wheels, without symbols that are drawn over the bodies."""
     scene = load_scene("wishbone_corner")
     run = simulate(scene, until=0.1, outputs=needed(scene))
     page = opened(chrome, animate(run, tmp_path_factory.mktemp("view") / "axle.html"), "?values=0", kept=True, dots=1)
@@ -33,14 +33,15 @@ SECTIONS = [("view", 0.7, 0.5), ("view", 0.8, 2.2), ("x", 0.7, -0.6), ("z", 0.5,
 
 
 def each_once(views: list[tuple[Any, ...]]) -> list[Any]:
-    """Each view in parallel and in perspective; every view is seen in one of them by default, in the other with ``-m slow``."""
+    """Each view in parallel and in perspective projection; by default every view is tested in one of them, in the other with ``-m
+    slow``."""
     both = [(view, parallel, i % 2 == parallel) for i, view in enumerate(views) for parallel in (False, True)]
     return [pytest.param(*view, parallel, marks=() if now else pytest.mark.slow) for view, parallel, now in both]
 
 
 @pytest.mark.parametrize(("turned", "parallel"), each_once([(view,) for view in TURNED]))
 def test_every_pixel_shows_the_body_nearest_to_the_eye(axle: Opened, turned: tuple[float, float], parallel: bool) -> None:
-    """Against rays cast here through every triangle, at places where nothing but one body is around."""
+    """The test compares with rays cast through every triangle, at places with only one body around."""
     axle.do(f"view = firstView(); turn({turned[0]}, {turned[1]}); look.parallel = {str(parallel).lower()}; look.xray = false")
     seen, wrong = compared(axle, first_hit)
     assert seen > 150
@@ -72,7 +73,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:
-    """What they hold behind the plane is not seen: by rays from the plane on."""
+    """The contents of bodies behind the plane are not visible: by rays from the plane on."""
     nested.do(f"view = firstView(); turn({turned}, 0.2); look.parallel = {str(parallel).lower()}")
     nested.do(f"look.cutFrom = view.toward.slice(); look.cut = '{across}'; look.cutAt = {at}")
     cut = np.array(nested.ask("cutting()"))
@@ -82,7 +83,8 @@ def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float,
 
 
 def test_a_wheel_hides_the_arms_behind_it(axle: Opened) -> None:
-    """From outside one sees the wheel where the arms end in it; from inside the arms. The flat picture cannot tell."""
+    """From outside, the wheel is visible where the arms end in it; from inside, the arms are. The flat picture cannot show this
+    difference."""
     axle.do("view = firstView(); look.parallel = true; along('side')")
     if axle.ask("view.toward[1]") < 0:
         axle.do("turn(Math.PI, 0)")
@@ -99,7 +101,7 @@ def test_a_wheel_hides_the_arms_behind_it(axle: Opened) -> None:
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_points_are_where_the_matrix_puts_them(axle: Opened, parallel: bool) -> None:
-    """``project`` (names, pointer) and the matrix that the graphics card has agree to 0.01 pixels (the matrix is float)."""
+    """``project`` (names, pointer) and the matrix of the graphics card agree to 0.01 pixels (the matrix is float)."""
     axle.do(f"view = firstView(); turn(0.7, 0.2); zoom(1.7); look.parallel = {str(parallel).lower()}")
     points = np.random.default_rng(3).uniform(-0.8, 0.8, (40, 3))
     cam = axle.ask("camera(moment(clock.t))")
@@ -149,8 +151,8 @@ CONTACTS = (
 def test_every_contact_of_the_table_has_its_patch_on_its_pin(
     name: str, chrome: Any, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """Pins from the examples' own numbers and the bodies' columns; 1e-5 m: the page's rows are floats, joints are closed to the
-    tolerance of the run. The patch is raised by 0.6 % of the radius, and a facet of it is lower by as much."""
+    """Pins come from the examples' own numbers and the bodies' columns, to 1e-5 m: the page's rows are floats, and joints are
+    closed to the tolerance of the run. The patch is raised by 0.6 % of the radius, and a facet of it is lower by as much."""
     run = request.getfixturevalue(name)
     page = opened(chrome, animate(run, tmp_path / "c.html"))
     columns = run.matching("*.contact[*].normal_force")
@@ -192,7 +194,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_shapes_are_closed(shape: str) -> None:
-    """Every edge is passed once each way: no face is missing (the lowest ring of balls was)."""
+    """Every edge occurs once in each direction, so that no face is missing (earlier, the lowest ring of balls was)."""
     mesh: Mesh = SHAPES[shape]
     _, ids = np.unique(mesh.vertices.round(9), axis=0, return_inverse=True)
     sides = [(int(ids[f[k]]), int(ids[f[(k + 1) % len(f)]])) for f in mesh.faces for k in range(len(f))]

@@ -1,4 +1,4 @@
-"""The moving picture is one file that shows the run's own numbers."""
+"""The animation is one file that shows the run's own numbers."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_page_carries_the_rows_of_the_run(swing: Result) -> None:
 
 
 def test_springs_between_points_are_shown_from_end_to_end() -> None:
-    """Both of the governor's: parts as the scene names them, and at the start as long as its geometry says."""
+    """Both springs of the governor: parts as the scene names them, with the initial length of its geometry."""
     run = simulate("governor", until=0.01)
     data = content(run)
     parts = [p["name"] for p in data["parts"]]
@@ -120,14 +120,15 @@ def test_a_browser_opens_it_from_disk_at_the_time_asked_for(swing: Result, tmp_p
 
 
 def test_friction_that_follows_no_load_needs_no_contacts_to_be_seen() -> None:
-    """Patterns that match nothing are refused, so none may be asked for: a door whose seal drags could not be animated."""
+    """Patterns without a match are refused, so that the page must not require any. Otherwise a door whose seal has friction could
+    not be animated."""
     scene = load_scene("door_closer")
     run = simulate(scene, until=0.05, every=0.05, outputs=needed(scene))
     assert content(run)["joints"][0]["contacts"] == []
 
 
 def test_joints_that_have_no_values_take_no_place_beside_the_picture() -> None:
-    """Of a robot of 30 joints the 15 that were fixed came first: four of them were open, with nothing in them."""
+    """Earlier, the 15 fixed joints of a robot of 30 joints came first: four of them were open and empty."""
     pivots = {f"pivot{k}": sm.Joint("revolute", f"base{k}", f"arm{k}", axis="y") for k in range(2)}
     mounts = {f"mount{k}": sm.Joint("fixed", "ground", f"base{k}") for k in range(6)}
     body = sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0), center=(0.1, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""The moving picture cut open, looked through and traced; what stands in where there is no WebGL; what the file weighs."""
+"""Sections, transparency and traces of the animation; the replacement without WebGL; the size of the file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.simulation.results.result import Result
 
 
 def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
-    """At its far end no body is left, at its near end all are; half way only what is behind the plane."""
+    """With the plane at its far end no body is left, at its near end all are; half way only the parts behind the plane are."""
     shown.do("run.joints.forEach((j) => { j.pins = []; j.contacts = []; }); run.rails.length = 0; things = prepared()")
     shown.do("look.parallel = true; along('side'); section('x')")
 
@@ -32,7 +32,7 @@ def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
 
 
 def test_glass_shows_what_is_inside(chrome: Any, press: Path) -> None:
-    """Where arrows run within the links, the picture has their colour faintly through solid bodies, and fully through glass."""
+    """Where arrows are within the links, the picture shows their colour faintly through solid bodies, and fully through glass."""
     page = opened(chrome, press, dots=1)
     arrows = "shown.m.contacts.map((c) => shown.cam.project(add(c.point, c.normal, 0.6 * c.force * run.arrow)))"
     inner = [tuple(map(int, p[:2])) for p in page.ask(arrows)]

@@ -1,4 +1,4 @@
-"""A browser with a graphics card made of software, and what the pages that it opens say of themselves."""
+"""A browser with a graphics card in software, and the reports of its pages about themselves."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DESK, PHONE = {"width": 900, "height": 640}, {"width": 390, "height": 844}
 
 
 def missing(why: str) -> None:
-    """Skip, or fail when the browser is required."""
+    """Skip, or fail if the browser is required."""
     if "chromium" in os.environ.get("TRUNNION_REQUIRE", ""):
         pytest.fail(f"chromium is required (TRUNNION_REQUIRE): {why}")
     pytest.skip(f"chromium: {why}")
@@ -45,7 +45,7 @@ def browsers() -> Iterator[Callable[..., Any]]:
 
 
 class Opened:
-    """A page that shows a run. wrong: what its console said and what it asked for from elsewhere."""
+    """A page that shows a run. wrong: messages of its console and its requests to other places."""
 
     def __init__(self, page: Any):
         self.page, self.wrong = page, []
@@ -58,7 +58,7 @@ class Opened:
         return self.page.evaluate(f"(() => ({script}))()")
 
     def until(self, what: str) -> None:
-        """Wait until an expression holds (Playwright's own waiting is forbidden by the page's policy as soon as it has to wait)."""
+        """Wait until an expression holds (the page's policy forbids Playwright's own waiting as soon as it has to wait)."""
         for _ in range(600):
             if self.ask(what):
                 return
@@ -70,7 +70,7 @@ class Opened:
         self.page.evaluate(f"(() => {{ {script}; render(); }})()")
 
     def pixels(self, canvas: str = "stage") -> np.ndarray:
-        """height × width × 3 of what a canvas shows, drawn now (0 to 255)."""
+        """height × width × 3 of a canvas, drawn now (0 to 255)."""
         import base64
 
         from PIL import Image
@@ -81,11 +81,12 @@ class Opened:
 
 
 OPEN: list[Any] = []
-"""Pages that end with the test: one that plays would slow down all that follow."""
+"""Pages that end with the test: a page that plays would slow down all later ones."""
 
 
 COARSE = 0.25
-"""Dots of the screen a pixel of the page, where only numbers are asked for: a graphics card made of software fills few faster."""
+"""Dots of the screen for each pixel of the page, where a test needs only numbers. A graphics card in software fills few dots
+faster."""
 
 
 def opened(
@@ -97,7 +98,8 @@ def opened(
     dots: float = COARSE,
     **context: Any,
 ) -> Opened:
-    """The page of a file, shown; closed when the test ends unless it is ``kept``. dots: of the screen a pixel of the page."""
+    """The page of a file, shown; closed when the test ends unless it is ``kept``. dots: dots of the screen for each pixel of the
+    page."""
     page = browser.new_context(viewport=size, device_scale_factor=dots, **context).new_page()
     if not kept:
         OPEN.append(page.context)

@@ -28,7 +28,7 @@ def scene(bodies: dict, joints: dict, gravity=(0.0, 0.0, -9.81), **more) -> Scen
 
 
 def slider(**more) -> Scene:
-    """A block on a guide along x, alone."""
+    """A single block on a guide along x."""
     gravity = more.pop("gravity", (0.0, 0.0, -9.81))
     guide = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", **more}
     return scene({"b": BLOCK}, {"p": guide}, gravity)
@@ -40,7 +40,7 @@ def wheel(**more) -> Scene:
 
 
 def last(case: Scene, until: float, column: str, near: float = NEAR) -> float:
-    """The judge's value at the end; its own error must be below what is asked of it."""
+    """The compliant model's value at the end; its own error must be below the required one."""
     out = judged(case, until, [column], instants=1)
     assert out.error[column][-1] < near
     return float(out.values[column][-1])
@@ -71,7 +71,7 @@ def test_a_block_at_rest_starts_at_its_static_friction() -> None:
 
 
 def test_a_journal_takes_the_torque_of_its_normal_force() -> None:
-    """The load turns towards its friction: radius times load times sin(atan mu)."""
+    """The contact force turns towards its friction: the torque is radius times load times sin(atan mu)."""
     rub = {"mu": 0.3, "radius": 0.05, "half_length": 0.1}
     joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "b", "friction": rub, "start": {"qd": 3.0}}
     out = judged(scene({"b": BLOCK}, {"r": joint}), 0.05, ["r.qd*"], instants=1)
@@ -95,7 +95,7 @@ def test_a_block_leaves_an_elastic_stop_as_fast_as_it_came() -> None:
 
 
 def test_a_hook_that_falls_behind_a_block_holds_it() -> None:
-    """It passes 0.1 m at 1 m/s, is turned back by -4 N, and swings on the hook's spring about its new rest."""
+    """The block passes 0.1 m at 1 m/s, reverses under -4 N, and oscillates on the hook's spring about its new equilibrium."""
     hook = {"at": 0.1, "stiffness": 2000.0}
     case = slider(gravity=(0, 0, 0), start={"qd": 1.0}, latch=hook, effort=-4.0)
     speed = np.sqrt(1 - 2 * 2 * 0.1)
@@ -134,7 +134,8 @@ def gears(friction: dict | None) -> Scene:
 
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_gears_turn_in_their_ratio_and_their_teeth_take_what_the_theory_says(mu: float) -> None:
-    """With the tooth force F along the pitch circles the first wheel feels F (r1 + c), the second F (r2 - c), c = mu pi m/4."""
+    """With the tooth force F along the pitch circles, the torque on the first wheel is F (r1 + c), on the second F (r2 - c), c = mu
+    pi m/4."""
     case = gears({"mu": mu, "pressure_angle": 0.35} if mu else None)
     c = mu * np.pi * 0.01 / 4
     r1, r2 = 0.1 + c, 0.15 - c
@@ -162,7 +163,7 @@ def test_what_it_does_not_take_it_says() -> None:
 
 
 def test_the_rates_in_c_are_those_of_the_definition() -> None:
-    """Random states of a scene with every kind of row, to round-off."""
+    """Random states of a scene with every kind of row agree to round-off."""
     rub = {"mu": 0.2, "mu_static": 0.3, "radius": 0.01, "half_length": 0.02, "preload": 3.0, "thrust_radius": 0.01}
     at = {"at": [0, 0, 0], "axis": "z"}
     joints = {

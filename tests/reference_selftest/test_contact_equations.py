@@ -1,4 +1,4 @@
-"""The contact solvers meet the paper's equations as printed (with the errata) and dissipate as they must."""
+"""The contact solvers satisfy the paper's equations as printed (with the errata) and dissipate energy."""
 
 import numpy as np
 import pytest

@@ -65,7 +65,7 @@ def test_loads_hold_their_ends():
 
 
 def test_random_scenes_hold_every_type_told_from_both_sides_with_either_pin():
-    """Rubbing where the type can; ``covering`` raises where something is not to be found."""
+    """Joints have friction where the type can have it; ``covering`` raises an error where a feature is not found."""
 
     def told(joint, kind, pin, outward):
         ends = [x if isinstance(x, str) else x.body for x in (joint.inboard, joint.outboard)]

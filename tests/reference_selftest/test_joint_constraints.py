@@ -1,4 +1,4 @@
-"""Constraint rows, freedoms and biases are the derivatives they claim to be, for every joint type."""
+"""Constraint rows, freedoms and biases equal the corresponding derivatives, for every joint type."""
 
 from dataclasses import replace
 
@@ -94,7 +94,8 @@ def test_a_joint_type_without_a_reference_says_what_to_add():
 
 
 def test_adding_a_joint_type_changes_only_the_joints_that_become_one():
-    """Trees of two types and of three: without the third in it a scene is the same, else the others' numbers are."""
+    """Trees of two types and of three: a scene without the third type is the same. In other scenes the numbers of the other joints
+    are the same."""
     same = changed = 0
     for seed in range(20):
         before, after = (random_tree(seed, 3, types=t).scene for t in (("revolute", "free"), ("revolute", "free", "planar")))

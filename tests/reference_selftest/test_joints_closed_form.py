@@ -1,4 +1,4 @@
-"""Joints against closed forms and against the simpler joints they are made of."""
+"""Joints compared with closed forms and with the simpler joints of which they consist."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ def one_body(seed: int):
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("adams", ["exact", "adams"])
 def test_universal_is_two_journals_on_a_massless_cross(pin, adams):
-    """Friction, springs and drives included: the cross passes on the devices of the other axis."""
+    """Friction, springs and drives included: the cross transmits the forces of the other axis's devices."""
     scene, (axis, ref) = one_body(5)
     rub = {"mu": 0.4, "law": "regularized", "v_eps": 1e-3, "normal_force": adams}
     spring, drive = sm.Spring(30.0, 0.2), sm.Drive(sm.Constant(1.5, 0.3))
@@ -107,7 +107,7 @@ CHAINS = {
     for kind, r in TYPES.items()
     if len(r.free) > 1 and not r.ball and not r.lead
 }
-"""Types whose freedoms are travels and turns of their own, one after the other: (simple type, axis)."""
+"""Types whose freedoms are single travels and turns, one after the other: (simple type, axis)."""
 
 
 @pytest.mark.parametrize("kind", CHAINS)

@@ -49,7 +49,7 @@ def modes(scene: sm.Scene, **coordinates) -> list[dict[str, str]]:
 
 
 def block(**friction) -> tuple[sm.Body, sm.Friction]:
-    """A block and its long guide, so narrow that only the weight presses."""
+    """A block and its long guide, which is so narrow that only the weight loads it."""
     return sm.Body(mass=2.0, inertia=(0.1, 0.1, 0.1)), sm.Friction(half_width=1e-3, half_height=1e-3, half_length=0.5, **friction)
 
 
@@ -73,7 +73,7 @@ def test_between_sliding_and_static_friction_a_block_may_do_either() -> None:
 @pytest.mark.parametrize("push", PUSHED)
 def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: float) -> None:
     """A push on the upper block, in units of its static friction. The ground holds twice the weight with the same coefficient, so
-    the lower block never moves."""
+    that the lower block never moves."""
     body, rub = block(mu=0.4)
     on = 0.4 * 2.0 * 9.81 * push
     joints = {
@@ -86,7 +86,7 @@ def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: floa
 
 
 def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_hangs_straight() -> None:
-    """At the friction angle's sine of the radius beside the pivot it is held, a little beyond it slides."""
+    """At a distance beside the pivot of the friction angle's sine times the radius the ball is held, slightly beyond it slides."""
     radius, mu = 0.05, 0.6
     edge = radius * mu / math.sqrt(1 + mu**2)
     for share, answer in ((0.0, "sticks"), (0.999, "sticks"), (1.001, "slides")):
@@ -105,7 +105,7 @@ def test_where_all_stick_or_all_slip_both_are_found() -> None:
 
 
 def test_a_crank_that_passes_its_dead_centre_has_one_answer() -> None:
-    """The guide slides back as the crank demands; the universal joint's second axis rests."""
+    """The guide slides back as the crank requires; the universal joint's second axis is at rest."""
     scene = load_scene(str(CASES / "universal_at_dead_centre.yaml"))
     drive = sm.Drive(constant=sm.Constant(10.0, math.pi))
     scene = replace(scene, joints=scene.joints | {"p": replace(scene.joints["p"], drive=drive)})

@@ -12,7 +12,7 @@ from tests.reference.scenes.random_scenes import ALL_TYPES, Case, random_loop, r
 
 
 def later(case: Case, result: Result, h: float) -> float:
-    """Energy after h, the tree joints moving with their accelerations."""
+    """Energy after a time h, in which the tree joints move with their accelerations."""
     q, qd = {}, {}
     for name in case.tree:
         kind, a = case.scene.joints[name].type, result.qdd[name]

@@ -18,7 +18,7 @@ def shaft_friction(fc, mc, way: float, radius: float, half_length: float, mu: fl
 
 
 def loads(seed: int):
-    """(force, moment, generator): a force of size 1 and a moment of any size from the small to the overwhelming."""
+    """(force, moment, generator): a force of size 1 and a moment of any size, from small to dominant."""
     rng = np.random.default_rng(seed)
     return rng.normal(size=3), rng.normal(size=3) * 10 ** rng.uniform(-2, 1.5), rng
 
@@ -44,7 +44,7 @@ def test_a_sleeves_friction_grows_with_the_coefficient(seed: int) -> None:
 
 
 def test_beyond_that_a_load_may_be_held_better_by_less_friction() -> None:
-    """Radius twice the half length: the arm of the friction itself takes the moment off the ends."""
+    """The radius is twice the half length: the lever arm of the friction itself removes the moment from the ends."""
     fc, mc = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.2])
     held = [abs(shaft_friction(fc, mc, 0.0, 0.6, 0.3, mu)) for mu in (0.9, 1.3)]
     assert held[1] < held[0]

@@ -1,4 +1,4 @@
-"""A valid scene with one of everything, ways to break it, and the problems it then has."""
+"""A valid scene with one of everything, ways to invalidate it, and its problems then."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 @pytest.fixture(scope="package")
 def bounded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """``trunnion serve`` with one worker and low limits, so that whatever is sent to it by chance is soon done."""
+    """``trunnion serve`` with one worker and low limits, so that random requests finish soon."""
     limits = [w for limit in ("cases=200", "duration=1", "rows=2000", "body=100000") for w in ("--limit", limit)]
     with Served(tmp_path_factory.mktemp("bounded") / "data", "--workers", "1", *limits) as s:
         yield s

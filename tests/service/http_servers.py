@@ -26,9 +26,9 @@ from trunnion.service.store.jobs_events_keys import Store
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 600.0
-"""Seconds to wait for something that must happen; only a failing test ever waits so long."""
+"""Seconds to wait for an event that must happen; only a failing test waits so long."""
 LONG_LIMITS = {"check_seconds": 600.0, "answer_seconds": 3600.0}
-"""Time limits that no request reaches on a busy machine; a test that is about such a limit sets its own."""
+"""Time limits that no request reaches on a busy machine; a test of such a limit sets its own."""
 MU = "joints.ball.friction.mu"
 SMALL: dict[str, Any] = {
     "scene": "spherical_pendulum",
@@ -39,8 +39,8 @@ SMALL: dict[str, Any] = {
 
 
 def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
-    """The first true value of ``what``, which is asked until ``patience`` seconds have passed; fails then. It is asked less and
-    less often: the server's answers take processor time from what is waited for."""
+    """The first true value of ``what``, which is called until ``patience`` seconds have passed; fails then. The calls become less
+    frequent, because the server's answers take processor time from the awaited work."""
     end, pause = time.monotonic() + patience, 0.03
     while not (found := what()):
         assert time.monotonic() < end, "it never happened"
@@ -101,7 +101,7 @@ class InProcess(Talk):
 
 @contextmanager
 def unstarted(settings: Settings) -> Iterator[InProcess]:
-    """The application without what begins when a server starts: it has no workers, and can only refuse what needs one."""
+    """The application without the work of a server's start: it has no workers, and can only refuse requests that need one."""
     s = InProcess(settings)
     try:
         yield s
@@ -120,7 +120,7 @@ class Served(Talk):
         self.process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> Served:
-        """Start it, and wait until it answers."""
+        """Start the server, and wait until it answers."""
         words = [sys.executable, "-m", "trunnion.service", "--data", str(self.data), "--port", str(self.port)]
         words += [word for name, most in LONG_LIMITS.items() for word in ("--limit", f"{name}={most}")]
         words += self.options
@@ -164,7 +164,7 @@ class Served(Talk):
 
 
 def spawned(process: psutil.Process) -> bool:
-    """Whether it is a process that Python has started for itself, and has not ended meanwhile."""
+    """Whether it is a process that Python has started for itself, and that has not ended meanwhile."""
     try:
         return "spawn_main" in " ".join(process.cmdline())
     except psutil.Error:
@@ -172,7 +172,7 @@ def spawned(process: psutil.Process) -> bool:
 
 
 def new_keys(s: Served, *roles: str) -> list[str]:
-    """A new key of each role, for a server that wants keys."""
+    """A new key of each role, for a server that requires keys."""
     store, secrets = Store(f"sqlite:///{s.data / 'trunnion.db'}"), []
     for role in roles:
         key, secret = new_key(role, role)
@@ -183,7 +183,7 @@ def new_keys(s: Served, *roles: str) -> list[str]:
 
 
 def free_port() -> int:
-    """A port nobody listens on now."""
+    """A port on which no program listens now."""
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         return int(s.getsockname()[1])

@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 class DatabaseMissing(RuntimeError):
-    """There is no PostgreSQL here that can be started."""
+    """No PostgreSQL server can be started here."""
 
 
 @contextmanager

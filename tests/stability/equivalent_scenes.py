@@ -19,7 +19,7 @@ LENGTH, MASS, TIME = 1000.0, 1e-3, 10.0
 
 
 def told(scene: sm.Scene, how: str, seed: int = 0, runs: bool = True) -> sm.Scene:
-    """The scene in another telling. One that is refused as it is written (not ``runs``) has its directions turned as written."""
+    """An equivalent scene. If the scene is refused as it is written (not ``runs``), its directions are turned as written."""
     if how == "turned" and not runs:
         return _written_turned(scene, random_rotation(np.random.default_rng(seed)))
     if how == "turned":

@@ -1,4 +1,4 @@
-"""The twenty-eight places where methods fail (theory, "Where methods fail"): a scene for each, as a function of the distance from
+"""The twenty-eight places where methods fail (theory, "Where methods fail"). Each has a scene, as a function of the distance from
 its threshold, and the correct verdicts on both sides. Each kind of mechanism has one module of rows."""
 
 from __future__ import annotations

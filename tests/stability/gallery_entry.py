@@ -1,4 +1,4 @@
-"""A row of the gallery: a place where methods fail, and the thresholds at which it is looked at."""
+"""A row of the gallery: a place where methods fail, and the thresholds near which it is tested."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Edge:
 
     @property
     def sides(self) -> tuple[tuple[float, str], ...]:
-        """Pairs (how far beyond the threshold, the right answer there)."""
+        """Pairs (distance beyond the threshold, the correct verdict there)."""
         return ((-EDGE, self.below), (EDGE, self.beyond)) if self.beyond else ((0.0, self.below),)
 
 

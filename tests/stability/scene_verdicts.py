@@ -16,7 +16,7 @@ from trunnion.simulation.run import simulate
 
 
 def ran(scene: sm.Scene, rtol: float = 1e-8, rows: int = 20) -> Result:
-    """A run to the scene's own end."""
+    """A run to the end time of the scene."""
     until = float(scene.simulation.until)
     return simulate(scene, until=until, every=until / rows, rtol=rtol, max_steps=500_000)
 

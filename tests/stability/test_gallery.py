@@ -1,4 +1,4 @@
-"""Every row of the gallery has the correct verdict on both sides of its threshold, for every equivalent scene."""
+"""Every row of the gallery gives the correct verdict on both sides of its threshold, for every equivalent scene."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if each of its runs were one of a thousand; the others are made of parts."""
+    """Each of its runs uses the compiled kernel, as if it were one of a thousand; the other tests use kernels made of parts."""
     monkeypatch.setattr(kernel_choice, "RUNS", 0)
     assert kernel_choice.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"
     asked(row, TELLINGS[0], slow=False)
@@ -44,7 +44,7 @@ def test_below_and_beyond_a_threshold_that_takes_long(row: Row, telling: str) ->
 
 
 def asked(row: Row, telling: str, slow: bool) -> None:
-    """Ask the thresholds of a row that are slow, or those that are not."""
+    """Test the thresholds of a row that are slow, or those that are not."""
     for edge in (e for e in row.edges if e.slow == slow):
         for beyond, expected in edge.sides:
             scene = told(edge.scene(beyond), telling, row.number, runs=expected != "refused")

@@ -67,7 +67,7 @@ def inverse(
 
     The motion of the other joints follows from the equations. In a closed loop all degrees of freedom must be prescribed.
     Springs, dampers, end stops, loads and friction act as in a run. The scene's own effort on a prescribed freedom is ignored.
-    Latches stay as they are at the start of the scene, because each time is solved on its own.
+    Latches stay as they are at the start of the scene, because each instant is solved independently.
 
     Args:
         scene: as for ``simulate``.

@@ -93,7 +93,7 @@ def sensitivity(
     overrides: Mapping[str, Any] | None = None,
     tick: Tick | None = None,
 ) -> Sensitivity:
-    """Differentiate outputs of a run by parameters of its scene, exactly along the run's steps and across its events.
+    """Differentiate outputs of a run with respect to parameters, exactly along the run's steps and across its events.
 
     The relative error of the derivatives is about a hundred times that of the run.
 

@@ -31,7 +31,7 @@ AT_CAPACITY = 1e-7
 """Several pairs count as released together if the scaled residuals of their joint release are below this multiple of the largest
 multiplier."""
 LET_GO = 1e-9
-"""A hook lets go where its event function (m, rad, or a fraction of its release signal) is below this value."""
+"""A hook releases where its event function (m, rad, or a fraction of its release signal) is below this value."""
 SLIP_SPEED = 1e-10
 """Speed, relative to the run's rate scale, that replaces the zero speed of a pair at the instant at which its sliding begins or
 ends. The error of derivatives is about ten times this value. Below it, round-off disturbs the direction."""
@@ -111,7 +111,7 @@ class SensitivityIntegrator:
         return np.array_equal(step.x[others], step.x1[others])
 
     def _find_lifted_hook(self, step: RecordedStep, f: np.ndarray) -> tuple[int, str] | None:
-        """(row of its event function, joint) of a hook that lets go at the step's end."""
+        """(row of its event function, joint) of a hook that releases at the step's end."""
         u, system = self.unit, self.unit.system
         first = u.ny + u.nquad + u.n["residuals"] + u.n["rates"] + u.n["holds"]
         for j in system.joints:

@@ -177,7 +177,7 @@ class HoldBounds:
 
     @property
     def gap(self) -> float:
-        """The largest gap of all ends."""
+        """The largest difference between value and certified bound over all ends."""
         ends = [e for p in self.pairs for i in (p.normal_force, p.friction, p.share) for e in (i.least, i.largest)]
         ends += [e for p in self.loads for b in (p.more, p.less) for e in (b.guaranteed, b.possible)]
         return max((e.gap for e in ends), default=0.0)

@@ -174,4 +174,5 @@ def _notes(pairs: tuple[PairHold, ...]) -> list[str]:
     several = list(dict.fromkeys(p.joint for p in pairs if not p.unique))
     if not several:
         return []
-    return [f"the load distribution in {', '.join(several)} is not unique: the one with the least maximum share is reported"]
+    chosen = "the one that minimises the largest ratio of friction to capacity is reported"
+    return [f"the load distribution in {', '.join(several)} is not unique: {chosen}"]

@@ -1,4 +1,4 @@
-"""Refinement: finds where a result jumps or bends, or where an outcome changes, by halving boxes.
+"""Refinement: finds where a result jumps or has a kink, or where an outcome changes, by halving boxes.
 
 A box in the space of the varied numbers has a case at each corner. Halving the box along one axis adds cases in the middles of the
 edges along this axis. The deviation of a middle case from linear interpolation measures the curvature of the result. The boxes with

@@ -99,7 +99,7 @@ def optimise(
         reductions: further reductions to add to the table of cases.
         overrides: changes of the scene for all cases, {path: value}.
         workers: number of threads; default: one thread per core.
-        progress: called with (cases done, most cases) after each round.
+        progress: called with (finished cases, largest number of cases) after each round.
 
     Returns:
         The best numbers and all cases.
@@ -134,7 +134,7 @@ def refine(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Vary up to four numbers of a scene, and find where a result jumps or bends, or where the outcome changes.
+    """Vary up to four numbers of a scene, and find where a result jumps or has a kink, or where the outcome changes.
 
     Cases are added at such places until the result is nearly linear between neighbouring cases, or until the boxes between
     cases are narrower than ``tolerance``.
@@ -148,7 +148,7 @@ def refine(
         reductions: further reductions to add to the table of cases.
         overrides: changes of the scene for all cases, {path: value}.
         workers: number of threads; default: one thread per core.
-        progress: called with (cases done, most cases) after each round.
+        progress: called with (finished cases, largest number of cases) after each round.
 
     Returns:
         The boundaries and all cases.

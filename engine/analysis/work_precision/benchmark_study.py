@@ -124,8 +124,8 @@ def _mean_step(ready: BenchmarkModel) -> float:
 
 
 def _measure_ladder(study: WorkPrecision, ready: BenchmarkModel, ladder: list[Settings]) -> list[Measurement]:
-    """Measure the settings of a method. After a run that is slow beside the reference, tighter settings are left out with a note,
-    unless the user named the tolerances."""
+    """Measure the settings of a method. After a run that is slow compared with the reference, tighter settings are omitted with a
+    note, unless the user named the tolerances."""
     limit = max(SLOW_RUN, SLOW_RATIO * max((r.seconds for r in study.references.values()), default=0.0))
     out: list[Measurement] = []
     for n, s in enumerate(ladder, 1):

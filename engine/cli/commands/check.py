@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
-HOLD = "Check whether friction holds the mechanism at rest in its start pose, and by which margin."
-BOUNDS = "With --hold: bounds over all force distributions that statics allows, instead of one distribution."
+HOLD = "Check whether friction holds the mechanism at rest in its start pose, and by what margin."
+BOUNDS = "With --hold: compute bounds over all force distributions that statics allows, instead of one distribution."
 SELF_STRESS = "With --bounds: largest contact force that misaligned joints cause, N."
 BUDGET = "With --bounds: limit of the computing time, s."
 DRAW = "Draw the assembled mechanism at its start: .png, .svg or .pdf."

@@ -25,7 +25,7 @@ def command(
     ctx: typer.Context,
     scene: Scene = None,
     *,
-    stick: Annotated[bool, typer.Option("--stick", help="Lock joints that have friction, so that only others vibrate.")] = False,
+    stick: Annotated[bool, typer.Option("--stick", help="Lock the joints with friction, so that only the others vibrate.")] = False,
     at_start: Annotated[
         bool, typer.Option("--at-start", help="Linearise at the start pose, which must be a pose of rest.")
     ] = False,

@@ -34,14 +34,14 @@ def command(
     settings: SettingWords,
     vary: Annotated[
         list[str],
-        repeatable("--vary", metavar="PATH", help="Parameter to differentiate by.", autocompletion=completion.parameters),
+        repeatable("--vary", metavar="PATH", help="Parameter of the derivatives.", autocompletion=completion.parameters),
     ],
     changes: Changes,
     outputs: Annotated[list[str], columns_option("Differentiate these columns, such as 'ball.*'.")],
     save: CsvTable = None,
     as_json: Json = False,
 ) -> int:
-    """Differentiate outputs by parameters along a run, exactly also across its events."""
+    """Compute exact derivatives of outputs with respect to parameters along a run, across its events, too."""
     import numpy as np
 
     from trunnion.analysis.sensitivities.output_derivatives import sensitivity

@@ -50,7 +50,7 @@ def bounds_lines(name: str, b: HoldBounds) -> list[str]:
     lines += [f"note: {n}" for n in b.notes]
     if b.gap > LARGE:
         lines.append(
-            f"note: the ends are certified up to a gap of {b.gap:.3g}; gaps may remain with more than four undetermined directions"
+            f"note: values and certified bounds differ by up to {b.gap:.3g}; beyond four undetermined directions this may remain"
         )
     what = "nearest to slipping" if b.holds == "certain" else "slips first"
     return [*lines, VERDICTS[b.holds] + (f"; {what}: {', '.join(b.first)}" if b.first else "")]

@@ -1,4 +1,4 @@
-"""``trunnion check --hold``: whether friction holds a scene at rest, by which margin, and which joint slips first."""
+"""``trunnion check --hold``: whether friction holds a scene at rest, by what margin, and which joint slips first."""
 
 from __future__ import annotations
 

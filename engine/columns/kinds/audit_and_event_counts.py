@@ -34,7 +34,7 @@ KIND = ColumnKind(
         value("audit.contraction", "contraction", "contraction of fixed-point iteration of the complement equations", counts=False),
         value("audit.verdict", "verdict", f"verdict of the audit so far: {VERDICTS}"),
         value("events.count", "events", "events so far"),
-        value("realtime.overrun", "overrun", f"how the last bounded step was computed: {OVERRUNS}", given=bounded),
+        value("realtime.overrun", "overrun", f"fallback that completed the last bounded step: {OVERRUNS}", given=bounded),
         value("realtime.overruns", "overruns", "number of bounded steps so far that a fallback completed", given=bounded),
     ),
 )

@@ -18,6 +18,6 @@ KIND = ColumnKind(
     expression=residual,
     quantities=(
         Quantity(name="residual", output="residual", column="energy.residual", unit="J", integral=True, smooth=False,
-                 text="energy now − at the start − work of drives and loads + dissipated"),
+                 text="energy now − energy at the start − work of drives and loads + dissipated energy"),
     ),
 )  # fmt: skip

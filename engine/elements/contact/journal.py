@@ -155,7 +155,7 @@ def drawn_half_length(g: Mapping[str, float]) -> float:
 
 
 THRUST_RADIUS = Size(
-    "thrust_radius", "m", "radius at which the friction of axial thrust acts (not in the paper)", POSITIVE, '"10 mm"', needed=False,
+    "thrust_radius", "m", "radius at which the friction of axial thrust acts; not in the paper", POSITIVE, '"10 mm"', needed=False,
     symbol="r_t",
 )  # fmt: skip
 

@@ -10,7 +10,7 @@ struct Lanes {
   V length, rate, gap, per_length, per_rate, per_speed;
   V T[ACTIVE * NETA + 8], N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* friction */
   V least[NSLIDERS + 8], largest[NSLIDERS + 8], independence; /* extremes over the stages of a step */
-  tr_bits watches, iterations;                                /* lanes that watch; number of Newton iterations so far */
+  tr_bits watches, iterations;                                /* lanes that record extremes; number of Newton iterations so far */
   int projections[WIDTH], nworks, naudit;
 };
 

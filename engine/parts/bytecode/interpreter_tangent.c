@@ -128,8 +128,9 @@ void tr_parts_d_point(const double *x, const double *y, const double *c, const d
   execute(s, &s->point, base);
 }
 
-/* Derivatives at the point of the last ``d_point``, whose work array was zero before the first pass, along `count` combinations of the directions. Row k of `sizes` (stride next)
- * contains a factor for each direction. Row k of `out` (stride next_out) receives the derivatives. */
+/* Derivatives along `count` combinations of the directions, at the point of the last ``d_point``. The tangents in its work array
+ * must have been zero before the first pass. Row k of `sizes` (stride next) contains a factor for each direction. Row k of `out`
+ * (stride next_out) receives the derivatives. */
 void tr_parts_d_along(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       int count, const double *sizes, size_t next, double *out, size_t next_out) {
   const tr_scene *s = scene_of(c);

@@ -10,16 +10,16 @@
 #include "tr_tables.h"
 
 /* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: zero
- * friction, because loops prescribe the motion. SHARE: a share of a group's load. STORED: a stored load. FULL: the capacity of a
- * held pair that yields. */
+ * friction, because loops prescribe the motion. SHARE: a share of the load of a group (pairs at rest among which statics does not
+ * determine the load). STORED: a stored load. FULL: the capacity of a held pair that yields. */
 enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED, TR_ROW_FULL };
 
 /* Source of the loads that a group at rest stores. NONE: the group stores no loads and shares by the rule. CREEP: a creep
  * minimisation. PLACED: the present multipliers. */
 enum { TR_STORES_NONE, TR_STORES_CREEP, TR_STORES_PLACED };
 
-/* Leader of a multiplier that shares a load. Fields: index of the leading multiplier, its pair, and the offset in `dhold` of the
- * derivative of this pair's capacity. */
+/* The leader to which the share of a multiplier refers. Fields: index of the leading multiplier, its pair, and the offset in
+ * `dhold` of the derivative of this pair's capacity. */
 typedef struct tr_leader {
   int multiplier, pair, dhold;
 } tr_leader;
@@ -123,18 +123,18 @@ static inline int *tr_pair_classes(const tr_sim *s) { return (int *)TR_A(s, pair
 static inline int *tr_stopping_marks(const tr_sim *s) { return (int *)TR_A(s, stopping); }
 static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, leaders); }
 
-/* Number of active rows that constrain loops. The rows of light freedoms follow these rows. */
+/* Number of active rows that constrain loops. The rows of light freedoms follow them (theory, "Light bodies"). */
 static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
 
-/* Unit of the residual of a constraint row: 1 for rotation (rad), the length scale for translation. Unit of a rate, divided by the
- * rate scale. */
+/* tr_row_unit: unit of the residual of a constraint row, 1 for rotation (rad), the length scale for translation. tr_rate_unit: unit
+ * of a rate, divided by the rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
 
 /* Record of a table. `tables` begins with the offsets of all records. */
 static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
 
-/* × the time, at least 1 s: times closer than this are equal. The tolerance covers the round-off of sums of steps. */
+/* × max(time, 1 s): times that differ by less are equal. The tolerance covers the round-off of sums of steps. */
 #define SAME_TIME 1e-13
 static inline double tr_time_tolerance(double t) { return SAME_TIME * fmax(1.0, fabs(t)); }
 

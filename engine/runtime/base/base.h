@@ -43,9 +43,9 @@ static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, d
  * 0. */
 static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x);
 
-/* Evaluate an external input at time t. τ is the time since its communication point. A motion that follows the input u may start at
- * a distance e from u, with the relative rate ė. The motion q closes this gap with critical damping: q = u + (e + (ė + ω e) τ)
- * exp(−ω τ). */
+/* Evaluate an external input at time t. τ is the time since the last communication point. A motion q that follows the input u may
+ * start at the distance e = q − u, with the relative rate ė. The motion approaches u with critical damping: q = u + (e + (ė + ω e)
+ * τ) exp(−ω τ). */
 static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out);
 
 /* Number of external inputs, which are the first tables. */
@@ -58,14 +58,14 @@ double tr_break_after(const tr_sim *s, double t);
 static void tr_form_maps(tr_sim *s);
 
 /* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or a null pointer) at the current state y. `response`: for each
- * friction, the acceleration of its own freedom by a unit of that friction. `again`: the previous call was at the same state, so
- * this call reuses its ẏ without impulses. */
+ * friction, the acceleration that a unit of this friction causes in its own freedom. `again`: the previous call was at the same
+ * state, so this call reuses the ẏ without impulses that it stored. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
 /* Store y and the time of the signals as the current state. Requires a kernel with recursion. */
 static void tr_store_current_state(tr_sim *s, const double *y);
 
-/* Whether (t, y) is the current state, so that its rates are known. Returns 0 if the kernel has no recursion. */
+/* Whether (t, y) is the current state; its rates are then known. Returns 0 if the kernel has no recursion. */
 static int tr_is_current_state(const tr_sim *s, double t, const double *y);
 
 /* Make y the current state by the kernel's function `begin`, which starts the recursion and forms no maps. Later functions form

@@ -31,11 +31,11 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
  * longer. */
 #define TR_INLINE static inline __attribute__((always_inline))
 
-/* Marks a function that is never inlined. Steps that do not call the function then keep their machine code. */
+/* Marks a function that is never inlined. The machine code of steps that do not call it is then unchanged. */
 #define TR_APART static __attribute__((noinline))
 
-/* a − b c, with one rounding if the machine has a fused multiply-add. The compiler contracts loops in the same way. In
- * straight-line code, without this function, it could combine products differently. */
+/* a − b c, with one rounding if the machine has a fused multiply-add, as the compiler evaluates this expression in loops. In
+ * straight-line code, the compiler could fuse other products. */
 static inline double tr_multiply_subtract(double a, double b, double c) {
 #ifdef __FMA__
   return __builtin_fma(-b, c, a);

@@ -2,8 +2,8 @@
  * open directions.
  *
  * The columns are normalised before the Gram matrix is factorised, so that units have no effect. The Gram matrix squares the
- * condition number; two iterative refinements restore the lost digits. A direction involves few joints, so the code skips rows
- * outside the nonzero span of a column. The coefficients of dependent directions are zero. */
+ * condition number; two iterative refinements restore the lost digits. A direction involves few joints, so the code skips the rows
+ * before the first and after the last nonzero of a column. The coefficients of dependent directions are zero. */
 #include "base/base.h"
 
 #define DEPENDENT 1e-12 /* squared remainder of a dependent unit direction; sums of about 1000 products are accurate to 1e-14 */

@@ -39,8 +39,8 @@ static void tr_evaluate_hermite(const double *v, const double *m, double h, doub
   out->second = 2.0 * bend + 6.0 * u * twist, out->third = 6.0 * twist;
 }
 
-/* Signal of a table at time t. The interval is selected by the time ts. All evaluations of a step pass the same ts, so that they
- * use the same side of a knot. */
+/* Signal of a table at time t. The time ts selects the interval of the table. All evaluations of a step pass the same ts, so that
+ * they use the same side of a knot. */
 static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, lo = 0, hi = n - 1;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;

@@ -40,7 +40,7 @@ typedef struct tr_stepping {
   double t0, size;     /* start and length of the last accepted step, s */
   double err_old;      /* error of the last accepted step in units of the tolerance; 0: no step yet */
   double jac_t;        /* time at which the Jacobian was evaluated, s */
-  double works;        /* error of the columns' works in the last accepted step, in units of the tolerance */
+  double works;        /* error of the works that columns need in the last accepted step, in units of the tolerance */
   double worked;       /* fraction of the last accepted step up to which works are integrated for rows */
   int parts;           /* whether the works of the last step are integrated in parts (``integrators/quadrature.c``) */
   int method;          /* number of the method in force; never that of method auto */
@@ -113,7 +113,7 @@ typedef struct tr_friction {
   int folds;           /* number of folds in close succession */
   double resumed_t;    /* time of the last failure that the run overcame, s */
   int resumed;         /* number of failures that the run overcame at that time */
-  int impending_laws;  /* whether balls of stuck groups share by their friction in the impending motion */
+  int impending_laws;  /* whether balls in stuck groups share loads by the friction that they would have in the impending motion */
   double pace;         /* frequency of the fastest periodic load, Hz */
   long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */
   int undecided;       /* whether the last decision found no solution and could not prove that none exists */
@@ -128,7 +128,7 @@ typedef struct tr_friction {
 typedef struct tr_moreau {
   double h;            /* length of the step whose impulses are being solved, s; otherwise 0 */
   double decides;      /* longest impulse step that may decide all modes again, s */
-  int keeps;           /* whether modes stay unchanged, even if this violates laws */
+  int keeps;           /* whether modes stay unchanged in impulse steps, even if this violates laws */
   int frozen;          /* whether directions of fast sliding with several components are frozen over a step */
   double burst_t;      /* start of the time window in which events are counted, s */
   double first_t;      /* time at which method auto first used impulse steps, s; -1: never */
@@ -202,8 +202,8 @@ typedef struct tr_places {
   int pair_class, class_rates; /* class of coupled pairs (int per pair: 0, or 1 + multiplier of the class); rates of the class */
   int yeval, dyeval; /* the current state, and ẏ there; for the recursion (``friction/newton_recursive.c``) */
   int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
-  int end_acc;      /* accelerations and their absolute terms by the check of the last step's end, for the audit */
-  int impending_law, impending_dlaw; /* balls of groups at rest: η by the laws in the impending motion; ∂η/∂N */
+  int end_acc;      /* accelerations and sums of their absolute terms, from the check of the last step's end, for the audit */
+  int impending_law, impending_dlaw; /* balls of groups at rest: η that the laws give in the impending motion; ∂η/∂N */
   int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */
   int past_speeds, stopping; /* speeds at the ends of the last steps; int per pair: it stops with the captured pair */

@@ -4,10 +4,10 @@
 #ifndef TR_STICK_RULE_H
 #define TR_STICK_RULE_H
 
-#define TOL_SPEED 1e-13    /* × the unit: overshoot beyond the end of sliding without an event; below REST_SPEED */
+#define TOL_SPEED 1e-13    /* × the unit: largest overshoot beyond the end of sliding that causes no event; below REST_SPEED */
 #define REST_SPEED 1e-11   /* × the unit: largest speed at rest; above the round-off of a speed that was set to zero */
-#define NEAR_MISS 1e-10    /* × the unit: if a faster pair turns by more than 90° in a step, the step was too large */
-#define CAPTURE_SPEED 1e-8 /* × the unit: slower sliding with several components may end at once; above round-off of loops */
+#define NEAR_MISS 1e-10    /* × the unit: if a faster pair turns by more than 90° in a step, the step is refused as too large */
+#define CAPTURE_SPEED 1e-8 /* × the unit: slower sliding of several components may end at once; above round-off of loops */
 
 /* Overshoot of `speed`, the velocity along the frozen direction, beyond the end of sliding, in units of the tolerance. A value
  * above 1 is a stick event. */

@@ -15,7 +15,7 @@
 
 /* Times. */
 #define JUST_AFTER 1e-12        /* s: signals with kinks are evaluated this long after a start */
-#define BREAK_REACHED 1e-10     /* s, × the time: a break closer than this counts as reached */
+#define BREAK_REACHED 1e-10     /* × max(time, 1 s): a break closer than this counts as reached */
 #define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step is lost in round-off */
 #define LAST_ROW 1e-9           /* × the duration of the run: if the last row is earlier by more, the run adds a row at its end */
 #define STEP_START 1e-3         /* × a step: an event before this fraction counts as at the start */
@@ -28,12 +28,12 @@
 /* Rank of loops and of rest conditions. */
 #define KEEP_PIVOT 1e-9 /* × a row's scale: smallest pivot within the stored rank; lets runs pass bifurcations (theory) */
 #define GROW_PIVOT 1e-6 /* × a row's scale: smallest pivot beyond the stored rank; above the error of a step in a redundant row */
-#define RANK_PIVOT 1e-9 /* × the own response of a row or freedom: at accurate states, a smaller pivot means dependence */
+#define RANK_PIVOT 1e-9 /* × the response of a row or freedom to itself: at accurate states, a smaller pivot means dependence */
 
 /* Closure of loops. "Length" is the length scale of the run. */
 #define LOOP_CLOSED 4e-15     /* × the length, or rad; for rates × length · rate: round-off of a closed loop */
 #define LOOP_OPEN 1e-8        /* × the length, or rad: with a larger residual after all iterations, the loops cannot be closed */
-#define LOOP_NEARLY_CLOSED 1e-8 /* × the length, or rad: in many loops, one more correction squares it, to below round-off */
+#define LOOP_NEARLY_CLOSED 1e-8 /* × the length, or rad: with many loops, one more correction squares a smaller residual */
 #define CLOSURE_SHRINKS 0.2   /* × the last residual: an iteration that leaves a larger residual has reached round-off */
 #define CLOSURE_STEPS 12      /* iterations on positions, which converge quadratically from any end of a step */
 #define CLOSURE_RATE_STEPS 3  /* iterations on rates, whose equations are linear */
@@ -59,16 +59,16 @@
 #define EVENT_CLOSE 10.0  /* × the event's tolerance: largest distance from the event after a refinement with closed loops */
 
 /* Rest. */
-#define REST_BROKEN 1e-7   /* × the sum of absolute terms of an acceleration: above this, a dependent pair is not at rest */
+#define REST_BROKEN 1e-7   /* × the sum of absolute terms of an acceleration: a dependent pair with a larger one moves */
 #define HELD_SPEED 1e-12   /* × the speed unit: speed of a held pair from round-off of loop closure */
 #define POWER_GIVEN 1e-6   /* × friction · speed: largest power with which friction may drive a pair; round-off */
 #define FAINT_RATIO 1e-5   /* × the acceleration by friction: the direction of a smaller acceleration has no meaning */
-#define KEPT_GAIN 1e-7     /* × the capacity: smallest reserve of shared loads; with less, a group shares again or releases endlessly */
+#define KEPT_GAIN 1e-7     /* × the capacity: smallest reserve of shared loads; with less, groups reshare or release endlessly */
 #define DECISION_STEPS 40  /* largest number of mode changes from one start; a longer search repeats earlier modes */
-#define CLEAR_MARGIN 1.0   /* largest margin of an event: for a pair without load, or a threshold exceeded by far */
+#define CLEAR_MARGIN 1.0   /* largest margin of an event: for a pair without load, or if a threshold is exceeded by far */
 
 /* Norms of frozen sliding directions. */
-#define TR_FROZEN 1e126   /* norm during the first step: any velocity is at most 1e-120 of this norm, below round-off */
+#define TR_FROZEN 1e126   /* norm of a direction frozen in the first step: any velocity added to it is below its round-off */
 #define STILL_FROZEN 1e-6 /* × TR_FROZEN: smallest norm of a frozen direction, for any unit vector and any levers */
 #define ON_LINE 1e144     /* norm that marks motion along a line: above TR_LINE for any unit vector and any levers */
 #define LINE_WIDTH 1e-9   /* × the speed: smaller components perpendicular to the line are round-off */

@@ -1,14 +1,14 @@
 /* The audit: whether the run satisfies its laws (theory, "Audit"). It evaluates the accepted solution at the end of each step, and
- * changes nothing. It balances the energies between these ends, and stores the worst figure of every other law. */
+ * changes nothing. It balances the energy between these ends. For every other law, it stores the largest violation ("figure"). */
 #include "checks/checks.h"
 
-#define EVERY_STEPS 4    /* steps between energy balances; a loss in any of these steps appears in the next balance */
+#define EVERY_STEPS 4    /* steps from one energy balance to the next, which shows a loss in any of these steps */
 #define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulse steps where events accumulate */
-#define LEAST_RTOL 1e-12 /* smallest tolerance; below this, results are round-off */
+#define LEAST_RTOL 1e-12 /* smallest tolerance of the audit; with a tighter tolerance, errors of results are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: a run with more unexplained energy is inaccurate */
-#define AT_MOST 0.1      /* × the energy turned over: a run with more unexplained energy is inaccurate at any tolerance */
-#define SINGULAR_LOSS 1e-6   /* × the energy turned over: loss that is allowed for loops in a singular position */
-#define NOTED 0.1        /* × the limit of inaccuracy: more unexplained energy causes a note */
+#define AT_MOST 0.1      /* × the energy turned over: a run with more unexplained energy is inaccurate, whatever its tolerance */
+#define SINGULAR_LOSS 1e-6   /* × the energy turned over: unexplained energy that is allowed for loops in a singular position */
+#define NOTED 0.1        /* × the unexplained energy of an inaccurate run: more unexplained energy causes a note */
 #define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: round-off of these terms over a run */
 #define LAW_LEAST 1e-6   /* × a law's unit: smaller figures cause no note */
 #define FAINT_LOAD 1e-9  /* × the largest friction: a pair with less friction has a friction ratio of round-off */
@@ -25,16 +25,16 @@ static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) 
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
-/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. it: the solution recomputed without maps.
- * A null pointer means that raw maps give the acceleration. */
+/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. it: the solution recomputed without
+ * maps; null pointer: raw maps give the acceleration. */
 static double tr_audit_relative_acceleration(tr_sim *s, int i, const tr_recomputed *it) {
   double size, sum = it ? it->acc[i] : tr_acceleration_and_terms(s, i, &size);
   if (it) size = it->acc_size[i];
   return fabs(sum) / fmax(size, FAINT_TERMS * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[i]);
 }
 
-/* Record the speed and the relative accelerations of a held pair. For prescribed freedoms, the speed is the only check, because
- * their accelerations have no terms that cancel. Requires a solution. */
+/* Record the speed and the relative accelerations of a held pair. For prescribed freedoms only the speed is recorded, because their
+ * accelerations have no terms that cancel. Requires a solution. */
 static void tr_audit_rest(tr_sim *s, int i, const tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_audit_record(&s->audit, TR_LAW_CREEPS, tr_pair_speed(s, i) / tr_speed_unit(s), i);
@@ -66,7 +66,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
-    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* held: its power is round-off; TR_LAW_CREEPS applies */
+    const int held = tr_is_set_valued(s, i) && tr_is_stuck(s, i); /* the power of a held pair is round-off */
     a->power = fmax(a->power, fabs(power));
     if (power > 0.0 && !held && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);

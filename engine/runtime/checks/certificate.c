@@ -4,10 +4,10 @@
 
 #define KRYLOV 8           /* dimension of the subspace for the contraction: error below 1e-4 in chains of 64 joints, 0 up to 8 frictions */
 #define INVARIANT 1e-10    /* × the image of a vector: a smaller part outside the subspace is round-off */
-#define ONE_DIRECTION 1e-9 /* × a power of a matrix: a smaller distance from its dominant direction does not change the radius */
-#define SQUARINGS 30       /* the radius of the power 2^30 is its norm, up to a factor whose root is 1 within 1e-8 */
+#define ONE_DIRECTION 1e-9 /* × the norm of a power of a matrix: a smaller distance from rank 1 does not change the radius */
+#define SQUARINGS 30       /* the norm of the power 2^30 differs from its radius by a factor whose 2^30th root is 1 within 1e-8 */
 #define SAME_ROOT 1e-7     /* × the largest friction of a root: closer roots are equal */
-#define SAME_AS_NONE 1e-14 /* × the largest load: a root that is zero up to round-off equals another root within this distance */
+#define SAME_AS_NONE 1e-14 /* × the largest load: two roots within this distance are equal, even if one is zero up to round-off */
 
 /* The fixed-point iteration of the linearised laws. N0 (nn): loads without friction, N; null pointer: the matrix of Newton's method is
  * used. large: the largest of N0. */
@@ -92,7 +92,7 @@ static double tr_spectral_radius(int n, double *H) {
         square[i + KRYLOV * j] = sum;
         size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
       }
-    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* one eigenvalue, the trace, is left */
+    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* one eigenvalue is left: the trace */
     exponent += shift * power;
     for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
   }
@@ -154,7 +154,7 @@ int tr_roots(tr_sim *s) {
   double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_z_length(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* multipliers with which the run continues */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* stored, because the run continues with these multipliers */
   s->step.watch = 0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_set_row_kinds(s);

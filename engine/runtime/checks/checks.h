@@ -10,8 +10,9 @@ static inline double tr_closure_speed(const tr_sim *s);
  * pointer means the end of a step, where branches and end stops are also checked. Requires maps of y and multipliers in z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
-/* tr_check_solution at the end of a step, without maps if the solution is recursive. A step that passes an event usually violates laws
- * at its end, and the event is located anyway. *sure: whether maps were used; otherwise tr_confirm_end must confirm a violation. */
+/* tr_check_solution at the end of a step, without maps if the solution is recursive. (A step that passes an event usually violates
+ * laws at its end, and the event is located anyway.) *sure: whether maps were used; if not, tr_confirm_end must confirm a
+ * violation. */
 static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
 
 /* Evaluate the end (t, y) of a step again, with maps, and return tr_check_solution. Needed if other states were evaluated since. */
@@ -27,8 +28,8 @@ static int tr_is_valid_decision(tr_sim *s, const int *rest, int n);
 /* Relative residual of the complement equations and rest conditions at the solution. */
 static double tr_complement_residual(tr_sim *s);
 
-/* Spectral radius of dlaw/dN · dN/dη at the solution, by power iteration. The iteration η ← law(N(η)) contracts by this factor.
- * Held pairs are excluded. */
+/* Spectral radius of ∂law/∂N · ∂N/∂η at the solution. The fixed-point iteration η ← law(N(η)) contracts by this factor. Held pairs
+ * are excluded. */
 static double tr_contraction(tr_sim *s);
 
 static void tr_certify(tr_sim *s);
@@ -36,8 +37,8 @@ static void tr_certify(tr_sim *s);
 /* Tolerance used in the judgement of the run. */
 static double tr_audit_tolerance(const tr_sim *s);
 
-/* Compute the figures of all laws at the end of the last step. Requires the solution at this end. checked: whether tr_suspect_end was
- * the last call, whose accelerations then serve again. */
+/* Compute the figures of all laws at the end of the last step. Requires the solution at this end. checked: whether tr_suspect_end
+ * was called last; its accelerations are then reused. */
 static void tr_audit_laws(tr_sim *s, int checked);
 
 /* Add the figures of the accepted step that ends at (t, y) to the judgement. Every EVERY_STEPS-th step also balances the energy. */

@@ -1,6 +1,6 @@
 /* Verification of solutions (theory, "Answers are checked"). The check compares modes and multipliers with the kernel's maps alone.
- * It detects errors of the solver, because it uses no residual, rank or eliminated map of the solver. It runs at every decision and
- * at the end of every accepted step. */
+ * So it detects errors of the solver: it uses no residual, rank or eliminated map that the solver computed. It runs at every
+ * decision and at the end of every accepted step. */
 #include "checks/checks.h"
 
 /* × the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular position of
@@ -9,9 +9,9 @@
 #define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): violation of a row that is always allowed */
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* × the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
-#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release at 1e-10 */
-#define BRANCH_MISSED 1e-6 /* allowed distance from the assumed branch of a law: × the kink speed; for a ball, squared sine of its tilt */
-#define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair, from loop closure or accumulated in a cut joint */
+#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release it at 1e-10 */
+#define BRANCH_MISSED 1e-6 /* × the kink speed; for a ball, squared sine of its tilt: allowed distance from the assumed branch of a law */
+#define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair; loop closure and cut joints cause it */
 #define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair at loose tolerances */
 #define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
 #define FRICTION_NOTHING 1e-12 /* × the load: smaller friction counts as zero */
@@ -22,7 +22,7 @@
 typedef struct tr_recomputed {
   double *acc, *acc_size; /* (neta) accelerations and sums of their absolute terms; without maps, (active) loop residuals follow */
   double *N, *N_size;     /* (nn) reaction components and sums of their absolute terms */
-  double *law, *dn;       /* η by the laws, and ∂η/∂N */
+  double *law, *dn;       /* η that the laws give at N, and ∂η/∂N */
   tr_sliding *sliding;
   int sized;              /* whether N_size and dn are computed; needed only if a law misses its usual accuracy */
   double faint;           /* N: round-off of the largest friction; smaller friction violates no law */
@@ -30,8 +30,8 @@ typedef struct tr_recomputed {
 
 static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
 
-/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation is unbounded. The check
- * takes no other information from the solver. */
+/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. The
+ * check takes no other information from the solver. */
 static int tr_is_row_dropped(const tr_sim *s, int i) {
   const int *perm = (const int *)TR_A(s, perm);
   if (s->loops.rank_now >= s->loops.rank) return 0;
@@ -145,7 +145,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   double friction = 0.0, load = 0.0; /* scale of friction: with μ = 0, friction is round-off of the load */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
-  if (power >= 0.0) return 0; /* the sign needs no levers, because they cancel in the power */
+  if (power >= 0.0) return 0; /* levers are not needed, because they cancel in the power */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * lever[j], f = eta[j] / lever[j];
@@ -257,8 +257,8 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   if (s->moreau.h > 0.0) tr_add_end_rates(s, it);
 }
 
-/* As tr_check_solution. brief: a violation that is found without maps is returned, and the check is not repeated with maps; the audit
- * reads the accelerations of the check. */
+/* As tr_check_solution. brief: a violation that is found without maps is returned without a second check with maps; the audit then
+ * reads the accelerations of this check. */
 static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int brief) {
   TR_NEED(s, TR_HAS_MAPS);
   const tr_kernel *k = s->k;

@@ -4,9 +4,9 @@
 #define TR_CONSTRAINTS_H
 #include "base/base.h"
 
-/* Choice of the open reactions, and its derivative by the state. V (a×r): the r open directions. least: factored least-squares
- * problem for the amounts along V. turn (r×(ny+1)): effect of the change of V, the vectors cᵈ of
- * ``internal_forces_derivative.c``; one column for each component of [y, t]. */
+/* Choice of the open reactions, and data of its derivative by the state. V (a×r): the r open directions. least: factored
+ * least-squares problem for the amounts along V. turn (r×(ny+1)): effect of the change of V with each component of [y, t], the
+ * vectors cᵈ of ``internal_forces_derivative.c``. */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;
@@ -29,14 +29,15 @@ static inline int tr_jacobian_rows(const tr_sim *s) {
   return s->ny + k->active + k->neta + k->nkappa + k->nmore;
 }
 
-/* Add to N the open reactions with which the deformations of the contacts are compatible, at the frictions eta. Also form openE,
- * which is ∂N/∂η including the open reactions. Requires load maps. On failure, returns 0 with NaN in N. */
+/* Add to N the open reactions that make the deformations of the contacts compatible, at the frictions eta. Also form openE, the
+ * derivative ∂N/∂η with the open reactions included. Requires load maps. On failure, returns 0 with NaN in N. */
 static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
 
 /* The part of S for the rows of loops, without rows of light freedoms (n×n, n = tr_loop_rows). Requires raw maps. */
 static const double *tr_loop_matrix(tr_sim *s);
 
-/* Factorise the part that rows of light freedoms add to S. Requires the factor of tr_loop_matrix. */
+/* Factorise the part of S that belongs to the rows of light freedoms (theory, "Light bodies"). Requires the factor of
+ * tr_loop_matrix. */
 static void tr_factor_light_rows(tr_sim *s);
 
 /* Factorise S of the current state. Returns its rank. */
@@ -46,9 +47,9 @@ static int tr_factor_loops(tr_sim *s);
 static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 
 /* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest diagonal of
- * its kind. If all rows of a kind are round-off, the other kind and the length scale determine their size. (Example: rotations of a
- * planar loop about axes other than the world's.) `nothing`: no row has an effect; all scales become 1, so that all pivots stay
- * round-off. */
+ * its kind (rotation or translation). If all rows of a kind are round-off, their scale follows from the other kind and the length
+ * scale. (Example: rotations of a planar loop about axes other than the world's.) `nothing`: no row has an effect; all scales
+ * become 1, so that all pivots stay round-off. */
 static void tr_scale_loop_rows(tr_sim *s, int nothing);
 
 /* Determine the rank of S at an accurate state, assembled or projected. If this rank is larger than the stored rank, store it.
@@ -73,8 +74,8 @@ static void tr_form_maps_without_loops(tr_sim *s, int held);
 /* With recursive friction, form the load maps unless they exist already. With set-valued laws, also form the held maps. */
 static void tr_form_all_maps(tr_sim *s);
 
-/* Independence of the loop rows: a measure of the distance from a singular position. The value is the square root of the last
- * pivot, or 0 if a row was dropped. Requires the factor, or the smallest pivot of the recursion. */
+/* Independence of the loop rows, which measures the distance from a singular position: the square root of the last pivot, or 0 if a
+ * row was dropped. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }

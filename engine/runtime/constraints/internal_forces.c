@@ -2,9 +2,9 @@
  * the limit for stiff contacts.
  *
  * Rigid parts require that the deformations of the contacts along their normals are compatible: Qᵀ(κ + Q y + δ(N)) = 0. The
- * unknowns y are the amounts of the open directions V. The columns of Q are the loads of the contact springs in the open
- * directions. κ are the loads of the springs without them; κ is affine in η, because friction acts as an applied force.
- * ``loop_solve.c`` has already made Qᵀκ = 0, which means the least elastic energy.
+ * unknowns y are the amounts of the open directions V. Column j of Q contains the loads of the contact springs by a unit of open
+ * direction j. κ are the loads of the springs without open reactions; κ is affine in η, because friction acts as an applied force.
+ * ``loop_solve.c`` has already made Qᵀκ = 0, the condition of least elastic energy.
  *
  * δ is the change of the spring loads because friction turns the forces away from the normals. δ uses the friction of the law for a
  * sliding pair, and the friction η for a pair at rest. Loads therefore do not jump when a pair begins to slip. Friction has no
@@ -16,7 +16,7 @@
 #define PRESS_LAST 1e-9 /* × the largest load: after a smaller step, the next (quadratic) step would be round-off */
 #define PRESS_NONE 1e-250 /* N: a smaller load has no significant digits */
 
-/* Store the independent open directions V (a×r) and their loads Q (m×r). The scaling gives each column of loads the norm 1. */
+/* Store the independent open directions V (a×r) and their loads Q (m×r), scaled so that each column of Q has the norm 1. */
 static void tr_store_open_directions(tr_sim *s, const double *V, const double *Q, const tr_least_squares *least) {
   const tr_kernel *k = s->k;
   int a = k->active, m = k->nkappa, n = k->nn, kept = 0;
@@ -68,8 +68,8 @@ static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, co
   return size;
 }
 
-/* Whether a step f of the amounts y changes the joint loads N only by round-off. If friction does not change any spring load, δ is
- * zero and gives no scale; then only this test ends the iteration. */
+/* Whether a step f of the amounts y changes the joint loads N only by round-off. If friction changes no spring load, δ is zero and
+ * cannot serve as a scale of convergence; then only this test ends the iteration. */
 static int tr_is_internal_step_settled(const tr_sim *s, int r, const double *f, const double *N) {
   const int n = s->k->nn;
   double change = 0.0, most = 0.0;

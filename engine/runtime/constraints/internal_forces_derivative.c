@@ -1,10 +1,10 @@
 /* Derivatives of the choice of the open reactions (tr_choose_reactions), for friction that depends on this choice.
  *
- * The choice of λ satisfies Vᵀ κlᵀ κ = 0. Here S V = 0, and κ = κ0 + κl λ + κe η are the scaled reactions. Let w = κ be the
+ * The choice of λ satisfies Vᵀ κlᵀ κ = 0, where S V = 0 and κ = κ0 + κl λ + κe η are the scaled reactions. Let w = κ be the
  * residual of the least squares, with κlᵀ w = S p. For a change of state d, it follows that Vᵀ κlᵀ dκ + cᵈ = 0. The vector cᵈ_q =
- * wᵀ (dκl) V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit are affine in the
- * multipliers. Both products are therefore differences of these rows between λ + V_q and λ. In loops whose joints have friction, w
- * is the load of the springs with friction (``internal_forces.c``), and δ also changes. */
+ * wᵀ (dκl) V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit contain derivatives of κ
+ * and of S λ, and are affine in λ. Both products are therefore differences of these rows between λ + V_q and λ. In loops whose
+ * joints have friction, w is the load of the springs with friction (``internal_forces.c``), and δ also changes. */
 #include "constraints/constraints.h"
 
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J) {

@@ -1,17 +1,17 @@
 /* The loop equations S λ + Se η + g0 = 0 (90)–(92) in the current state: λ, loads and accelerations as functions of η.
  *
  * S is factorised with pivoting and with row scales from its diagonal, so that the rank does not depend on units. Inside a step,
- * the error of the step opens the loops, so that redundant rows seem independent. The rank is therefore stored at accurate states.
- * Beyond the stored rank, only large pivots count. Near a singular position, a pivot p amplifies the error of the step by 1/√p. A
- * pivot below KEEP_PIVOT is dropped, which causes a short acceleration error of √p.
+ * loops are open by the error of the step, so that redundant rows seem independent. The rank is therefore determined at accurate
+ * states and stored. Beyond the stored rank, only large pivots count. Near a singular position, a pivot p amplifies the error of
+ * the step by 1/√p. A pivot below KEEP_PIVOT is dropped; for a short time, accelerations then have an error of √p.
  *
  * If many loops share few bodies, S has a sparse factor (theory, "Loops by structure"). The order of its pivots depends on the
- * structure, not on the values. At the start, the sparse factor proves full rank if every pivot is far above the pivot of a dependent
- * row. Otherwise the dense factor decides the rank. If the stored rank is full, the sparse factor serves in every position. Near a
- * singular position, it drops each row that depends on the rows before it. */
+ * structure, not on the values. At the start, the sparse factor proves full rank if every pivot is far above the pivot of a
+ * dependent row. Otherwise the dense factor determines the rank. If the stored rank is full, the sparse factor is used in every
+ * position. Near a singular position, it drops each row that depends on the rows before it. */
 #include "constraints/constraints.h"
 
-#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: a kind with only smaller diagonals is round-off */
+#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: if all diagonals of a kind are smaller, they are round-off */
 #define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
 #define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
 
@@ -33,7 +33,7 @@ TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
   for (int j = 0; j < n; ++j) {
     double *column = L + (size_t)j * n;
     const int *first = below + start[j], *end = below + start[j + 1];
-    if (!(column[j] > keep)) { /* with zeros, the row's multiplier is zero, and other rows do not change */
+    if (!(column[j] > keep)) { /* zeros make the row's multiplier zero, and leave other rows unchanged */
       column[j] = 0.0;
       for (const int *i = first; i < end; ++i) column[*i] = 0.0;
       perm[n - ++dropped] = order[j];
@@ -61,8 +61,8 @@ static const double *tr_loop_matrix(tr_sim *s) {
   return own;
 }
 
-/* With S = [S' C; Cᵀ D], where S' belongs to the loops, form Z = S'⁻¹ C and D − Cᵀ Z, which is negative definite. A factor of the
- * whole S would lose the digits of S' next to the large responses of light freedoms (theory, "Light bodies"). */
+/* With S = [S' C; Cᵀ D], where S' belongs to the loops, form Z = S'⁻¹ C and D − Cᵀ Z, which is negative definite. In a factor of
+ * the whole S, the digits of S' would be lost beside the large responses of light freedoms (theory, "Light bodies"). */
 static void tr_factor_light_rows(tr_sim *s) {
   const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
   double *Z = TR_A(s, light_Z), *D = TR_A(s, light_D);
@@ -152,7 +152,7 @@ static void tr_update_rank(tr_sim *s) {
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
   if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
-    double most = 0.0; /* of the inverse roots of the pivots, which are on the diagonal */
+    double most = 0.0; /* largest inverse root of a pivot; these are on the diagonal */
     for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, S)[j + (size_t)j * n]);
     s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
     return;
@@ -256,7 +256,7 @@ static void tr_eliminate_loops(tr_sim *s, double *lam0) {
 static void tr_form_maps_without_loops(tr_sim *s, int held) {
   double lam0[s->k->active + 1];
   if (s->k->begin && !(s->moreau.h > 0.0) && (s->step.mapped == TR_MAPS_HELD || (!held && s->step.mapped == TR_MAPS_OF_LOADS))) {
-    s->step.recursive = 0; /* maps do not depend on modes */
+    s->step.recursive = 0; /* the maps exist, and do not depend on modes */
     return;
   }
   if (s->k->active) tr_factor_loops(s);

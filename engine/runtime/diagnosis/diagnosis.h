@@ -7,19 +7,19 @@
  * spins. */
 static int tr_let_ball_spin(tr_sim *s);
 
-/* If friction has no solution, stop a pair of negligible speed at the state `y`, and decide the modes of all pairs at rest. The
- * direction of such slow sliding turns faster than steps can follow. Returns 1 if the run can continue. */
+/* If friction has no solution, stop a sliding pair of negligible speed at the state `y`, and decide the modes of all pairs at rest.
+ * (At such a speed, the sliding direction turns faster than steps can follow.) Returns 1 if the run can continue. */
 static int tr_stop_slow_pair(tr_sim *s);
 
 /* Stop the jamming pair at the state `y` at once. At a speed below the tolerance, this is an ordinary stop. At a higher speed it is
  * an impact, which requires the setting through_jams. Returns 1 if the run can continue. */
 static int tr_continue_through_jam(tr_sim *s);
 
-/* Search a root over all combinations of branches of pairs that have two branches, starting with the modes in force. Returns 1 on
+/* Search a root in all combinations of branches of the pairs with two branches, beginning with the modes in force. Returns 1 on
  * success. */
 static int tr_find_root_on_branches(tr_sim *s);
 
-/* The pair with the largest relative difference between the frictions `was` and `is`. most receives this difference, 0 to 1. */
+/* The pair with the largest relative difference between the frictions `was` and `is`. *most receives this difference, 0 to 1. */
 static int tr_find_most_changed(const tr_sim *s, const double *was, const double *is, double *most);
 
 /* If the root of friction ends at the state `y` (a fold), search another root a very short time later, and continue with it. Only

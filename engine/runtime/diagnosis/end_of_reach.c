@@ -1,8 +1,8 @@
 /* Detection of loops at the end of their reach, at a state where no further step is possible (theory, "End of reach").
  *
- * The constraint rows of such a loop become dependent. A wrench λ with S λ = 0 then does no work in any free joint of the loop,
- * while drives still move the loop. If λ is a pure couple, all rotation axes of the loop lie in one plane (a gimbal; a Cardan joint
- * at a right angle). Otherwise the loop is fully stretched or folded. */
+ * The constraint rows of such a loop become dependent. A wrench λ with S λ = 0 then exists, which does no work in any free joint of
+ * the loop. Drives may still move the loop. If λ is a pure couple, all rotation axes of the loop lie in one plane (a gimbal; a
+ * Cardan joint at a right angle). Otherwise the loop is fully stretched or folded. */
 #include "diagnosis/diagnosis.h"
 
 /* × the smallest pivot at an accurate state: largest pivot that counts as the end of reach. A pivot is the square of the relative
@@ -10,11 +10,11 @@
  * stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; equal to the distance of at most 0.01 */
+#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; the distance of 0.01 causes such a ratio */
 
-/* The direction of λ that has just lost its effect, in `lost` (a). It is the null vector of the last pivot within the rank, plus
- * the combination of the open directions with which its forces are smallest. Returns its force · length scale divided by its
- * couple. */
+/* Write to `lost` (a) the direction of λ that has just lost its effect. It is the null vector of the last pivot within the rank,
+ * plus the combination of open directions that makes its forces smallest. Returns the ratio (force · length scale) / couple of this
+ * direction. */
 static double tr_find_lost_direction(tr_sim *s, double *lost) {
   const tr_kernel *k = s->k;
   int a = k->active, m = 0, travel[a], out = ((const int *)TR_A(s, perm))[s->loops.rank_now - 1];

@@ -2,7 +2,7 @@
  * If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
-#define BLAME_MORE 1.01    /* × the component of an earlier pair: a later pair needs more, so the first of equals is selected */
+#define BLAME_MORE 1.01    /* × the squared component of an earlier pair: a later pair needs more; of equals, the first counts */
 
 /* The sliding pair whose equation is closest to losing its root: it has the largest component in the near-null vector of the
  * Jacobian. Returns −1 if the Jacobian is singular. Requires a solution. */
@@ -30,7 +30,7 @@ static int tr_find_weakest_pair(tr_sim *s) {
   return best;
 }
 
-/* A moving pair without whose friction the equations at the current state have a solution; −1 if there is none. */
+/* A moving pair such that the equations at the current state have a solution without its friction; −1 if there is none. */
 static int tr_find_obstructing_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_collect_pairs_at_rest(s, -1, rest), found = -1;
@@ -44,9 +44,8 @@ static int tr_find_obstructing_pair(tr_sim *s) {
   return found;
 }
 
-/* The pair that causes the failure at the current state. If loops move several pairs as one freedom, the weakest of these pairs is
- * returned, because the split of loads between them is arbitrary. tr_find_weakest_pair determines the weakest pair at the last
- * friction found. */
+/* The pair that causes the failure at the current state. If loops move several pairs as one freedom, the split of loads between
+ * them is arbitrary; then the weakest of these pairs is returned (tr_find_weakest_pair, at the last friction found). */
 static int tr_find_jamming_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
@@ -67,7 +66,7 @@ static int tr_find_jamming_pair(tr_sim *s) {
 static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_bring_all_to_rest(s, y, pair, rest, tr_collect_pairs_at_rest(s, pair, rest));
-  for (int i = 0; i < k->nsliders; ++i) /* the impulse may have reversed the sliding of other pairs */
+  for (int i = 0; i < k->nsliders; ++i) /* renewed, because the impulse may have reversed the sliding of other pairs */
     if (tr_is_set_valued(s, i) && !tr_contains(rest, n, i)) tr_freeze_direction(s, i);
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
   return tr_decide_modes(s, rest, n, -1);
@@ -83,8 +82,9 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
-/* The first moving pair after whose sudden stop at y a solution exists; −1 if there is none. No pair obstructs alone where several
- * frictions do, or where a pair at rest does: a self-locking thread whose nut reverses stops the link that drives the nut. */
+/* The first moving pair after whose sudden stop at y a solution exists; −1 if there is none. Use this if no single moving pair
+ * obstructs the solution (tr_find_obstructing_pair): several pairs together do, or a pair at rest does. (Example: a self-locking
+ * thread whose nut reverses stops the link that drives the nut.) */
 static int tr_find_stopping_pair(tr_sim *s, const double *y, const tr_mode *modes) {
   double copy[tr_state_width(s)];
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -103,7 +103,7 @@ static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
   double copy[tr_state_width(s)];
   tr_save_modes(s, modes);
   memcpy(copy, y, sizeof copy);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* from the last accepted root, not from later attempts */
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* the last accepted root, not that of a later attempt */
   *pair = tr_find_jamming_pair(s);
   tr_evaluate_maps_at(s, s->clock.t, y);
   const int found = *pair, moves = found >= 0 && !tr_is_at_rest(s, found), driven = found >= 0 && tr_is_fully_driven(s, found);

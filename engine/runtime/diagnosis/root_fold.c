@@ -2,11 +2,11 @@
  * it. Forces jump, velocities are continuous, and a fold event is logged. */
 #include "diagnosis/diagnosis.h"
 
-#define FOLD_AHEAD 1e-7  /* / rate: time from the last state to the state where roots are searched; an Euler step leads there */
+#define FOLD_AHEAD 1e-7  /* / rate: length of the Euler step from the last state to the state where roots are searched */
 #define FOLD_AGAIN 1e-5  /* / rate: folds that follow each other faster count as repeated */
 #define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
 #define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate in the time FOLD_AHEAD */
-#define FOLD_STARTS 48   /* number of random starts of Newton's method, in units of the friction under loads without friction */
+#define FOLD_STARTS 48   /* number of random starts of Newton's method; their scale is the friction under the frictionless loads */
 #define FOLD_BRANCHES 4  /* number of pairs whose branches are tried in all combinations */
 
 /* Find a root of the complement equations in the modes in force: first with growing friction, then by tilts of balls, then from
@@ -60,7 +60,7 @@ static int tr_find_most_changed(const tr_sim *s, const double *was, const double
   return best;
 }
 
-/* Time until the state where roots are searched, s. It is so short that rates change little. */
+/* Length of the Euler step to the state where roots are searched, s. Rates change little in this time. */
 static double tr_look_ahead_time(const tr_sim *s) {
   const double h = FOLD_AHEAD / s->set.rate, *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
   double fastest = s->set.rate, most = 0.0;

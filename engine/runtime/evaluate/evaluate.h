@@ -9,7 +9,7 @@ static inline int tr_solution_size(const tr_sim *s) {
 }
 
 /* Whether the SIMD lanes can serve a request at the current state. Lanes require independent loop rows, no tables and no open
- * reactions. Every pair's friction must follow from its law. */
+ * reactions. The friction of every pair must follow from its law, so no pair may be held. */
 static inline int tr_has_lane(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const tr_friction *f = &s->friction;
@@ -58,7 +58,7 @@ static int tr_request_end(tr_sim *s, int kind, double t, double *y, double *slop
 static int tr_request_violations(tr_sim *s, double t, double *y);
 
 /* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. `own`: the call follows
- * loop closure; rates that depend on other rates are then kept. Requires maps of y. */
+ * loop closure; rates that depend on other rates then keep their values. Requires maps of y. */
 static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own);
 
 /* Scale the quaternions of y to norm 1. */
@@ -77,7 +77,7 @@ static int tr_project(tr_sim *s, double t, double *y);
  * rates are found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
-/* Whether no freedom changes any active row at y, except by round-off. Other joints then already satisfy the rows, as with a door
- * on two hinges. */
+/* Whether no freedom changes any active row at y, except by round-off. The other joints alone then satisfy the rows (example: a
+ * door on two hinges). */
 static int tr_has_idle_rows(tr_sim *s, double *y);
 #endif

@@ -1,30 +1,30 @@
-/* Initial assembly. Newton's method finds the positions that close the loops with the smallest change. The consistent rates are
- * then computed. */
+/* Initial assembly. Newton's method finds the positions that close the loops with the smallest change. Rates that satisfy the loops
+ * are then computed. */
 #include "evaluate/evaluate.h"
 
-/* In this list "rad; × the length": an angle in rad for rotations, and a fraction of the length scale for translations. */
+/* In this list, "rad; × the length" means an angle in rad for rotations, and a fraction of the length scale for translations. */
 
 #define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates, which solve linear equations */
 #define RATES_AGREE 1e-11   /* × length · rate (rotations: rate): largest residual of consistent rates; loses up to 4 digits */
-#define ROUNDED 1e-6        /* rad; × the length: a smaller gap comes from rounded given values, so these may change a little */
+#define ROUNDED 1e-6        /* rad; × the length: a smaller gap comes from rounded given values, which may then change a little */
 #define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means a contradiction */
 #define MOVED_BY 10.0       /* × the gap: largest change of given values */
-#define NEARER 0.1          /* × the residual of the best earlier search: another position must have a smaller residual */
+#define NEARER 0.1          /* × the residual of the best earlier search: a later search must end with a smaller residual */
 #define NUDGE 0.02 /* rad; × the length scale: displacement of the start in later phases of the search */
 #define AFAR (0.5 * TURN) /* rad; × the length scale: spread of random starts of open coordinates */
 #define HELD 0.01     /* × the change of open coordinates: allowed change of given coordinates */
-#define TRIES_AFAR 24 /* number of random starts; with forty loops, all together take a tenth of a second */
+#define TRIES_AFAR 24 /* number of random starts; with forty loops, they take a tenth of a second in all */
 #define TIGHT 1e-13         /* × the length, or rad: residual of closed loops; the search ends below TIGHT_ENDS × TIGHT */
 #define TIGHT_ENDS 1e-2
 #define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row: if it is smaller, no freedom changes the row */
 #define NO_LEVER 1e-12      /* × the length, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* × a row's scale: largest pivot of a dependent row */
 #define TIGHT_LAST 4e-15    /* × the largest coordinate, in rad or lengths: round-off of a large coordinate */
-#define TIGHT_MOST 5e-9     /* largest tolerance; below the gap that later checks report as open */
+#define TIGHT_MOST 5e-9     /* largest tolerance of closed loops; below the gap that later checks report as open */
 #define CLOSE_STEPS 200     /* largest number of Newton steps; far from the solution, steps are shortened */
 #define CLOSE_CUT 0.3       /* rad; × the length: largest change in a shortened step */
 #define CLOSE_STALLED 40    /* number of steps without halving the best residual, after which the search has failed */
-#define LONGER 4.0          /* ratio of successive fractions of a step in the search with long steps */
+#define LONGER 4.0          /* in the search with long steps: ratio of successive fractions of a step */
 #define PAYS 0.5            /* × the reduction predicted by the linear model: smallest accepted reduction */
 #define BODY_COSTS 100.0    /* multiplications per body and freedom in one evaluation */
 #define FARTHEST 1e7        /* rad; × the length: longest step; about a million turns of a screw */
@@ -38,7 +38,7 @@ typedef struct tr_position_search {
   double *weight, *G, *nearest, least, moved;
 } tr_position_search;
 
-/* Set the allowed changes to the units of the rates. Given values may change only by `held` times as much. */
+/* Set `weight`, the allowed changes, to the units of the rates; for given values, to `held` times these units. */
 static void tr_set_weights(tr_position_search *c, double held) {
   for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i);
 }
@@ -69,8 +69,8 @@ static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   return fmin(fmax(TIGHT, TIGHT_LAST * far), TIGHT_MOST);
 }
 
-/* h (2·rows) ← residuals at y if rate j is 1 and all others are 0; for j = −1, if all are 0. The velocity residual is linear in the
- * rates, so its differences are columns of the constraint Jacobian. Requires rates of zero in y. */
+/* h (2·rows) ← residuals at y with rate j = 1 and all other rates 0; for j = −1, with all rates 0. The velocity residual is linear
+ * in the rates, so the difference of two results is a column of the constraint Jacobian. Requires rates of zero in y. */
 static void tr_residual_of_rate(tr_sim *s, double *y, int j, double *h) {
   const tr_kernel *k = s->k;
   if (j >= 0) y[k->nq + j] = 1.0;
@@ -101,7 +101,7 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
   int perm[n], moved[n];
   memset(A, 0, sizeof(double) * n * n);
-  for (int q = 0; q < k->nv; ++q) { /* of G W² Gᵀ the lower triangle; a freedom moves few rows */
+  for (int q = 0; q < k->nv; ++q) { /* lower triangle of G W² Gᵀ; a freedom moves few rows */
     const double *g = G + (size_t)n * q;
     int count = 0;
     for (int i = 0; i < n; ++i)
@@ -129,9 +129,9 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
   tr_normalise_quaternions(s, y);
 }
 
-/* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. If `longer` is set, the fraction is the
- * largest that reduces the residual `now` by the factor PAYS of the prediction. Then the largest change is also tried alone, for a
- * screw with an unknown number of turns; on success this change replaces dv. */
+/* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. With `longer`, the fraction is the largest
+ * that reduces the residual `now` by at least PAYS × the predicted reduction. Then the largest component of dv is also tried alone,
+ * for a screw with an unknown number of turns; on success it replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;

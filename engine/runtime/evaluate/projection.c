@@ -1,6 +1,5 @@
 /* Projection onto the constraint manifold: quaternions of norm 1, and closed loops in positions and velocities (theory, "Closed
- * loops"). The correction is the smallest in the mass metric: δv = M⁻¹Gᵀ δλ. Two evaluations of stage 2 give it as their
- * difference. */
+ * loops"). The correction δv = M⁻¹Gᵀ δλ is the smallest in the mass metric: the difference of two evaluations of stage 2. */
 #include "evaluate/evaluate.h"
 
 #define CLOSE_BOUNDED 3   /* largest number of iterations on positions in a bounded step */

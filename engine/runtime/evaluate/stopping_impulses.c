@@ -1,8 +1,8 @@
 /* Stopping impulses: friction impulses that bring pairs to rest. */
 #include "evaluate/evaluate.h"
 
-#define PASSING_WORK 1e-6 /* × the kinetic energy: largest work that stops a rate which is almost zero */
-#define PASSING_LEAST 1e-16 /* × the energy unit: a smaller work belongs to a mechanism at rest */
+#define PASSING_WORK 1e-6 /* × the kinetic energy: a rate near zero that needs more work to stop passes through zero */
+#define PASSING_LEAST 1e-16 /* × the energy unit: least value of this limit, for a mechanism at rest */
 
 /* Largest surface speed of the pairs `rest` (n) in the current state, m/s. */
 static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
@@ -11,17 +11,17 @@ static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
   return biggest;
 }
 
-/* Whether rates of the pairs `rest` (n) depend on other rates, through loops or drives. Zeros in the state would not stop such
- * pairs. */
+/* Whether rates of the pairs `rest` (n) depend on other rates, through loops or drives. Setting rates in the state to zero would
+ * not stop such pairs. */
 static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
   int follow = s->k->rows > 0;
   for (int q = 0; q < n; ++q) follow |= tr_pair_of(s, rest[q])->v0 < 0;
   return follow;
 }
 
-/* Whether the rate v of multiplier i passes through zero without stopping. Near a dead centre of a crank, this rate is almost zero
- * while other bodies move fast; v is then the error of event location. To stop the rate, friction would have to stop these bodies.
- * A: change of the rate by a unit impulse. */
+/* Whether the rate v of multiplier i's freedom passes through zero without stopping. Near a dead centre of a crank, this rate is
+ * almost zero while other bodies move fast; v is then the error of event location. To hold the rate at zero, friction would have to
+ * stop these bodies. A: change of the rate by a unit impulse. */
 static int tr_passes_zero(tr_sim *s, const double *y, int i, double v, double A) {
   double energy[2] = {s->set.energy, 0.0};
   if (fabs(v) * TR_A(s, lever)[i] > tr_rest_speed(tr_speed_unit(s))) return 0;
@@ -91,7 +91,8 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
   }
 }
 
-/* Stop held pairs that loop closure has set in motion at the state y. The friction impulses for this keep the loops closed. */
+/* Stop held pairs that loop closure has set in motion at the state y. The friction impulses that stop these pairs keep the loops
+ * closed. */
 static void tr_hold_at_rest(tr_sim *s, double *y) {
   int rest[s->k->nsliders + 1], n = 0, moves = 0;
   tr_evaluate_maps(s, y);

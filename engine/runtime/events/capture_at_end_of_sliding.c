@@ -3,13 +3,14 @@
  * rest. */
 #include "events/events.h"
 
-#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of other rates when the pair stops */
+#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of any rate when the pair stops */
 #define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed at which a pair that stops alone may be stopped */
 /* × deceleration: with a larger acceleration perpendicular to the sliding, a pair passes its least speed without stopping. */
 #define CAPTURE_ACROSS 0.2
-#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: accuracy required of the stop's time; below the speed NEAR_MISS none */
+#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: required accuracy of the stop's time; below the speed NEAR_MISS, any */
 #define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops are simultaneous; far below the error of event times */
-/* × the last stretch: a pair stops at its end if its own stop is closer to this end; well above the error of stop times */
+/* × the length of the last stretch: another pair stops at its end, too, if its own stop is closer to this end; well above the error
+ * of stop times */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */
@@ -33,7 +34,7 @@ static double tr_time_to_rest(const tr_sim *s, int i, int back) {
   return v * (t[0] - t[2]) / (was - v);
 }
 
-/* Whether pair m slides and would rest at about the same time as another pair, which rests in `left` s. */
+/* Whether pair m slides and would rest at about the same time as a pair that rests in `left` s. */
 static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }
@@ -50,8 +51,8 @@ static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
   return along < 0.0 && !turns ? v / -along : INFINITY;
 }
 
-/* Largest speed, m/s, at which pair i may be stopped. The pair would rest in `left` s. The speed is smaller if other pairs are also
- * about to stop. */
+/* Largest speed, m/s, at which pair i may be stopped; the pair would rest in `left` s by itself. The largest speed is smaller if
+ * other pairs are also about to stop. */
 static double tr_capture_speed(tr_sim *s, int i, double left) {
   int alone = tr_time_to_rest_by_braking(s, i) < INFINITY;
   for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, left);
@@ -59,7 +60,7 @@ static double tr_capture_speed(tr_sim *s, int i, double left) {
 }
 
 static int tr_find_pair_to_capture(tr_sim *s) {
-  /* Fixed steps are cut into parts of any size, so past speeds at their ends are not comparable. */
+  /* Parts of fixed steps have any size, so the speeds at the ends of past steps are not comparable. */
   const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0;
   tr_save_speeds(s);
   if (i < 0 || i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
@@ -108,7 +109,7 @@ static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
 }
 
 /* Freeze the direction of pair i over its last stretch, and the directions of all pairs of several components that are as slow.
- * Faster pairs keep turning, because their directions respond fast to friction. */
+ * Directions of faster pairs may turn, because they respond fast to friction. */
 static void tr_freeze_last_directions(tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     if (!tr_is_set_valued(s, m) || !tr_is_sliding(s, m) || tr_pair_of(s, m)->nrates == 1) continue;

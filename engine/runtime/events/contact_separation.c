@@ -10,7 +10,7 @@
 /* × rtol, as a fraction of the step: closer separations are one event. Each root is located within rtol. */
 #define TOGETHER 100.0
 #define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass through zero twice in a step */
-#define FADES 0.99     /* factor per step on the largest force so far, which ends the search for contacts whose load stays small */
+#define FADES 0.99     /* factor per step on the stored largest force; ends the search for contacts whose load stays small */
 #define TINY 1e-300    /* N²: replaces a zero divisor */
 
 /* Fraction (0…1) at which the linear interpolation between two contact forces has the smallest norm. *least receives this norm,
@@ -89,8 +89,8 @@ static int tr_is_turned(const tr_contact *before, const tr_contact *now, double 
   return least <= 2.0 * NEAR_ZERO;
 }
 
-/* Whether a contact that did not turn over the step may have turned twice. It may if its force is small relative to `peak`, its
- * largest force so far, which fades. */
+/* Whether a contact whose normal is the same at both ends of the step may have turned twice inside. It may if its force is small
+ * relative to `peak`, its largest force so far (multiplied by FADES in each step). */
 static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, double peak, double floor) {
   const double smaller = fmin(before->force, now->force);
   return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now, 0.0) > TURNED);

@@ -1,22 +1,22 @@
-/* Corners inside a step, at which the step must end: a damped end stop releases, or the signal of a hook passes its release value.
- * Each corner is a root of a smooth function. The state at the end of the step decides whether the hook also falls. */
+/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step must
+ * end there. Each corner is a root of a smooth function. The state at this end decides whether the hook also falls. */
 #include "events/events.h"
 
 #define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
 #define CORNER_PART 0.1   /* × the tolerance: distance from a corner within which a step may begin or end */
 #define CORNER_ROOT 40    /* largest number of iterations, which alternate between secant and halving */
 #define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end counts as this end */
-#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of such a step; above TOL_STOP */
+#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of a step at a corner; above TOL_STOP */
 #define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
-#define HOOK_EDGE 1e-3    /* × the spacing of these points: difference for the slope at an end of the step */
-#define HOOK_SECTIONS 40  /* golden-section iterations between these points */
+#define HOOK_EDGE 1e-3    /* × the spacing of HOOK_POINTS: finite difference that gives the slope at an end of the step */
+#define HOOK_SECTIONS 40  /* largest number of golden sections between two HOOK_POINTS */
 
 /* Distance of stop i from its corner at θ of the last step: the factor of its elastic force, which is 0 at release. For a hook:
  * excess of its signal over the release value. side: sign of the signal beyond this value. */
 static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
   tr_evaluate_dense(s, theta, y);
-  tr_set_time(s, s->step.t0 + theta * s->step.size); /* drives and signals need the time of θ */
+  tr_set_time(s, s->step.t0 + theta * s->step.size); /* drives and signals are those at θ */
   tr_stop_depths_and_pushes(s, y, depth, pushes);
   return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
 }
@@ -59,7 +59,7 @@ static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
     f[q] = tr_corner_distance(s, hook, side, x);
     if (f[q] > 0.0) return tr_find_corner(s, hook, side, before, x, f[q - 1], f[q]);
     if (q == 2 && f[0] == f[1] && f[1] == f[2]) return 1.0; /* the signal is constant */
-    double from = -1.0, to = x, top; /* search interval, if it contains a maximum */
+    double from = -1.0, to = x, top; /* `from`: start of an interval with a maximum; −1: none */
     if (q > 1 && f[q - 1] > f[q - 2] && f[q - 1] >= f[q]) from = before - 1.0 / HOOK_POINTS;
     else if (q == 1 && f[1] <= f[0] && tr_corner_distance(s, hook, side, near) > f[0]) from = 0.0;
     else if (q == HOOK_POINTS && f[q] >= f[q - 1] && tr_corner_distance(s, hook, side, 1.0 - near) > f[q]) from = before;
@@ -81,7 +81,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
   tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
-  tr_save_solution(s, kept); /* an evaluation inside the step overwrites the solution */
+  tr_save_solution(s, kept); /* stored, because evaluations inside the step overwrite the solution */
   for (int i = 0; i < n; ++i) {
     if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))

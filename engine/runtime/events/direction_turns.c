@@ -5,7 +5,7 @@
 /* × the speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
 #define ALL_BUT_STOPPED 0.01
 #define RIGHT_ANGLE 1e-12 /* × the sum of absolute products: a smaller scalar product of two directions is round-off */
-#define LINE_TURNS 0.98 /* cosine of 11 degrees: largest turn within a step of a line with deviations by open loops */
+#define LINE_TURNS 0.98 /* cosine of 11 degrees: a pair whose velocity leaves its line by more has nearly stopped */
 #define LINE_TURNED 1e-8 /* × the speed, at least rtol: largest speed perpendicular to the line on which a pair slides */
 
 static int tr_has_reversed(const tr_sim *s, int i) {
@@ -23,9 +23,9 @@ static void tr_save_start_speeds(tr_sim *s, double *was) {
     was[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
 }
 
-/* A pair of several components, other than `which`, that nearly stopped in the step; −1 if there is none. The friction of such a
- * pair turns while it stops, which carries other pairs beyond the limits of their modes. Pairs that stop along a line are excluded.
- * was: speeds at the start of the step. Requires maps of (t, y). */
+/* A pair of several components, other than `which`, that nearly stopped in the step; −1 if there is none. While such a pair stops,
+ * its friction turns, and this turn carries other pairs beyond the limits of their modes. Pairs that stop along a line are
+ * excluded. was: speeds at the start of the step. Requires maps of (t, y). */
 static int tr_find_pair_stopping_beside(tr_sim *s, int which, const double *was, double t, const double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !(was[i] > tr_crawl_speed(tr_speed_unit(s))) || tr_frozen_length(s, i) > TR_LINE) continue;
@@ -57,9 +57,9 @@ static int tr_release_left_lines(tr_sim *s) {
 }
 
 /* The pair that stops at the state where pair `which` seems to leave its mode; `which` if no other pair stops. The friction of the
- * stopping pair jumps at this state and carries `which` along. was: speeds at the start of the step. A slow pair that speeds up has
- * just started, and does not stop. For a pair on a line, speed perpendicular to the line comes from loops that the step leaves
- * open. Requires maps of (t, y). */
+ * stopping pair jumps at this state, and this jump carries `which` beyond its limit. was: speeds at the start of the step. A slow
+ * pair that speeds up has just started, and does not stop. For a pair on a line, speed perpendicular to the line is an error: the
+ * step leaves loops slightly open. Requires maps of (t, y). */
 static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, double t, const double *y) {
   if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -70,9 +70,9 @@ static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, 
   return which;
 }
 
-/* Whether a pair of several components turned by more than a right angle before the planned end of the step. This is tested if
- * `which` is stuck or spinning; `which` itself is excluded. An explicit step that is too long for the stiff direction oscillates,
- * and events of other pairs are then spurious. */
+/* Whether the direction of a pair of several components, other than `which`, turned by more than a right angle before the planned
+ * end of the step. This is tested if `which` is stuck or spinning. Directions are stiff: if an explicit step is too long,
+ * directions oscillate, and events of other pairs are spurious. */
 static int tr_has_other_pair_turned(tr_sim *s, int which) {
   if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_is_moving_ball(s, which))) return 0;
   const double end = s->step.t0 + s->step.size, *y = TR_A(s, ynew);

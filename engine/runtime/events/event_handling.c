@@ -1,11 +1,11 @@
 /* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
 #include "events/events.h"
 
-#define TURN_NOTED 0.017453292519943295 /* rad: if a contact of another pair turns by more at an event, it is logged too */
-#define BALL_TURNS 4                    /* number of decisions in a row that a change of branch of balls may invalidate */
-#define BRANCH_CHANGES 4                /* limit of branch changes of balls at one time; one suffices if a branch continues */
+#define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs are also logged if they turn by more */
+#define BALL_TURNS 4                    /* largest number of decisions at one event; they repeat while balls change branch */
+#define BRANCH_CHANGES 4                /* limit of branch changes of balls at one time; one suffices if the new branch exists */
 #define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone is at its cone */
-#define ANSWERS_LATER 2    /* decisions after the start: number of pairs whose mode combinations are searched for other solutions */
+#define ANSWERS_LATER 2    /* after the start: largest number of pairs at rest whose decision is searched for other solutions */
 
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
@@ -61,7 +61,7 @@ static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i) {
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Switch the branch of each ball that a jump of forces carried across its cone, at the state evaluated last. Returns 1 if any
+/* Switch the branch of each ball that a jump of forces carried across its cone. Uses the state evaluated last. Returns 1 if any
  * branch changed. */
 static int tr_switch_crossed_balls(tr_sim *s) {
   int crossed = 0;
@@ -99,8 +99,8 @@ static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* Let pair i slide on if drives move it. Use: the pair stops at (t, y), but there is no solution with the pair at rest. Returns 0
- * if drives do not move it. */
+/* Let pair i slide on if drives move it. Call this if the pair stops at (t, y), but no solution has the pair at rest. Returns 0 if
+ * drives do not move the pair. */
 static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
   tr_restore_modes(s, modes);
   tr_evaluate_maps_at(s, t, y);
@@ -123,7 +123,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   if (known) memcpy(before, known, sizeof(tr_contact) * nc);
   s->step.margin_end = NAN;
   if (own && tr_is_at_cone(s, which)) {
-    tr_change_branch(s, which); /* a ball's law is continuous between sliding and spinning */
+    tr_change_branch(s, which); /* a ball's friction is continuous here, so the event only changes its branch */
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_collect_pairs_at_rest(s, own ? which : -1, rest), decided = 1;

@@ -7,15 +7,15 @@
 
 #define ROOT_STEPS_BOUNDED 4
 #define CLOSE_ROOT 1e6     /* violation that a bounded step accepts, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
-#define CLOSE_STOP 500.0   /* the same for a pair of several components, whose speed is then below NEAR_MISS */
+#define CLOSE_STOP 500.0   /* CLOSE_ROOT for a pair of several components; its speed is then below NEAR_MISS */
 #define ROOT_STEPS 80     /* largest number of iterations on θ: interpolation up to SECANT_STEPS, then halvings, which always converge */
 #define SECANT_STEPS 40
 #define START_HALVES 2    /* halvings before a point next to the step's start is tried, where the violation may be positive already */
-#define JUST_BEYOND 0.01 /* × the tolerance: the search aims this far beyond the root, once its start is within the tolerance of it */
+#define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the search aims this far beyond the root */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
-#define TURN_DIP 0.5    /* × this variation: possible dip of a speed with a minimum inside the step, between distant stages */
-#define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages, a quarter period apart */
+#define TURN_DIP 0.5    /* × this variation: possible dip, between distant stages, of a speed with a minimum inside the step */
+#define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages a quarter period apart */
 #define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
 #define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */
 
@@ -41,8 +41,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* The bracket of a root, as fractions of the step. `f` are violations, minus 1, of the pair or stop that is searched: the one with the
- * largest violation at b. The largest of all violations has kinks, so it gives signs, but no interpolation. */
+/* The bracket of a root, as fractions of the step. `f` are violations, minus 1, of one pair or stop: the one with the largest
+ * violation at b. The largest of all violations has kinks, so only its signs are used; f is interpolated. */
 typedef struct tr_root_search {
   double a, b;        /* no violation is positive at a; a violation is positive at b */
   double ga, gb;      /* largest violation, minus 1, at a and b */
@@ -59,19 +59,19 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
   const double half = 0.5 * (r->a + r->b), aim = r->fa > -1.0 ? JUST_BEYOND : 0.0;
   const double x1 = r->at_b ? r->b : r->a, x2 = r->at_b ? r->a : r->b, x3 = r->left;
   const double f1 = (r->at_b ? r->fb : r->fa) - aim, f2 = (r->at_b ? r->fa : r->fb) - aim, f3 = r->f_left - aim;
-  if (!(r->fa < 0.0)) return it == START_HALVES ? r->a + least : half; /* probably positive at a: no root inside */
+  if (!(r->fa < 0.0)) return it == START_HALVES ? r->a + least : half; /* f is probably positive at a: no root inside */
   double part = f1 / (f1 - f2);
   if (f3 == f3) {
     const double width = (x1 - x2) / (x3 - x2), rise = (f1 - f2) / (f3 - f2);
     if (it >= SECANT_STEPS || !(1.0 - sqrt(1.0 - width) < rise && rise < sqrt(width))) return half;
     part = part * f3 / (f3 - f2) - (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f2 - f3);
   }
-  const double m = x1 + part * (x2 - x1); /* with `aim`, a point this close to the root ends the search if it is beyond the root */
+  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`: a point slightly beyond the root ends the search */
   return m > r->a && m < r->b ? m : half;
 }
 
-/* First θ in (a, b] with a positive violation of the pair or stop *which, or of another one, which *which then becomes. Returns NaN if
- * the solution itself ends there. */
+/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: the pair or stop expected, then the one
+ * found. Returns NaN if the solution itself ends there. */
 static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   const double least = fmax(ROOT_ROUND_OFF, TIME_ROUND_OFF * fabs(s->step.t0) / s->step.size);
@@ -101,9 +101,9 @@ static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   return r.gb == r.gb ? r.b : NAN;
 }
 
-/* Whether the violation at θ is an event: TR_FOUND or TR_TOO_LARGE. A smaller step is required if a pair of several components
- * turned fast or nearly stopped; its friction alone then carries other pairs beyond the limits of their modes. *which may become
- * the pair that stops first. */
+/* Whether the violation at θ is an event (TR_FOUND), or whether the step is too large (TR_TOO_LARGE). It is too large if a pair of
+ * several components turned fast or nearly stopped: its friction alone then carries other pairs beyond the limits of their modes.
+ * *which may become the pair that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
@@ -116,7 +116,7 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   tr_evaluate_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_has_reversed(s, i) || (i != *which && tr_mode_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
-    /* Speed perpendicular to a line comes from open loops. */
+    /* On a line, speed perpendicular to the line is an error of open loops. */
     if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_stopping_on_line(s, i, t, y)) {
       s->friction.cutting_pair = i;
       return TR_TOO_LARGE;
@@ -188,7 +188,7 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
       return tr_classify_event(s, *theta, which);
     }
   }
-  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z)); /* callers need the solution at the end */
+  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z)); /* for callers, which need the solution at the end */
   TR_MADE(s, TR_HAS_SOLUTION);
   return !suspect || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }

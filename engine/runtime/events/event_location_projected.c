@@ -1,14 +1,14 @@
-/* Refined event times. On the dense output, the error of the step opens the loops. Event times are refined with closed loops, so
- * that decisions and rows belong to the event itself (theory, "Events"). */
+/* Refined event times. On the dense output, loops are open by the error of the step. Event times are refined with closed loops, so
+ * that decisions and rows belong to the exact event (theory, "Events"). */
 #include "events/events.h"
 
 #define CLOSE_STEP 1e-3 /* × θ: first secant difference */
 #define CLOSE_TIMES 8   /* secant iterations */
 #define CLOSE_FAR 0.25  /* × the step: largest shift of an event by the step's error; a root farther away is another event */
-#define STOP_PASSED (0.5 * EVENT_CLOSE) /* × TOL_STOP: place of a stop's event beyond the stop, and its tolerance */
+#define STOP_PASSED (0.5 * EVENT_CLOSE) /* × TOL_STOP: depth beyond a stop at which its event is placed; also the tolerance of this depth */
 #define LET_GO_AS_ONE 1.0 /* × tolerance / rate: closer releases are simultaneous; far below the error of event times */
 #define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance at which later releases are searched */
-#define LET_GO_GROWS 10.0 /* factor from one such distance to the next */
+#define LET_GO_GROWS 10.0 /* factor from one of these distances to the next */
 #define LET_GO_NEAR 1e-4 /* × the friction ratio: pairs farther from release are not considered */
 
 /* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */
@@ -60,7 +60,7 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
     tr_stop_depths(s, y, depth);
     return tr_mode_violation(s, i, depth) - STOP_PASSED;
   }
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of its last but one iterate */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* because Newton's method leaves the values of its last but one iterate */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)
@@ -97,7 +97,7 @@ static void tr_release_together(tr_sim *s, int i) {
   int near = 0;
   const int nz = tr_z_length(s);
   double z[nz + 1];
-  if (s->friction.shared) return; /* another solution may share the load differently */
+  if (s->friction.shared) return; /* with shared loads, another solution may share differently */
   tr_copy(nz, TR_A(s, z), z);
   const double most = LET_GO_AS_ONE * s->set.rtol / s->set.rate / s->step.size;
   const int now = tr_count_released_at(s, i, s->pending.theta);

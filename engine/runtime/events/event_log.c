@@ -4,9 +4,9 @@
 
 /* × the largest contact force or friction: a smaller contact force is round-off and has no meaningful direction. */
 #define ROUND_OFF 1e-9
-#define UNLOADED 1e-12 /* × energy over length: the same limit if no contact carries a load */
-/* × the step: distance before the event at which a ball is evaluated. There, a tilt that vanishes like a square root is below
- * 0.01. */
+#define UNLOADED 1e-12 /* × energy over length: this limit if no contact carries a load */
+/* × the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square root, the
+ * tilt there is below 0.01. */
 #define FOLD_BEFORE 1e-4
 /* Rad (three degrees): a smaller change of a ball's tilt is not a jump. Long steps resolve tilts to one degree. */
 #define FOLD_TILT 0.05
@@ -79,7 +79,8 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
 }
 
 /* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists there. Otherwise restores the saturated
- * branch and returns 0: the friction of a ball near its cone has hysteresis, and its sliding branch ends slightly later. */
+ * branch and returns 0. (The friction of a ball near its cone has hysteresis: its sliding branch ends slightly later than at the
+ * kink.) */
 static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, i);
   if (tr_sliding_of(s, i)->speed < 0.0) return 0; /* the direction turned by more than a right angle since it was frozen */
@@ -185,7 +186,7 @@ static void tr_switch_mode(tr_sim *s, int which, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, which);
   const int saturated = tr_mode_flag(m) == TR_SATURATED;
   if (saturated && fabs(tr_sliding_of(s, which)->speed) > tr_sliding_of(s, which)->border && !tr_take_branch_below_kink(s, which, t, y)) {
-    tr_freeze_direction(s, which); /* the pair still slides fast */
+    tr_freeze_direction(s, which); /* the pair still slides fast, so its direction is known */
   } else if (saturated) {
     tr_enter_zone(s, which, t, y);
     m->flag = TR_PROPORTIONAL;

@@ -7,11 +7,12 @@
 /* × its unit per run: if a crossing is slower, a shift of the threshold by one tolerance shifts its time by more than the error of
  * event times. */
 #define SLOW 0.01
-#define STRAYS_LEAST 1e-3 /* × the run's error: smallest error of a speed that is assumed */
-#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs with a share this close to the released pair's share are released too */
+#define STRAYS_LEAST 1e-3 /* × the run's error: smallest assumed error of a speed */
+#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs whose share is this close to that of the released pair are released too */
 #define ENOUGH 0.01      /* × the friction ratio: if an estimated margin is larger, it is not computed exactly */
 #define LEAST_STRETCH 1e-3 /* × the step: shortest interval over which a slope is measured */
-/* × s²/|ω|²: shift in model exchange. The law of a ball loses half of its digits at the cone, so its error is 5e-10. */
+/* × s²/|ω|²: in model exchange, shift of a ball's indicator from its cone. The law of a ball loses half of its digits at the cone,
+ * so its error is 5e-10. */
 #define SHIFT_CONE 2e-9
 
 /* Possible error of the run's states, relative to the units of the states. */
@@ -75,7 +76,7 @@ static double tr_slip_margin(tr_sim *s, int i) {
   return (hold->size + sqrt(size) / most) / fmax(hold->capacity, NO_FORCE) - 1.0;
 }
 
-/* Margin of slipping pair i, from a solution in which the pair is stuck: relative distance of its friction from its capacity.
+/* Margin of slipping pair i: the relative distance of its friction from its capacity, in a solution in which the pair is stuck.
  * Restores modes and multipliers. */
 static double tr_margin_if_stuck(tr_sim *s, int i) {
   const int nz = tr_z_length(s);
@@ -108,7 +109,7 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
     const int i = rest[q];
     if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_friction_ratio(s, i));
     else if (i != released && was[i] < 1.0 - LET_GO_WITH) {
-      const double estimate = tr_slip_margin(s, i); /* exact if no other pair rests, otherwise an underestimate */
+      const double estimate = tr_slip_margin(s, i); /* the exact margin if no other pair rests, otherwise smaller than the margin */
       least = fmin(least, estimate < ENOUGH ? tr_margin_if_stuck(s, i) : estimate);
     }
   }

@@ -32,8 +32,8 @@ static int tr_has_reversed(const tr_sim *s, int i);
 /* Speed of pair i along its frozen direction, m/s. Requires maps of the current state. */
 static double tr_speed_along(const tr_sim *s, int i);
 
-/* Pairs that left their line in the last step get the direction of a first step. In a loop of revolute joints, such a pair
- * reverses. Returns 1 if there are any; the step must then be refused. Requires maps of the step's end. */
+/* Pairs that left their line in the last step get a direction of norm TR_FROZEN, as in a first step. (In a loop of revolute joints,
+ * such a pair reverses.) Returns 1 if there are such pairs; the step must then be refused. Requires maps of the step's end. */
 static int tr_release_left_lines(tr_sim *s);
 
 /* Add the speed errors of the accepted step to the accumulated speed errors of the pairs, as a root sum of squares. */
@@ -42,9 +42,9 @@ static void tr_add_speed_errors(tr_sim *s);
 /* Copy the violations of state `from` to state `when` (TR_NOW, TR_AT_START, TR_AT_END). */
 static void tr_copy_violations(tr_sim *s, int from, int when);
 
-/* Set the margin of the next event from the crossing of `which` that cuts the step short. A parabola passes through the violations
- * of `which` at the start, at the event (zero) and at the end; its maximum is the margin. If the parabola bends by less than one
- * tolerance, the margin is CLEAR_MARGIN. */
+/* Set the margin of the next event, at which the violation of `which` reaches its limit and cuts the step short. A parabola passes
+ * through the violations of `which` at the start, at the event (zero) and at the end; its maximum is the margin. If the parabola
+ * bends by less than one tolerance, the margin is CLEAR_MARGIN. */
 static void tr_set_crossing_margin(tr_sim *s, int which);
 
 static inline void tr_clear_margin(tr_sim *s) { s->events.margin = CLEAR_MARGIN, s->events.unsure = 0; }
@@ -78,8 +78,9 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
 /* Search the last step for its first event. Requires an evaluated end (ynew, K[end]). Has the results of tr_search_step. */
 static int tr_find_event(tr_sim *s, int *which, double *theta);
 
-/* Refine the end of sliding of pair i with closed loops, from the evaluated state (t, y). Closing the loops changes the speed of
- * the pair there. Near a dead centre, friction impulses that removed this speed would stop the whole mechanism. */
+/* Refine the time of the end of sliding of pair i with closed loops, from the evaluated state (t, y). Closing the loops gives the
+ * pair a small speed at the unrefined time. Near a dead centre, friction impulses that removed this speed would stop the whole
+ * mechanism. */
 static void tr_refine_event_time(tr_sim *s, int i, double *t, double *y);
 
 /* Whether the end of sliding of pair i requires tr_refine_event_time. */
@@ -123,20 +124,21 @@ static void tr_log_step_separations(tr_sim *s, const double *a);
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old);
 
 /* Handle the event of the moving ball i, evaluated at (t, y). If the ball is at its cone, it changes branch. If sliding turns back
- * before the cone, the ball takes the other branch if this branch exists at y; otherwise it slides on. After repeated changes both
- * branches end there, and the function returns TR_FAIL_MULTIPLIERS. */
+ * before the cone, the ball takes the other branch if this branch exists at y; otherwise it slides on. If the branch changes
+ * repeatedly at one time, both branches end there, and the function returns TR_FAIL_MULTIPLIERS. */
 static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i);
 
-/* Handle the event of pair `which` at (t, y), evaluated in the old modes: bring pairs to rest, decide modes, log changes. which −1:
- * another quantity jumps. known: contacts before the event; null pointer: the contacts at y. Returns a status. */
+/* Handle the event of pair `which` at (t, y), evaluated in the old modes: bring pairs to rest, decide modes, log changes. which =
+ * −1: no pair, but another quantity jumps. known: contacts before the event; null pointer: the contacts at y. Returns a status. */
 static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_contact *known);
 
-/* Decide the modes again at the state `y` for pair `which` (−1: no pair). On failure, restores modes and state. With `others`, does
- * the same if the new modes equal `modes`. Returns 1 if the run can continue. */
+/* Decide the modes again at the state `y` for pair `which` (−1: no pair). On failure, restores modes and state. `others`: new modes
+ * that equal `modes` count as failure, too. Returns 1 if the run can continue. */
 static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int others);
 
-/* Set all modes at the start of a run. A law with a kink starts saturated if the speed may exceed the kink speed without load. It
- * becomes proportional if, with the loads found, the speed is below the kink speed. Returns a status. */
+/* Set all modes at the start of a run. A law with a kink starts on its saturated branch if the speed may exceed the kink speed of
+ * an unloaded pair. It changes to the proportional branch if the speed is below the kink speed under the loads found. Returns a
+ * status. */
 static int tr_set_initial_modes(tr_sim *s);
 
 /* Choose the modes again at the state `y`, after a rejected solution if no shorter step is possible. Returns 1 if the modes
@@ -150,13 +152,13 @@ static int tr_decide_from_anywhere(tr_sim *s, int code);
 /* Time, s, until pair i rests at its last evaluated acceleration. Returns INFINITY if its direction turns or it speeds up. */
 static double tr_time_to_rest_by_braking(tr_sim *s, int i);
 
-/* The pair of several components that is about to rest, among pairs whose turning shortened steps; −1 if there is none. Its speed
- * must be negligible, and the time until rest known and negligible. Pairs that stop along a line are excluded. Requires an accepted
- * step, evaluated at its end. */
+/* The pair of several components that is about to rest, among pairs whose change of direction shortened steps; −1 if there is none.
+ * Its speed must be negligible, and the time until rest known and negligible. Pairs that stop along a line are excluded. Requires
+ * an accepted step, evaluated at its end. */
 static int tr_find_pair_to_capture(tr_sim *s);
 
-/* Whether a solution exists with pair i at rest at (t, y), a copy of the state. No such solution exists near a dead centre of a
- * loop, because rest of a slow pair would stop the mechanism, or for a driven pair. The decision is undone. */
+/* Whether a solution exists with pair i at rest at (t, y), a copy of the state. There is none for a driven pair. Near a dead centre
+ * of a loop there is none either, because rest of a slow pair would stop the mechanism. The decision is undone. */
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i);
 
 /* Mark pairs of one component that stop together with pair i, at the state evaluated last. Their own stops follow within the error
@@ -172,8 +174,9 @@ static int tr_make_capture_step(tr_sim *s);
 /* State at the event that cuts the step short, projected onto the manifold unless the loops cannot be closed. */
 static void tr_event_state(tr_sim *s, double t, double *out);
 
-/* If the branch of a ball's friction ended before the event, replace y by the last state found on this branch. A branch ends like a
- * square root, so its end time is less accurate than its friction. Returns 1 if such a state was found and evaluated. */
+/* If the branch of a ball's friction ended before the event, replace y by the last state found on this branch. Near its end,
+ * friction depends on time like a square root, so the time of the end is less accurate than the friction. Returns 1 if such a state
+ * was found and evaluated. */
 static int tr_step_back_to_branch(tr_sim *s, double *y);
 
 /* At an event of a pair with shared loads, continue the multipliers from the beginning of the step to the event. Keep the result if

@@ -34,7 +34,7 @@ static int tr_set_initial_modes(tr_sim *s) {
   }
   tr_stop_depths(s, y, depth);
   int again = 0;
-  for (int i = k->nstops - k->nlatches; i < k->nstops; ++i) /* a hook on no tooth is open */
+  for (int i = k->nstops - k->nlatches; i < k->nstops; ++i) /* a hook that is not behind any tooth is open */
     if (tr_is_pressed(s, i) && !(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN, again = 1;
   if (again) tr_stop_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) {

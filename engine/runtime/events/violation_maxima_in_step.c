@@ -1,11 +1,11 @@
 /* Violations on the dense output of the last step, and the maxima of violations between its points. */
 #include "events/events.h"
 
-#define SAMPLES_BOUNDED 4 /* number of points for a bounded step, and of its iterations on θ */
+#define SAMPLES_BOUNDED 4 /* number of points, and of iterations on θ, in a bounded step */
 #define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
 #define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point is this point */
-#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes less per iteration stays below release */
-#define EDGE 1e-3       /* × the spacing of the points: difference for the slope at an end of the step */
+#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes less per iteration does not reach release */
+#define EDGE 1e-3       /* × the spacing of the points: finite difference that gives the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   double depth[s->k->nstops + 1], best = -INFINITY;
@@ -38,8 +38,8 @@ typedef struct tr_point {
   double x, own, all;
 } tr_point;
 
-/* Violations at the dense points of a step. A freewheel has one violation for each direction: taken separately, these are smooth
- * where the load changes its sign. */
+/* Violations at the dense points of a step. A freewheel has one violation for each direction. Each of the two is smooth where the
+ * load changes its sign; the larger one is not. */
 typedef struct tr_samples {
   const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
   int watched, between, sided; /* number of pairs and stops; whether to search between points; whether any pair has two sides */
@@ -80,8 +80,8 @@ static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *fr
   }
 }
 
-/* Evaluate and store point q. Returns its largest violation minus 1, with the worst pair or stop in *worst. Modes were decided at
- * the start, so there is no event at this point. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
+/* Evaluate and store point q. Returns its largest violation minus 1, with the worst pair or stop in *worst. Point 0, the start, has
+ * no event, because the modes were decided there. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
 static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, const double *from, int *worst) {
   const int end = q == tr_sample_count(s), known = end || (q == 0 && s->step.margin == s->step.margin);
   double all, *own = at->own + q * tr_sample_width(s);
@@ -117,7 +117,7 @@ typedef struct tr_bracket {
   int which; /* the worst pair or stop at `right` */
 } tr_bracket;
 
-/* Narrow the bracket by a point. The positive violation there may be another than the one searched. */
+/* Narrow the bracket by a point. The positive violation there may be of another item than the one searched. */
 static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
   if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
   if (b->left.x >= b->right.x) b->left = b->begin;

@@ -1,9 +1,9 @@
 /* Balls that slide near their friction cone (theory, "Ball near its cone"). Near the cone, friction varies as the square root of
- * the distance to the cone (``contact/ball_in_socket.py``), so that Newton's method does not converge. The distance is u², with the
- * tilt u = s/|ω|. For small tilts, this distance is below round-off.
+ * the distance to the cone (``contact/ball_in_socket.py``), so that Newton's method does not converge. The distance is u², where u
+ * = s/|ω| is the tilt. For small tilts, u² is below round-off.
  *
- * At a given u the equations are smooth. The problem reduces to the root of φ(u) = distance(η(u)) − u² in [0, 1]. φ(1) ≤ 0 always.
- * If φ(0) > 0, the ball cannot spin without sliding, and a root exists. */
+ * If u is prescribed, the equations for η are smooth. The problem then is to find the root of φ(u) = distance(η(u)) − u² in [0, 1].
+ * φ(1) ≤ 0 always. If φ(0) > 0, the ball cannot spin without sliding, and a root exists. */
 #include "friction/friction.h"
 
 #define NO_TILT 1e-60 /* replaces a tilt of zero, because zero in the mode means that no tilt is prescribed */
@@ -17,7 +17,7 @@
 #define TILT_SAME 1e-12 /* × a tilt: largest change of this tilt in a converged sweep */
 #define TILT_FOUND 1e-14 /* × the tilt: a smaller change has no effect */
 #define TILT_BRACKET 1e-15 /* × the upper end of the bracket: width of a converged bracket */
-#define TILT_BEYOND 1e-3 /* × the tilt at a kink: sliding is tried at a tilt that is larger by this; far above round-off */
+#define TILT_BEYOND 1e-3 /* × the tilt at a kink: excess over this tilt at which sliding is tried; far above round-off */
 
 /* Distance s²/|ω|² of ball i to its cone at the tilt u. eta receives the solution. Returns NaN if there is no solution. */
 static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) {
@@ -28,7 +28,8 @@ static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) 
 }
 
 /* Find the root of ball i above the tilt `lo`, starting from eta and the tilt u. The tilt is stored in the mode of the ball. c0:
- * distance at the tilt `was`. Each step intersects the parabola u² with the secant of the distance. Returns 1 on success. */
+ * distance at the tilt `was`. Each step intersects the parabola u² with the secant through two values of the distance. Returns 1 on
+ * success. */
 static int tr_find_tilt_above(tr_sim *s, double *eta, int i, double lo, double was, double c0, double u) {
   double hi = 1.0;
   for (int it = 0; it < TILT_MAX; ++it) {
@@ -95,7 +96,7 @@ static int tr_find_tilt_near(tr_sim *s, double *eta, int i) {
   const double u = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
   if (!(u > TILT_STEP)) return 0;
   const double f = tr_cone_distance_at_tilt(s, eta, i, u) - u * u;
-  if (fabs(f) <= TILT_IS * u * u) return 1; /* accept u: where two roots merge, φ does not change sign */
+  if (fabs(f) <= TILT_IS * u * u) return 1; /* u is accepted without a change of sign of φ, which is absent where two roots merge */
   memcpy(here, eta, sizeof(double) * s->k->neta);
   for (double part = TILT_NEAR; f == f && part < 1.0; part *= TILT_WIDENS)
     for (int side = -1; side <= 1; side += 2) {
@@ -121,8 +122,8 @@ static int tr_search_tilt(tr_sim *s, double *eta, int i) {
   return found;
 }
 
-/* Find η by the tilts of all sliding balls, if there are at least two. A sweep solves for one tilt after the other. Returns 1 on
- * success. */
+/* Find η by searches for the tilts of all sliding balls, if there are at least two. A sweep solves for one tilt after the other.
+ * Returns 1 on success. */
 static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   int balls = 0, ok = 1, moved = 1;
   for (int i = 0; i < s->k->nsliders; ++i) balls += tr_is_sliding_ball(s, i);
@@ -148,8 +149,8 @@ static int tr_newton_by_ball_tilt(tr_sim *s, const double *warm, int i) {
   return found;
 }
 
-/* Call tr_newton_by_ball_tilt for one sliding ball after the other until a root is found. A start from zero friction is no
- * substitute: Newton's method may then find an invalid root inside the cone. */
+/* Call tr_newton_by_ball_tilt for one sliding ball after the other until a root is found. (From zero friction, Newton's method may
+ * instead find an invalid root inside the cone.) */
 static int tr_newton_by_near_tilt(tr_sim *s, const double *warm) {
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_sliding_ball(s, i) && tr_newton_by_ball_tilt(s, warm, i)) return 1;

@@ -1,10 +1,10 @@
 /* Friction at rest of any number of pairs as one minimisation (theory, "Many pairs").
  *
  * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over w. w are the accelerations in the metric of the
- * masses, and w₀ those without friction. x = B w are the surface accelerations of the pairs. The minimum is the limit ε → 0 of
- * creeping friction, cap x/√(x² + ε²). Newton's method follows decreasing ε. Its line search on the convex objective always
- * succeeds. Each iteration updates the loads. The result only starts the solution of the exact equations, whose laws are then
- * checked. The only data of the mechanism are its maps. */
+ * masses, and w₀ those without friction. x = B w are the surface accelerations of the pairs, and cap their capacities. The minimum
+ * is the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method solves for decreasing ε, each time from the last
+ * result. Its line search on the convex objective always succeeds. Each iteration updates the loads. The result is only the start
+ * for the exact equations, whose solution is then checked against the laws. The maps are the only data of the mechanism. */
 #include "friction/friction.h"
 
 #define CREEP_NEXT 0.05 /* ratio of successive ε; the first ε is the acceleration by the pair's own friction */
@@ -68,7 +68,7 @@ static void tr_creep_set_epsilon(tr_creep_problem *c, double part) {
   }
 }
 
-/* Remove from x of pair q the component that friction does not oppose. For a ball, this is the component along its force. */
+/* Remove from x of pair q the component that friction does not oppose: for a ball, the component along its force. */
 static void tr_creep_project_ball(const tr_sim *s, const tr_creep_problem *c, int q, double *x) {
   const double *f = TR_A(s, NN) + s->k->element[tr_pair_of(s, c->pairs[q])->element].n0;
   double F = f[0] * f[0] + f[1] * f[1] + f[2] * f[2], along;
@@ -102,8 +102,8 @@ static double tr_creep_objective(const tr_sim *s, tr_creep_problem *c, const dou
   return sum;
 }
 
-/* Add Σ left_i right_iᵀ to the lower triangle of H (r rows, column-major). The sum has `many` terms. The vectors have v entries
- * each; entries from `wide` on are zero. */
+/* Add Σ left_i right_iᵀ, a sum of `many` terms, to the lower triangle of H (r rows, column-major). The vectors have v entries each;
+ * entries from index `wide` on are zero. */
 static void tr_creep_add_products(int r, int wide, int many, int v, const double *left, const double *right, double *H) {
   for (int p = 0; p < wide; ++p) {
     double *column = H + (size_t)p * r;
@@ -144,7 +144,7 @@ static void tr_creep_gradient_hessian(const tr_sim *s, const tr_creep_problem *c
   for (int q = 0; q < c->n; ++q) {
     const int first = c->first[q], n = c->first[q + 1] - first, wide = tr_creep_rows(s, c, q, v, right);
     const double speed = tr_creep_smoothed_size(c, q), stiff = c->cap[q] / speed;
-    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* one component: curvature */
+    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* for one component: factor of the curvature */
     for (int k = 0; k < wide; ++k) {
       U[k] = X[k] = 0.0;
       for (int i = 0; i < n; ++i) {

@@ -1,10 +1,10 @@
-/* Accelerations of sliding freedoms, and their responses to friction, where loops are closed. These show which freedoms loops
- * prescribe, which are the same freedom, and which are at rest. */
+/* Accelerations of sliding freedoms, and their responses to friction, with closed loops. They show which freedoms are prescribed by
+ * loops, which freedoms are the same, and which are at rest. */
 #include "friction/friction.h"
 
 #define RESTS_BY 4.0 /* × the stopping time at constant deceleration; smooth stops take three times as long */
 #define RESTS_FOR 1e-6 /* / rate: stopping time above which a pair rests; a slow pair that reverses needs much less */
-#define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: least response in a scale; round-off is below RANK_PIVOT */
+#define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: least response in a scale; its round-off is below RANK_PIVOT */
 
 static double tr_freedom_response(const tr_sim *s, int i, int j) {
   TR_NEED(s, TR_HAS_HELD);
@@ -86,8 +86,8 @@ static double tr_acceleration_by_maps(tr_sim *s, int i) {
   return tr_acceleration_and_terms(s, i, &size);
 }
 
-/* Acceleration of freedom i divided by the sum of its absolute terms. This quotient tests freedoms that have no equation of rest:
- * other freedoms at rest either imply their rest or contradict it. */
+/* Acceleration of freedom i divided by the sum of its absolute terms. This quotient tests held freedoms without an equation of
+ * rest: the rest of other freedoms either implies or contradicts their rest. */
 static double tr_relative_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;

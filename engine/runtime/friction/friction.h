@@ -35,8 +35,8 @@ static inline int tr_yields(const tr_sim *s, int i) { return tr_is_stuck(s, i) &
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.held ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
 /* Set the rates of held tree joints to exactly zero in v; v may also contain the derivatives of rates. A held pair whose rest
- * follows from other pairs may move slightly with the mechanism. Its rate is kept if it is above round-off, because zero would stop
- * the mechanism. */
+ * follows from other pairs may move slightly with the mechanism. If its rate is above round-off, the rate is kept, because a zero
+ * would stop the mechanism. */
 static void tr_zero_held_rates(const tr_sim *s, double *v);
 
 /* Surface speed of pair i in the current state, m/s. */
@@ -77,8 +77,8 @@ static void tr_form_law_jacobian(tr_sim *s);
 /* Compute `hold`, the friction and capacity of every pair, at the multipliers z and the loads NN. */
 static void tr_evaluate_capacities(tr_sim *s);
 
-/* As tr_evaluate_capacities, at the loads of the solution. Newton's method leaves the loads of its last but one iterate in NN. With
- * these loads, a small ball that shares a load with large balls would carry an unbalanced torque. */
+/* As tr_evaluate_capacities, at the loads of the solution. (Newton's method leaves the loads of its last but one iterate in NN.
+ * With them, a small ball that shares a load with large balls would carry an unbalanced torque.) */
 static void tr_evaluate_capacities_at_solution(tr_sim *s);
 
 /* Friction of pair i divided by its capacity. Returns 0 if the friction is round-off. Requires capacities. */
@@ -87,8 +87,8 @@ static double tr_friction_ratio(const tr_sim *s, int i);
 /* Deceleration that a unit of friction j causes in the freedom of multiplier i, with closed loops. Requires held maps. */
 static double tr_freedom_response(const tr_sim *s, int i, int j);
 
-/* Scale 1/√response of multiplier i for rank decisions. `own`: response of the multiplier's freedom to its own friction. The scale
- * uses at least the round-off of the terms that cancel in this response. */
+/* Scale 1/√response of multiplier i for rank decisions. `own`: response of the multiplier's freedom to its own friction. If terms
+ * cancel in this response, the scale uses at least their round-off. */
 static double tr_response_scale(const tr_sim *s, int i, double own);
 
 /* Whether multipliers i and j act on the same freedom. Requires held maps. */
@@ -110,16 +110,16 @@ static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 /* As tr_freedom_acceleration, without held maps. */
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
-/* Whether freedom i, which drives move with the acceleration acc, counts as at rest. It is at rest if its slow motion fades for a
- * long time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses. Requires maps. */
+/* Whether freedom i, which drives move with the acceleration acc, counts as at rest. It does if its slow motion fades for a long
+ * time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses. Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
 /* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. Requires the
  * solution and its row kinds. */
 static int tr_is_held_freedom_moving(tr_sim *s, int i);
 
-/* Violation of a held pair whose rest follows from other pairs: positive if the pair moves too much, otherwise −∞. Near dead
- * centres, such a pair follows the mechanism with a small fraction of the mechanism's motion. */
+/* Violation of a held pair whose rest follows from other pairs: positive if the pair moves too much, otherwise −∞. (Near dead
+ * centres, such a pair makes a small fraction of the mechanism's motion.) */
 static double tr_rest_violation(tr_sim *s, int i);
 
 /* Violation of the mode of a pair with a set-valued law, in tolerances. Depending on the mode, the limit is the end of sliding, the
@@ -134,11 +134,11 @@ static inline double tr_direction_violation(const tr_sim *s, int i) { return tr_
  * requirements of tr_set_valued_violation. */
 static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 
-/* Stored load of multiplier i of pair m under the loads N. A ball keeps only the part of its load that is perpendicular to its force
- * f. slope (3): derivative by f, which is zero for other pairs. */
+/* Stored load of multiplier i of pair m under the loads N. Of its stored friction, a ball keeps only the part perpendicular to its
+ * force f. slope (3): derivative by f, which is zero for pairs that are not balls. */
 static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope);
 
-/* In the residual r and the Jacobian J, replace the rows of held pairs by their equations. These are zero acceleration, zero
+/* In the residual r and the Jacobian J, replace the rows of held pairs by their equations (TR_ROW_…): zero acceleration, zero
  * friction (prescribed motion), a share, a stored load, or the capacity of a pair that yields. Requires held maps and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
 
@@ -146,8 +146,8 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
  * ends after a small step. Returns 1 on convergence. */
 static int tr_newton(tr_sim *s, double *eta);
 
-/* Find η with a search for the tilt of ball i, starting from eta. The tilt is stored in the mode of the ball. Inside the cone the
- * tilt is zero; trial steps beyond the end of sliding need this case. Returns 1 on success. */
+/* Find η with a search for the tilt of ball i, starting from eta. The tilt is stored in the mode of the ball. If the ball is inside
+ * its cone, the tilt is zero; trial steps that pass the end of sliding need this case. Returns 1 on success. */
 static int tr_find_tilt(tr_sim *s, double *eta, int i);
 
 static void tr_clear_tilts(tr_sim *s);
@@ -163,7 +163,7 @@ static int tr_search_tilt(tr_sim *s, double *eta, int i);
  * Requires the laws' values. */
 static int tr_is_on_branches(const tr_sim *s);
 
-/* Next number of a fixed pseudo-random sequence in (−1, 1). */
+/* Next number, in (−1, 1), of a fixed pseudo-random sequence. */
 static double tr_next_random(unsigned *seed);
 
 /* Find η by continuation from zero friction to full friction. Returns 1 on success. */
@@ -188,8 +188,8 @@ static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c);
  * to z. law: see tr_creep_update_loads. */
 static void tr_creep_minimise(tr_sim *s, tr_creep_problem *c, const int *law);
 
-/* Whether the recursion can find friction in the modes in force. Every pair must slide, store its load, be held by its own freedoms
- * of the tree, or (in a tree) have no friction. No row of loops may be redundant. */
+/* Whether the recursion can find friction in the modes in force. Every pair must slide, store its load, be held at freedoms that
+ * are states of the tree, or (in a tree) have no friction. No row of loops may be redundant. */
 static int tr_is_recursive(const tr_sim *s);
 
 /* Factorise the inertias of the recursion without friction and with all freedoms, to close many loops. Returns the sign of the
@@ -200,9 +200,9 @@ static int tr_factor_without_friction(tr_sim *s);
  * failure. */
 static int tr_loads_by_recursion(tr_sim *s, double *eta);
 
-/* Newton's method with the recursion in the current state. `near`: start from the loads of a close state, and fail unless they lead
- * quickly to a root. Otherwise start from the frictions in z. Rejects a root if the sign of its determinant is below `least`; −1
- * accepts both signs. Returns 1 on success. */
+/* Newton's method with the recursion in the current state. `near`: start from the loads of a close state (stored behind z), and
+ * fail unless the iteration converges quickly. Otherwise start from the frictions in z. Rejects a root if the sign of its
+ * determinant is below `least`; −1 accepts both signs. Returns 1 on success. */
 static int tr_newton_recursive_from(tr_sim *s, int near, int least);
 
 /* Store the loads of the solution, from which the next recursive iteration starts. Requires load maps. */
@@ -214,8 +214,8 @@ static int tr_rhs_recursive(tr_sim *s, const double *y, double *dy);
 /* Set the kind of equation (TR_ROW_…) of each multiplier in the modes in force. Requires maps. */
 static void tr_set_row_kinds(tr_sim *s);
 
-/* Solve for z = [λ active | η] in the current state, starting from the multipliers in z. `deciding`: groups may share by another
- * rule if the first rule has no root. Returns 0 if no root is found. */
+/* Solve for z = [λ active | η] in the current state, starting from the multipliers in z. `deciding`: if the first sharing rule of a
+ * group has no root, other rules are tried. Returns 0 if no root is found. */
 static int tr_solve_multipliers(tr_sim *s, int deciding);
 
 /* Form the maps and row kinds that tr_newton requires in the modes in force. */

@@ -3,13 +3,13 @@
  *
  * The share of a member is its load divided by its capacity. In a group with one freedom, all members have equal shares. In a group
  * with several freedoms, the loads minimise the largest share, and the members with the largest share have equal shares. Large
- * groups store the loads of a creep minimisation (theory, "Many pairs"), within the capacities if possible. A group keeps these
- * loads while it rests, except for as many pairs as it has freedoms: these pairs take the changes of load. */
+ * groups store the loads of a creep minimisation (theory, "Many pairs"), within the capacities if possible. While the group rests,
+ * its pairs keep these loads, except for as many pairs as the group has freedoms: these take the changes of load. */
 #include "friction/friction.h"
 
 #define SHARE_MAX 30 /* largest number of iterations on loads and capacities */
 #define SHARE_SAME 1e-3 /* × the largest share: tolerance of the loads; loose, because Newton's method only starts from them */
-#define SHARE_WEIGHT 1e-6 /* smallest weight of a member; a member without load can then get load again */
+#define SHARE_WEIGHT 1e-6 /* smallest weight of a member, so that a member without load can get load again */
 #define SHARE_PASSES 300 /* iterations of Lawson's algorithm, which converges linearly */
 #define SHARE_PIVOT 1e-10 /* × a member's own response: a smaller pivot of the weighted conditions means dependence */
 #define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: a smaller squared coupling is round-off */
@@ -64,8 +64,8 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
 
 /* Order the n multipliers c of a group with responses A: first loaded multipliers, whose capacity counts, then the others. `cap` is
  * in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without capacity carry
- * nothing: their rows store 0, because a share of zero capacity has no meaning. Returns the number of loaded multipliers, or n if
- * these alone could not hold the group's freedoms. */
+ * nothing: their rows store 0, because a share of zero capacity is undefined. Returns the number of loaded multipliers, or n if the
+ * loaded ones alone could not hold the group's freedoms. */
 static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A, const double *cap, int rank, int *order) {
   double most = 0.0, B[n * n], L[n * n], d[n];
   int perm[n], count = 0, last = n;
@@ -85,8 +85,7 @@ static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A
 }
 
 /* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the capacities
- * with the loads. Newton's method needs a start from these loads, because the capacities under the loads without friction
- * differ. */
+ * with the loads. Newton's method needs such a start, because capacities under frictionless loads differ too much. */
 static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -127,10 +126,10 @@ static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
   return acc;
 }
 
-/* Set the impending axes of the balls among the n multipliers c. One freedom would move these multipliers with the rates v. Returns
- * the index of the leader in c. The first multiplier leads unless it belongs to a ball, which may carry no load along its axis.
- * Then the first pair that is not a ball leads. If all are balls, the component with the largest part perpendicular to its force
- * leads. */
+/* Set the impending axes of the balls among the n multipliers c of a group with one freedom. This freedom would move the
+ * multipliers with the rates v. Returns the index of the leader in c. The first multiplier leads unless it belongs to a ball, which
+ * may carry no load along its axis. Then the first pair that is not a ball leads. If all are balls, the component with the largest
+ * part perpendicular to its force leads. */
 static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
   int owner[n], at, first = -1, leader = 0;
   double t[3], dt[9], most = 0.0;
@@ -156,8 +155,8 @@ static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v
   return leader;
 }
 
-/* The index of the leader that can carry load. If the given leader carries no load at the last solution, this is the member with
- * the largest capacity, because other loads cannot be proportional to zero. */
+/* The index of a leader that carries load. If the given leader carries no load at the last solution, the member with the largest
+ * capacity leads, because shares cannot be proportional to zero. */
 static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leader) {
   int at, loaded = leader;
   const double leads = tr_hold_of(s, tr_pair_of_multiplier(s, c[leader], &at))->capacity;
@@ -170,8 +169,8 @@ static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leade
   return leads < LEADS_NOTHING * most ? loaded : leader;
 }
 
-/* Share a load among the multipliers c (n) of pairs that one freedom moves together. c[0] belongs to the pair that moves fastest.
- * All frictions oppose the motion. */
+/* Share a load among the multipliers c (n) of pairs that one freedom moves together. c[0] belongs to the pair that would move
+ * fastest. All frictions oppose the impending motion. */
 static void tr_share_along_line(tr_sim *s, int n, const int *c) {
   const double *lever = TR_A(s, lever), way = tr_unheld_acceleration(s, n, c) < 0.0 ? -1.0 : 1.0;
   double v[n];
@@ -183,8 +182,8 @@ static void tr_share_along_line(tr_sim *s, int n, const int *c) {
     if (i != leader) tr_follow_leader(s, c[i], c[leader]);
 }
 
-/* Share the load separately for each of the `rank` freedoms. Each multiplier must belong to one freedom, and all multipliers of a
- * pair to the same freedom; otherwise returns 0. first: for each freedom, the index in c of one of its multipliers. */
+/* Share the load of each of the `rank` freedoms separately. Returns 0 unless each multiplier belongs to a single freedom, and all
+ * multipliers of a pair belong to the same freedom. first: for each freedom, the index in c of one of its multipliers. */
 static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
   int line[n], at;
   for (int i = 0; i < n; ++i) {
@@ -205,8 +204,8 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
-/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities that holds all pairs. A growing load then
- * does not overload a pair at once. */
+/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities with which all pairs hold. A growing load
+ * then does not overload a pair at once. */
 static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
   memcpy(start, eta, sizeof(double) * s->k->neta);
@@ -251,8 +250,8 @@ static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int r
   return 1;
 }
 
-/* Share the load of a connected set of dependent rest conditions, with multipliers c (n). Rank 0 occurs only at a trial state that
- * is not finite; this step is refused later. */
+/* Share the load of a connected set of dependent rest conditions, with multipliers c (n). The rank is 0 only at a trial state that
+ * is not finite; the step to this state is refused later. */
 static void tr_share_group(tr_sim *s, int n, const int *c) {
   int perm[n], owner[n], at;
   double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
@@ -289,13 +288,13 @@ static int tr_lead_by_next(tr_sim *s) {
     for (int j = 0; j < e; ++j) {
       if (row[j] != TR_ROW_SHARE || lead[j].multiplier != i) continue;
       balls |= tr_pair_of(s, tr_pair_of_multiplier(s, j, &at))->cone;
-      if (next < 0 || (j > i && next < i)) next = j; /* the next index after i, cyclically */
+      if (next < 0 || (j > i && next < i)) next = j; /* the member that follows i cyclically */
     }
     if (next < 0 || balls) continue;
     any = 1;
     for (int j = 0; j < e; ++j)
       if (row[j] == TR_ROW_SHARE && lead[j].multiplier == i && j != next) tr_follow_leader(s, j, next);
-    row[next] = TR_ROW_LAW; /* mark of a new leader; the loop below sets TR_ROW_REST after all old leaders are handled */
+    row[next] = TR_ROW_LAW; /* marks a new leader; the loop below sets TR_ROW_REST when all old leaders are handled */
     tr_follow_leader(s, i, next);
   }
   for (int i = 0; i < e; ++i)
@@ -303,8 +302,8 @@ static int tr_lead_by_next(tr_sim *s) {
   return any;
 }
 
-/* As tr_newton, with other leaders of the groups at rest. If a leader carries no load at a root, Newton's method does not find this
- * root. */
+/* As tr_newton, with other leaders of the groups at rest. (Newton's method does not find a root at which the leader carries no
+ * load.) */
 static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int tried = 1; s->friction.shared && tried < s->k->nsliders; ++tried) {
@@ -317,7 +316,7 @@ static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   return 0;
 }
 
-/* Set the rows and directions of pairs that yield. An impulse step decides about all pairs anew. */
+/* Set the rows and directions of pairs that yield. Not in an impulse step, which decides the modes of all pairs anew. */
 static void tr_set_yielding_rows(tr_sim *s) {
   int *row = tr_row_kinds(s);
   for (int m = 0; m < s->k->nsliders && !(s->moreau.h > 0.0); ++m) {

@@ -1,10 +1,10 @@
-/* Equations of shared loads: the frictions η_i of a group's members are proportional to values of these members (theory, "Shared
- * loads").
+/* Equations of shared loads: the friction η_i of each member of a group is proportional to a "value" of this member (theory,
+ * "Shared loads").
  *
  * The value of a member with one component is its capacity. In a group with one freedom, the value of a ball is its friction in the
- * impending motion; the group then releases at a state where all members can slide. A ball holds no torque about its force, and the
- * direction of this force changes while the ball is at rest. Near its cone, the friction of a ball is not a smooth function of the
- * force. Its value is then its capacity times the part of the motion's axis that is perpendicular to the force. */
+ * impending motion; the group then releases at a state where all members can slide. Near its cone, however, this friction is not a
+ * smooth function of the ball's force. The value is then the capacity times the part of the motion's axis that is perpendicular to
+ * the force, because a ball holds no torque about its force. The direction of this force changes while the ball is at rest. */
 #include "friction/friction.h"
 
 
@@ -118,8 +118,8 @@ static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *et
   return kept - eta[i];
 }
 
-/* Reverse the impending motion of groups in which the solution's friction has the opposite sign. Returns 1 if a reversed group has
- * balls, because their friction then changes. Requires a solution of tr_newton. */
+/* Reverse the impending motion of groups in which the solution's friction has the wrong sign. Returns 1 if a reversed group has
+ * balls; the friction of these balls then changes, so the equations must be solved again. Requires a solution of tr_newton. */
 static int tr_reverse_impending(tr_sim *s, const double *eta) {
   const tr_kernel *k = s->k;
   int turns[k->neta], turned = 0;

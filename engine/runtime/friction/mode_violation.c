@@ -1,7 +1,7 @@
 /* Violations: by how much a pair or a stop exceeds the limit of its mode, in tolerances. */
 #include "friction/friction.h"
 
-#define MOVES_ALONG 2.0 /* × REST_BROKEN: margin with which the decision after the release does not find the pair at rest */
+#define MOVES_ALONG 2.0 /* × REST_BROKEN: threshold of release, so high that the next decision finds the pair moving */
 
 static double tr_rest_violation(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);

@@ -44,7 +44,7 @@ static inline void tr_apply_newton_step(int e, const double *r, const double *pe
   }
 }
 
-/* Change the residual r and the Jacobian J to equations with the fraction 1 − `eased` of the friction. */
+/* Change the residual r and the Jacobian J to those of equations with the fraction 1 − `eased` of the friction. */
 static void tr_ease_friction(const tr_sim *s, const double *eta, double *r, double *J) {
   int e = s->k->neta;
   double part = 1.0 - s->friction.eased;
@@ -58,7 +58,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   int e = k->neta;
   const double *lever = TR_A(s, lever);
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
-  const int three = e == 3 && !k->active; /* with loops, tr_is_unstable_root needs the LU factors */
+  const int three = e == 3 && !k->active; /* not with loops, because tr_is_unstable_root needs the LU factors */
   for (int i = 0; i < e; ++i) per_lever[i] = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     if (tr_is_cancelled(s, (double)e * e * (e + k->nn))) return 0;
@@ -99,8 +99,8 @@ static int tr_newton_with_sense(tr_sim *s, double *eta) {
   return tr_newton(s, eta);
 }
 
-/* As tr_newton, for groups at rest that have no solution if their balls share by the friction law: the balls share by their
- * axes. */
+/* As tr_newton, for groups at rest without a solution if the values of balls are their friction: the values then follow from the
+ * balls' axes (``load_sharing_rows.c``). */
 static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   if (!s->friction.impending_laws) return 0;
@@ -111,9 +111,9 @@ static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
-/* Whether the last root of tr_newton is unstable with stiff contacts. This is so if the determinant of Newton's matrix, which is 1
- * without friction, is negative (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the
- * sign changes (``diagnosis/root_fold.c``). With shared loads the sign has no meaning. */
+/* Whether the last root of tr_newton would be unstable with stiff contacts: the determinant of Newton's matrix, which is 1 without
+ * friction, is then negative (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the sign
+ * changes (``diagnosis/root_fold.c``). With shared loads the sign has no meaning. */
 static int tr_is_unstable_root(const tr_sim *s) {
   const int e = s->k->neta, r = tr_open_count(s);
   if (!s->k->active || s->friction.shared) return 0;

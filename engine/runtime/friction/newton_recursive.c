@@ -1,16 +1,16 @@
 /* Friction with the recursion: each Newton step on η is a pass over the bodies, without maps (theory, "Friction along the
  * recursion").
  *
- * Kernels of trees provide `begin`, `narrow`, `respond`, `answer` and `derive`. Kernels of many loops, where a pass finds λ
- * together with η, also provide `shift`. Maps are formed on demand (tr_form_all_maps): for decisions, other roots, certificates,
- * and states where the recursion fails. */
+ * Kernels of trees provide the functions `begin`, `narrow`, `respond`, `answer` and `derive`. Kernels of mechanisms with many loops
+ * also provide `shift`; with it, a pass finds λ together with η. Maps are formed on demand (tr_form_all_maps): for decisions, other
+ * roots, certificates, and states where the recursion fails. */
 #include "friction/friction.h"
 
-#define CLEAR_ALONG 1e-7 /* × a row's scale: smallest pivot; 100 × KEEP_PIVOT; pivots of 100 loops in a row reach 1e-6 */
+#define CLEAR_ALONG 1e-7 /* × a row's scale: smallest pivot; 100 × KEEP_PIVOT; pivots of a series of 100 loops reach 1e-6 */
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
-#define NEAR_ROOT 1e-2 /* × the largest friction: largest second step that is accepted after a start from a close state's loads */
-#define STALLS 0.9 /* × the least step so far: a larger step is no progress; small steps without progress are round-off near a fold */
-#define STALLED_MOST 8 /* number of such steps in a row after which maps are used */
+#define NEAR_ROOT 1e-2 /* × the largest friction: largest accepted second step after a start from the loads of a close state */
+#define STALLS 0.9 /* × the least step so far: a larger step is no progress; if it is small, it is round-off near a fold */
+#define STALLED_MOST 8 /* number of successive steps without progress after which maps are used */
 #define STEPS_TO_SLOW 0.1 /* × the last step: if a step is larger, the next step needs a new derivative */
 
 static int tr_is_recursive(const tr_sim *s) {
@@ -29,7 +29,7 @@ static int tr_is_recursive(const tr_sim *s) {
   return 1;
 }
 
-/* Whether friction i is a function of the loads of its pair: of a sliding pair, or a stored load. */
+/* Whether friction i is a function of the loads of its pair: its pair slides, or stores its load. */
 static inline int tr_has_local_law(const tr_sim *s, int i) { return tr_row_kind(s, i) == TR_ROW_LAW || tr_row_kind(s, i) == TR_ROW_STORED; }
 
 /* Evaluate the laws at the loads N, and with `slopes` their derivatives. A stored load is the law of its multiplier. */
@@ -183,8 +183,8 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   return 0;
 }
 
-/* Whether the equations may have several roots, because a sliding ball was near its cone when the laws were last evaluated. The root
- * found must then not depend on the start. */
+/* Whether the equations may have several roots, because a sliding ball was near its cone when the laws were last evaluated. The
+ * choice of the root must then not depend on the start. */
 static int tr_may_have_several_roots(const tr_sim *s) {
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_pair_of(s, i)->cone && !tr_is_stuck(s, i) && !(tr_sliding_of(s, i)->cone > BY_CONE)) return 1;
@@ -216,8 +216,8 @@ static void tr_store_solution_loads(tr_sim *s) {
   s->step.loads_known = 1;
 }
 
-/* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. If a body
- * between two joints is very light, one joint holds the other; then returns 0. */
+/* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. Returns 0
+ * also if the body between two joints is so light that one joint holds the other. */
 static int tr_are_held_pairs_independent(tr_sim *s) {
   const tr_kernel *k = s->k;
   double least = INFINITY, most = 0.0;

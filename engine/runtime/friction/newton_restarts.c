@@ -1,12 +1,12 @@
-/* Restarts of Newton's method: continuation with growing friction, then random starts. Restarts follow if the run would otherwise
- * end, because the usual starts (the last friction, zero, a ball's tilt) fail. */
+/* Restarts of Newton's method: continuation with growing friction, then random starts. They are used if the usual starts (the last
+ * friction, zero, a ball's tilt) fail and the run would otherwise end. */
 #include "friction/friction.h"
 
 #define PART_FIRST 0.25 /* × the full friction: first step of the continuation */
 #define PART_GROWS 1.5 /* factor on the continuation's step after a success; a failure halves the step */
 #define PART_LEAST 1e-3 /* smallest step of the continuation */
-#define CHANCES 24 /* number of random starts; their unit is the friction under the loads without friction */
-#define FAR 1e6 /* × this friction: a larger root means that Newton's method has diverged */
+#define CHANCES 24 /* number of random starts; their scale is the friction under the frictionless loads */
+#define FAR 1e6 /* × this scale: with a larger result, Newton's method has diverged */
 
 static int tr_is_on_branches(const tr_sim *s) {
   TR_NEED(s, TR_HAS_LAW);
@@ -86,7 +86,7 @@ static int tr_is_of_root_size(tr_sim *s, const double *size, const double *eta) 
 static int tr_is_root(tr_sim *s, const double *size, const double *eta) { return tr_is_of_root_size(s, size, eta) && tr_is_on_branches(s); }
 
 /* Whether the root would be on the branches of the modes if all sliding balls inside their cones were spinning. Later decisions let
- * these balls spin (``events/event_handling.c``, ``events/initial_modes.c``), and this root is a close start. */
+ * these balls spin (``events/event_handling.c``, ``events/initial_modes.c``), starting from this root. */
 static int tr_is_root_with_spinning_balls(tr_sim *s) {
   tr_mode modes[s->k->nsliders + 1];
   tr_save_modes(s, modes);

@@ -1,10 +1,10 @@
 /* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
- * Each case makes the same calls as a single run, in a fresh block. Its results are therefore bitwise identical to those of a
- * single run. The host owns all memory. A call returns when its step budget is used up. */
+ * Each case makes the same calls as a single run, in a fresh block, so its results are bitwise identical to those of a single run.
+ * The host owns all memory. A call returns when its step budget is used up. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define START_STEPS 20 /* number of steps that cost as much as assembly and start */
+#define START_STEPS 20 /* assembly and start count as this number of steps */
 
 /* Number of doubles in a case's output. */
 static int tr_case_doubles(const tr_batch *b) { return TR_DOUBLES(tr_case) + TR_DOUBLES(tr_reduced) * b->width; }
@@ -101,7 +101,7 @@ static int tr_case_start(tr_batch *b) {
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
-  tr_evaluate_for_redundancy(s); /* as a single run does; which reactions are open is a question about the structure */
+  tr_evaluate_for_redundancy(s); /* as in a single run: which reactions are open is a property of the structure */
   return TR_OK;
 }
 
@@ -125,7 +125,7 @@ static void tr_case_end(tr_batch *b, int status) {
   b->running = 0;
 }
 
-/* Move the running case into the block with the Jacobian unit. Returns 0 if the host has not provided this unit yet. */
+/* Move the running case into a block with the Jacobian unit. Returns 0 if the host has not provided this unit yet. */
 static int tr_case_attach(tr_batch *b) {
   tr_variant *v = b->variant + b->which;
   if (!v->full) return 0;

@@ -1,6 +1,6 @@
 /* Cases of a batch that step together (theory, "Ensembles"). Each case has its own stack, step size, method and modes, and runs the
  * code of a single run. A case that requests a step (``evaluate/lane_requests.c``) waits until enough similar requests fill the
- * SIMD lanes. Lanes are independent, so results do not depend on the other cases. If a case cannot continue, the host runs it
+ * SIMD lanes. Lanes are independent, so results do not depend on the other cases. If a case cannot continue here, the host runs it
  * alone. Ensembles require x86-64 outside Windows, because assembly code switches the stacks. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
@@ -22,7 +22,7 @@ __attribute__((naked, noinline)) static void tr_begin_stack(void) {
   __asm__ volatile("movq %r12, %rdi\n callq *%r13\n ud2");
 }
 
-/* Leave the stack of the case, and set the state of its strand. */
+/* Leave the stack of the case, and set the state of its strand (the stack with its cases). */
 static void tr_leave_stack(tr_strand *c, int state) {
   c->state = state;
   tr_change_stacks(&c->here, c->back);

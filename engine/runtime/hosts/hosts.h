@@ -41,12 +41,12 @@ void tr_audit_end(tr_sim *s);
 void tr_judge(const tr_sim *s, tr_judgement *out);
 
 /* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The `count` values of `ends`,
- * from the first row's time to the last row's, divide time into spans. Polynomials through nearby rows of a span are integrated up
- * to the ends of the span. A span without rows uses the row before it. */
+ * from the time of the first row to that of the last, divide time into spans. In each span, polynomials through neighbouring rows
+ * are integrated up to both ends of the span. A span without rows uses the row before it. */
 void tr_integrate_rows(int rows, const double *time, int columns, const double *values, int count, const double *ends, double *total, double *out);
 
-/* Distribute the wear into bins around a circle, which start at −π. volume: wear up to each row. The contact is at angle + sense ×
- * turned, rad; between rows it moves along the shorter arc. stride: number of doubles between rows of angle and turned. */
+/* Distribute wear over the bins of a circle, which start at −π. volume: wear up to each row. In each row, the contact is at angle +
+ * sense × turned, rad; between rows it moves along the shorter arc. stride: number of doubles between rows of angle and turned. */
 void tr_bin_around(int rows, long stride, const double *angle, const double *turned, double sense, const double *volume, int bins, double *on);
 
 /* Reason TR_WHY_… of a friction failure; *pair receives its pair. Returns TR_WHY_UNKNOWN if no law is set-valued. */
@@ -113,17 +113,17 @@ void tr_ask(tr_sim *s, int (*host)(void));
 void tr_configure(tr_sim *s, const tr_settings *set);
 
 /* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. The pairs remain stuck, so
- * that a following tr_evaluate returns the remaining motion. Returns 0 if the statics have no solution. */
+ * that a following tr_evaluate returns the motion that remains possible. Returns 0 if the statics have no solution. */
 int tr_hold_all(tr_sim *s, tr_held *out);
 
 /* Directional derivatives at the block's (t, y): rates (ny) = ∂ẏ·direction, and columns (nout) = ∂columns·direction. The direction
  * consists of inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
-/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values, and the multipliers
- * at each row of K (stages: TR_STAGES × nz). solved: whether these belong to the step, which they do unless an event has cut it. made:
- * number of recorded steps. rows: room for `capacity` rows, of which *written are filled. Discards events. Returns a status, as
- * tr_advance does. */
+/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values, and the
+ * multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, whether these multipliers belong to it; they do not
+ * if an event has cut the step. made: number of recorded steps. rows: room for `capacity` rows, of which *written are filled.
+ * Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *x, double *stages,
                     int *solved, int *made);
 
@@ -134,10 +134,10 @@ size_t tr_tangents_work(const tr_tangents *g);
  * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found it. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
-/* Evaluate both sides of an event at time t and state y: `after`, the rates with external values x1; then, as tr_evaluate_tangents,
- * f and df with external values x, and `flow` (nf), the derivatives of f by time along the motion before the event. z1: multipliers
- * after the event; null pointer: unknown. Sets g->z to them. Returns 2 if the host found the solution before the event; `flow` is
- * then unknown. */
+/* Evaluate both sides of an event at time t and state y. First `after`: the rates with external values x1, after the event. Then,
+ * with external values x: f and df as in tr_evaluate_tangents, and `flow` (nf), the derivatives of f by time along the motion
+ * before the event. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers. Returns 2 if the host
+ * found the solution before the event; `flow` is then unknown. */
 int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
                    double *df, double *flow, double *after);
 
@@ -161,13 +161,13 @@ const double *tr_rates_known(const tr_sim *s);
 
 const double *tr_indicators(const tr_sim *s);
 
-/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. If an event before t is not yet located, there may be
- * no solution. In this case ẏ uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot
- * be evaluated. */
+/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. There may be no solution, if an event before t is not
+ * yet located. ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
+ * evaluated. */
 const double *tr_rates_in_modes(tr_sim *s);
 
-/* Follow the branch of friction from the state evaluated last, if all indicators are positive. Call this when the importer requests
- * indicators, because importers do so at accepted steps. */
+/* If all indicators are positive, store the state evaluated last as that from which the branch of friction is followed. Call this
+ * when the importer requests indicators, because importers do so at accepted steps. */
 void tr_follow(tr_sim *s);
 
 /* Complete a step of the importer. Returns 1 if the importer must handle an event. */
@@ -187,7 +187,7 @@ double tr_nominal(const tr_sim *s, int i);
 int tr_directional_in_modes(tr_sim *s, const tr_linear *l, const int *integral, const tr_signal *inputs, const double *dy, double *rates,
                             double *columns);
 
-/* Handle an event at the block's (t, y): breaks, open loops, ends of modes. `jumped`: the loads have jumped. *changed receives
+/* Handle an event at the block's (t, y): breaks, open loops, ends of modes. `jumped`: whether loads have jumped. *changed receives
  * whether y changed. Returns a status. */
 int tr_update(tr_sim *s, int jumped, int *changed);
 
@@ -208,7 +208,8 @@ int tr_ensemble_there(void);
 
 void tr_ensemble_begin(tr_ensemble *e);
 
-/* Drop the case of strand `which` (a stack on which cases run one after another). The host then runs this case alone. */
+/* Drop the case of strand `which` (a stack on which cases run one after another) from the ensemble. The host then runs this case
+ * alone. */
 void tr_ensemble_drop(tr_ensemble *e, int which);
 
 /* Continue for about `budget` calls of the SIMD lanes. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some cases
@@ -230,8 +231,8 @@ int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *ro
  * step can be made; the next call then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
-/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone. NaN: there was no
- * reversal yet, or the reversal lies inside the waiting step. The reversal is logged when the pair leaves the zone. */
+/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone. NaN: no reversal
+ * yet, or a reversal inside the waiting step. The reversal is logged when the pair leaves the zone. */
 int tr_within_zone(const tr_sim *s, int i, double *turned);
 
 /* Cut the waiting step at a time t inside the step. Returns TR_OK or a failure. */

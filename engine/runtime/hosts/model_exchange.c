@@ -1,24 +1,25 @@
 /* Model exchange: an importer makes the steps. ẏ is evaluated in fixed modes, and event indicators show when a mode ends (theory,
  * "Model exchange").
  *
- * All results are functions of (t, y) and of stored data: modes, directions, and multipliers from which a branch of friction is
- * followed. The data are stored at events, at completed steps, and when all requested indicators are positive. Each pair has two
- * indicators, which are positive while its mode lasts: one for the end of the mode, one for the branch or direction within the
- * mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small shifts keep indicators
- * away from zero just after their event. */
+ * All results are functions of (t, y) and of stored data: modes, directions, and the multipliers from which a branch of friction is
+ * followed. The stored data change at events, at completed steps, and when an importer requests indicators that are all positive.
+ * Each pair has two indicators, which are positive while its mode lasts: one for the end of the mode, one for the branch or
+ * direction within the mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small
+ * shifts keep indicators away from zero just after their event. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed that is allowed just after a pair has started */
-#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: the same shift for stuck pairs */
-#define SHIFT_KINK TOL_KINK /* × the kink speed: the same shift for kinks */
-#define SHIFT_STOP 1e-11   /* × the length, or rad: the same shift for stops */
-#define BEGUN_SPEED 1e-6   /* × the speed unit: at a higher speed sliding has begun, and its direction is that of the motion */
+#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: the corresponding shift for stuck pairs */
+#define SHIFT_KINK TOL_KINK /* × the kink speed: the corresponding shift for kinks */
+#define SHIFT_STOP 1e-11   /* × the length, or rad: the corresponding shift for stops */
+#define BEGUN_SPEED 1e-6   /* × the speed unit: above this speed sliding has begun, and its direction is that of the motion */
 #define DRIFT 1.0          /* × tolerance · length, or rad: larger residuals of the loops require projection */
 #define DRIFT_TURN 1e-6    /* larger errors of a quaternion's squared norm require projection */
 #define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
-#define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
-/* × the scenario's scales: BDF methods of importers are less accurate than the runtime's methods by this factor (fmu/README.md). */
+#define FOLLOWED_PARTS 8   /* then, friction is followed from the stored state in this number of parts */
+/* × the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
+ * (fmu/README.md). */
 #define NOMINAL 0.1
 
 /* Array of counts: how often the mode of each pair and stop has ended in the present event. */
@@ -101,8 +102,8 @@ const double *tr_rates_known(const tr_sim *s) { return TR_A(s, dy); }
 
 const double *tr_indicators(const tr_sim *s) { return TR_A(s, indicators); }
 
-/* ẏ at the block's (t, y), starting from the stored multipliers. A second solution starts from the first, so that the result does
- * not depend on the stored values. Returns 0 on failure. */
+/* ẏ at the block's (t, y), starting from the stored multipliers. A second solution starts from the result of the first, so that the
+ * result does not depend on the stored values. Returns 0 on failure. */
 static int tr_rhs_from_stored(tr_sim *s) {
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
   for (int twice = 0; twice <= (s->k->neta > 0); ++twice)

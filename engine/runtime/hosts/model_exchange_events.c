@@ -2,17 +2,17 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ENDS_AGAIN 0.5     /* × the speed at which rest last failed: the next attempt is made below this speed */
+#define ENDS_AGAIN 0.5     /* × the speed at which bringing the pair to rest failed: the next attempt is made below this speed */
 #define TURNS_ROUND -0.9   /* cosine: after a larger turn, the pair must have stopped in between */
 #define LAST_MOST 60       /* largest number of evaluations to find the direction in which a pair comes to rest */
-#define LAST_PART 0.5      /* fraction of the predicted turn applied at first; an oscillation multiplies it by LAST_PART */
-#define LAST_GROWS 1.1     /* factor on this fraction without an oscillation */
+#define LAST_PART 0.5      /* first fraction of the predicted turn that is applied; also the factor on it after an oscillation */
+#define LAST_GROWS 1.1     /* factor on this fraction after a step without oscillation */
 #define LAST_FOUND 1e-6    /* tangent of the remaining turn at convergence */
 #define ROUNDS 4           /* number of times that the mode of a pair or stop may end at one time */
 /* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event. */
 #define DUE_CONE 1e-9
 #define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball closer to its cone is also evaluated slightly later */
-#define LOOKED 1e-9        /* / rate: delay of this later evaluation */
+#define LOOKED 1e-9        /* / rate: delay of the later evaluation of such a ball */
 
 /* A pair or stop whose mode ends; −1 if there is none. Sliding pairs come first, because their events change the loads of other
  * pairs. */
@@ -28,7 +28,7 @@ static int tr_find_mode_end(const tr_sim *s) {
   return found;
 }
 
-/* A ball whose friction jumps across its cone slightly later; −1 if there is none. Such a jump is not a root of an indicator, so
+/* A ball whose friction jumps across its cone slightly later; −1 if there is none. At such a jump no indicator has a root, so
  * importers stop before it. Restores the indicators. */
 static int tr_find_cone_jump_ahead(tr_sim *s) {
   const double ahead = LOOKED / s->set.rate, t = s->clock.t;
@@ -98,8 +98,8 @@ static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, dou
 }
 
 /* Find the direction in which pair i, with several components, comes to rest at the block's state. The pair gets this direction.
- * The motion turns towards this direction as the pair slows down. The last velocities do not show it, because they contain the
- * solver's errors. */
+ * The motion turns towards this direction as the pair slows down. The last velocities do not show this direction, because they
+ * contain the errors of the importer's solver. */
 static void tr_find_last_direction(tr_sim *s, int i) {
   const int n = tr_pair_of(s, i)->nrates;
   const double *lever = TR_A(s, lever) + tr_pair_of(s, i)->eta0;

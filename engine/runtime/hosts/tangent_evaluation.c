@@ -1,13 +1,13 @@
 /* Tangents of f at a state: multipliers, factors of ∂R/∂z, and derivatives along all parameters.
  *
- * The multipliers z follow from R(z) = 0. The run has recorded them; where it has not, the factors of ∂R/∂z at the last stage correct
- * z until z settles. One pass of the unit's derivatives along all multipliers and all parameters then gives new factors and the
- * tangents. */
+ * The multipliers z follow from R(z) = 0, and the run has recorded them. Where it has not, Newton steps with the factors of ∂R/∂z
+ * at the last stage correct z until it settles. One pass of the unit's derivatives along all multipliers and all parameters then
+ * gives new factors and the tangents. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 #define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over such a small change */
-#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction by new factors; error of the tangents before it */
+#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction by new factors; also the error of the tangents */
 #define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
 #define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
 #define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
@@ -106,7 +106,7 @@ static double tr_correction(tr_march *c) {
 }
 
 /* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. If the first
- * correction is large, the extrapolated start is poor. Then start again from `before`, the multipliers of the last stage. */
+ * correction is large, the extrapolated start is poor; then starts again from `before`, the multipliers of the last stage. */
 static void tr_settle_multipliers(tr_march *c, const double *y) {
   const tr_tangents *g = c->g;
   double last = NEAR_MULTIPLIERS;
@@ -129,8 +129,8 @@ static void tr_add_by_multipliers(const tr_march *c, const double *dz, double si
   }
 }
 
-/* Eliminate the multipliers from the derivatives in a row of df: total derivatives of f, with those of z in place of those of the
- * residuals. */
+/* Eliminate the multipliers from the derivatives in a row of df. The row then contains total derivatives of f, with derivatives of
+ * z in place of those of the residuals. */
 static void tr_eliminate_multipliers(const tr_march *c, int row) {
   const int nz = c->g->nz;
   double *df = tr_derivatives_by(c, row), *residual = df + c->g->residual;

@@ -6,12 +6,12 @@
 #include "hosts/hosts.h"
 
 #define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
-#define NO_INFLUENCE 1e-9         /* × the unit of a state: smaller change by a parameter's whole magnitude is round-off */
+#define NO_INFLUENCE 1e-9         /* × the unit of a state: a smaller change, by a parameter's whole magnitude, is round-off */
 #define EASY 1e-3                 /* × TANGENT_ERROR: smaller errors double the part of a step that is made at once */
 #define LEAST_STEP_PART 0x1p-10   /* × a step: smallest part in which a step is made; all parts are powers of 2 */
 
-/* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. Its
- * direction of friction is then the limit before rest, and its velocity perpendicular to this direction has no tangent. */
+/* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. The
+ * direction of its friction is then the limit before rest, and its velocity perpendicular to this direction has zero tangents. */
 static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   const tr_tangents *g = c->g;
   for (int p = 0; p < g->turning; ++p) {

@@ -1,7 +1,7 @@
 /* Dense output of the last step. It is formed at its first use, and evaluated at a fraction θ of the step. */
 #include "integrators/integrators.h"
 
-#define NEAR_LIMIT 0.4 /* × h |λ| of the stability limit: estimates at the limit vary by this factor */
+#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: at the limit, estimates of h |λ| may be this much too small */
 
 static void tr_evaluate_dense_rows(int n, int rows, const double *R, const double *yold, double theta, double *out) {
   const double factor[2] = {theta, 1.0 - theta};

@@ -1,8 +1,8 @@
-/* Error norm of all methods. It combines positions and velocities, works, and directions of slow sliding. */
+/* Error norm of all methods. It combines the errors of positions and velocities, of works, and of directions of slow sliding. */
 #include "integrators/integrators.h"
 
-/* The error of a work is relative to the work itself. Its unit is at least these fractions of the largest work and of the
- * scenario's energy scale, plus round-off. */
+/* The error of a work is divided by the work itself, but by at least these fractions of the largest work and of the scene's energy
+ * scale, plus round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
 #define NOISE_ENERGY 1e-14 /* × the energy scale; divided by rtol */
@@ -11,8 +11,9 @@
 #define SLOWEST 1e-9         /* × the speed unit: slower sliding counts as sliding at this speed */
 #define SECOND_WEIGHT 0.01   /* weight of the second of two error estimators (Hairer, Nørsett, Wanner I, II.10) */
 
-/* Squared error of the directions of slow sliding, because friction depends on the direction at any speed. The result is
- * (|e⊥|/(DIRECTION_ERROR |v|))² of the worst pair, whose index *which receives. e⊥: error perpendicular to the velocity v. */
+/* Squared error of the directions of slow sliding. It counts separately, because friction depends on the direction at any speed.
+ * The result is (|e⊥|/(DIRECTION_ERROR |v|))² of the worst pair, whose index *which receives. e⊥: error perpendicular to the
+ * velocity v. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew, int *which) {
   double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -34,8 +35,8 @@ static double tr_smallest_work_unit(const tr_sim *s, double most) {
   return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
-/* Smallest unit of the n works from index `first` of the state, J. It includes the works of this step, so that it is positive at
- * the start. */
+/* Smallest unit of the n works from index `first` of the state, J. It takes the works of this step into account, so that it is
+ * positive at the start. */
 static double tr_work_unit(const tr_sim *s, double h, const double *y, int first, int n) {
   double most = 0.0;
   const double *power = TR_A(s, K);
@@ -71,7 +72,7 @@ static double tr_squared_error(tr_sim *s, const double *e, const double *y, cons
   return sum + turns;
 }
 
-/* Store the fraction `part` of the errors e of a trial step as speed errors of pairs (``events/event_margin.c``). Only pairs whose
+/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_margin.c``). Only pairs whose
  * rates are states have such errors. */
 static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {

@@ -6,8 +6,8 @@
 /* Smallest scale by which errors of works are divided, J. most: the largest work so far, J. */
 static double tr_smallest_work_unit(const tr_sim *s, double most);
 
-/* Mean squared error of positions and velocities over a step from y to ynew, from the errors `e`, in units of the tolerance.
- * Errors of multipliers count only through the motion. Errors of works, for example of a drive's effort, count separately. */
+/* Mean squared error of positions and velocities over a step from y to ynew, from the errors `e`, in units of the tolerance. Errors
+ * of multipliers count only by their effect on the motion. Errors of works, for example of a drive's effort, count separately. */
 static double tr_squared_motion_error(const tr_sim *s, const double *e, const double *y, const double *ynew);
 
 /* Squared error of the n works from index `first` of the state, in tolerances. unit: smallest unit, J. */
@@ -20,8 +20,9 @@ static double tr_combine_estimators(double first, double second);
  * Returns the error in units of the tolerance, or NaN if a stage failed. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h);
 
-/* dz/d[y, t] (nz × (ny+1)) from the residual rows R of the Jacobian J: R_z dz = −R_y. choice: linearised choice of the open
- * reactions, whose rows follow R; null pointer: basic solution. Requires a solution. Returns 0 if R_z is singular. */
+/* dz (nz × (ny+1)) ← dz/d[y, t], from the rows of the residuals R in the Jacobian J: R_z dz = −R_y. choice: linearised choice of
+ * the open reactions, whose rows follow those of R; null pointer: zero for multipliers of dependent rows. Requires a solution.
+ * Returns 0 if R_z is singular. */
 static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const tr_reaction_choice *choice, double *dz);
 
 /* jac ← dF/d[y, t] at (t, y), where ẏ = F: ny × (ny+1), column-major, with column stride tr_jacobian_rows. Returns 0 on
@@ -58,19 +59,19 @@ static void tr_integrate_works(tr_sim *s, const tr_method *m);
 /* State at θ of the pending step for a row. If necessary, works are integrated in parts. Requires the dense output. */
 static void tr_state_in_step(tr_sim *s, double theta, double *y);
 
-/* Method auto: count a step that ended at a kink. If nearly every step ends at a kink, switch to the stiff method: when a velocity
- * creeps below the kink speed, explicit steps jump between the branches of the law. */
+/* Method auto: count a step that ended at a kink. If nearly every step ends at a kink, switch to the stiff method. (When a velocity
+ * creeps below the kink speed, explicit steps jump between the branches of the law.) */
 static void tr_count_kink(tr_sim *s);
 
-/* Whether stability limits the pending explicit step, and its dense output is therefore less accurate than its end. Changes the
+/* Whether stability limits the pending explicit step, so that its dense output is less accurate than its end. Changes the
  * multipliers. */
 static int tr_is_limited_by_stability(tr_sim *s);
 
 /* Whether stability limits the size of the pending explicit step. */
 static int tr_is_step_stiff(tr_sim *s);
 
-/* Method auto: switch to the stiff method when stability limits the steps. Switch back when explicit steps of the stiff method's
- * size would be stable. */
+/* Method auto: switch to the stiff method when stability limits explicit steps. Switch back when explicit steps as long as those of
+ * the stiff method would be stable. */
 static void tr_choose_method(tr_sim *s);
 
 /* First step size from the norms of y, ẏ and ÿ (Hairer, Nørsett, Wanner I, II.4). Requires K[0]. */
@@ -79,8 +80,8 @@ static double tr_first_step(tr_sim *s, double span, int order);
 /* Factor on the size of a refused step with error `err`. */
 static double tr_retry_factor(double err, int order);
 
-/* Factor on the size of an accepted step with error `err`. Proportional–integral control uses the previous error, which reduces
- * refusals where the difficulty varies. */
+/* Factor on the size of an accepted step with error `err`. Proportional–integral control also uses the previous error; this reduces
+ * refusals where errors vary. */
 static double tr_next_step_factor(tr_sim *s, double err, int order, double most);
 
 static void tr_set_next_step(tr_sim *s);

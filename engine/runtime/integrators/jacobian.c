@@ -1,5 +1,5 @@
-/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R are the residuals that determine the multipliers z.
- * The derivative eliminates z in the same way as the right-hand side. */
+/* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R are the residuals whose roots are the multipliers z.
+ * The derivative eliminates z in the same order as the right-hand side does. */
 #include "integrators/integrators.h"
 
 /* Set the right-hand sides of the rows of stuck pairs (tr_form_rest_rows). R: derivatives of these pairs' accelerations. */
@@ -53,7 +53,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
     tr_lu_solve(e, lu, perm, deta);
     for (int i = 0; i < a; ++i)
       for (int q = 0; q < e; ++q) out[i] -= T[i + q * a] * deta[q];
-    for (int q = 0; q < e && open; ++q) { /* open reactions depend on friction too */
+    for (int q = 0; q < e && open; ++q) { /* the open reactions depend on friction, too */
       double x[open];
       for (int p = 0; p < open; ++p) x[p] = TR_A(s, openY)[p + q * open] * deta[q];
       tr_add_columns(a, open, TR_A(s, openV), x, 1.0, out);

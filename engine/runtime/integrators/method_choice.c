@@ -3,7 +3,7 @@
 
 #define KINKS_MAX 12      /* count that switches to the stiff method: steps that end at a kink, minus other steps */
 #define STIFF_STEPS 15    /* count of steps limited by stability that switches to the stiff method (Hairer, Wanner II, IV.2) */
-#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability, after which this count restarts */
+#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability, after which the count of STIFF_STEPS restarts */
 #define CALM 2.0          /* largest h |λ| at which an explicit step of size h counts as stable */
 #define CALM_STEPS 8      /* consecutive stable steps after which auto switches back to the explicit method */
 #define POWER_STEPS 8     /* power iterations for |λ|; accuracy by a factor of two suffices */
@@ -13,7 +13,7 @@ static double tr_estimate_spectral_radius(tr_sim *s, double h) {
   TR_NEED(s, TR_HAS_JACOBIAN);
   int ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
-  double v[ny], u[ny], size = 0.0; /* v starts with components in all directions */
+  double v[ny], u[ny], size = 0.0; /* v: a vector with components in all directions */
   for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));
   for (int it = 0; it < POWER_STEPS; ++it) {
     memset(u, 0, sizeof u);

@@ -1,22 +1,22 @@
 /* Quadrature of works, separate from the motion. Works never influence steps, so the motion does not depend on the requested
  * columns.
  *
- * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and in the middle on the dense output. If its
- * error matters to the audit, the sums are integrated like the works of columns.
+ * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and, from the dense output, in the middle. If
+ * its error matters to the audit, the sums are integrated like the works of columns.
  *
  * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
- * rules use three, five or nine powers. Where these rules fail, the step is divided into parts. An example is the corner in the
- * power of a contact load near zero. */
+ * rules use three, five or nine powers. Where these rules fail, the step is divided into parts; for example, where a contact load
+ * near zero gives its power a corner. */
 #include "integrators/integrators.h"
 
 #define WORK_RULES 3
 #define WORK_PART (1.0 / 1024.0) /* × a step: shortest part */
 #define PARTS 1024                /* largest number of parts of a step; prevents endless refinement of noise above the tolerance */
-/* If a rule and the next coarser rule have the relative difference r, the error of the finer rule is about r^(1 + SHARPER). The
- * orders are 5 and 7, or 7 and 11. */
+/* If a rule and the next coarser rule differ by r, relative to the result, the error of the finer rule is about r^(1 + SHARPER).
+ * The orders of two such rules are 5 and 7, or 7 and 11. */
 #define SHARPER 0.4
-#define DOUBTED 10.0              /* safety factor on this error estimate; the product is limited to r */
-#define AUDIT_LOOSER 100.0        /* × the tolerance: error of the audit's sums that is allowed per step */
+#define DOUBTED 10.0              /* safety factor on this error estimate; their product is at most r */
+#define AUDIT_LOOSER 100.0        /* × the tolerance: allowed error of the audit's sums per step */
 
 /* Works to integrate: index of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */
 typedef struct tr_work_selection {

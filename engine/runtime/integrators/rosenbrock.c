@@ -1,5 +1,5 @@
-/* Steps of an L-stable Rosenbrock method with the exact Jacobian. The method does not integrate works; ``quadrature.c`` integrates
- * works along the dense output. */
+/* Steps of an L-stable Rosenbrock method with the exact Jacobian. Works are not part of the integrated state; ``quadrature.c``
+ * integrates works along the dense output. */
 #include "integrators/integrators.h"
 
 /* W ← E/(γh) − ∂F/∂y at (t, y), factorised. Returns 0 on failure. */

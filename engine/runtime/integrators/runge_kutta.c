@@ -67,8 +67,8 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
 }
 
-/* State at θ of the pending explicit step, by a new step of size θ · size from the same start. Does not integrate works. Returns 0
- * on failure. */
+/* State at θ of the pending explicit step, by a new step of length θ × the step's length from the same start. Does not integrate
+ * works. Returns 0 on failure. */
 static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   const tr_explicit *m = tr_method_of(s)->explicit;
   const int n = tr_state_width(s), nv = n / TR_LANES, watch = s->step.watch;

@@ -1,6 +1,7 @@
-/* Modes of all pairs at rest (theory, "Deciding modes"). A pair sticks if the friction that it needs is within its capacity. A pair
- * slips if friction then opposes its acceleration. The search starts with all pairs stuck, and repeatedly changes the mode with the
- * largest misfit. If this fails, the search starts from other modes. Finally it tries all combinations of a few pairs. */
+/* Modes of all pairs at rest (theory, "Deciding modes"). A pair may stick if the friction that rest needs is within its capacity. A
+ * pair may slip if its friction then opposes its acceleration. The search starts with all pairs stuck, and repeatedly changes the
+ * mode that violates its condition most (the largest misfit). If this fails, the search starts from other modes. Finally it tries
+ * all combinations of a few pairs. */
 #include "modes/modes.h"
 
 /* Largest number of pairs for which all mode combinations are tried: 3 modes per pair, 2 for pairs with several components. */
@@ -44,7 +45,7 @@ static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
   return 0;
 }
 
-/* Write one pair of each class of coupled pairs to `apart`. Returns their number. */
+/* Write one pair of each class of coupled pairs, and each uncoupled pair, to `apart`. Returns their number. */
 static int tr_collect_independent(const tr_sim *s, const int *rest, int n, int *apart) {
   int count = 0;
   for (int q = 0; q < n; ++q) {
@@ -60,8 +61,8 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
   return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
-/* Number of modes to try for pair i: stuck, and both directions of its line. A pair without a line has one sliding mode, with a
- * direction found from a guess. */
+/* Number of modes to try for pair i: 3 for a pair on a line (stuck, and both directions); 2 for other pairs (stuck, and sliding in
+ * a direction found from a guess). */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
 /* Apply mode combination number `code`. Each of the `count` pairs in `apart` represents its class. guess: 3 components for each
@@ -133,9 +134,9 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Search one by one along the recursion, for one-component pairs of a tree. Most events among many pairs at rest change few modes.
- * Then a few passes over the bodies cost less than the matrices of all pairs. On failure, and beyond NEARBY_WORK, modes and η are
- * restored, and 0 is returned. */
+/* Search one by one along the recursion, for one-component pairs of a tree. Most events among many pairs at rest change few modes,
+ * so that a few passes over the bodies cost less than the matrices of all pairs. On failure, or beyond NEARBY_WORK, restores modes
+ * and η and returns 0. */
 static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   const tr_kernel *k = s->k;
   double eta[k->neta + 1];
@@ -169,10 +170,10 @@ static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const
   return found;
 }
 
-/* Release the class of the pair `released`, if the class shared its load by the rule. One freedom moves all pairs of the class.
- * Each pair has reached its capacity against this motion, so all can slide. Preloads against the motion could hold the class a
- * little longer. Creep does not cause such preloads, because it loads each pair against the motion. Returns 0 if sliding violates a
- * law. */
+/* Release the class of the pair `released`, if the class shared its load by the sharing rule. One freedom moves all pairs of the
+ * class. Each pair has reached its capacity against this motion, so all can slide. (Other distributions of the load could hold the
+ * class a little longer, but creep, which loads each pair against the motion, does not lead to them.) Returns 0 if sliding violates
+ * a law. */
 static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
   int idle, apart[n + 1];
   if (released < 0 || !s->friction.shared || s->friction.stored || tr_collect_independent(s, rest, n, apart) > 1) return 0;

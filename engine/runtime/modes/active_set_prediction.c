@@ -4,7 +4,8 @@
 #define TURNS_MOST 40        /* limit of Newton iterations on all onset directions together */
 #define BRANCHES_MOST 12     /* number of first iterations in which balls may change between sliding and spinning */
 #define ONSETS_FOUND 1e-14   /* relative step of the friction at convergence; a smaller step is round-off */
-/* Relative step that also counts as converged if steps stop shrinking. Difference quotients lose half of the digits. */
+/* Relative step that also counts as converged if steps stop shrinking; larger, because difference quotients lose half of the
+ * digits. */
 #define ONSETS_NEARLY 1e-9
 
 /* Whether pair i slides in an unknown direction. */
@@ -41,8 +42,8 @@ static void tr_evaluate_laws_on_branches(tr_sim *s, const int *rest, int n) {
 }
 
 /* Add to the Jacobian J (e×e) of the laws the effect of directions that turn with accelerations, by differences. size: acceleration
- * of each pair in `rest`. Friction along the direction is taken from the present multiplier. With friction from the law, the
- * iteration would oscillate where friction nearly stops a pair (``friction/creep_minimisation.c``). */
+ * of each pair in `rest`. Friction along the direction is the present multiplier, not that of the law: with the latter, the
+ * iteration would oscillate where friction nearly stops a pair (as in ``friction/creep_minimisation.c``). */
 static void tr_onset_slopes(tr_sim *s, const int *rest, int n, const double *size, double *J) {
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;

@@ -1,10 +1,10 @@
 /* Friction at rest of any number of pairs as one equation (theory, "Many pairs").
  *
- * For a pair about to slide, the friction y (N) and the surface acceleration x (m/s²) follow from p = y + ρ x, with a mass ρ. y =
- * R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. The loads, x and y are affine functions
- * of each other. y − R = 0 is therefore a piecewise smooth equation for sticking, sliding and spinning. Newton's method with a line
- * search solves this equation. The start is zero friction, or a path on which friction grows from zero (``modes/cone_homotopy.c``).
- * The caller verifies the result with the exact equations. */
+ * For a pair about to slide, the friction y (N) and the surface acceleration x (m/s²) follow from their combination p = y + ρ x,
+ * with a mass ρ. y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads and x are affine
+ * functions of the frictions y. y − R = 0 is therefore a piecewise smooth equation for y, with sticking, sliding and spinning.
+ * Newton's method with a line search solves this equation. The start is zero friction, or a path on which friction grows from zero
+ * (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
 #include "modes/modes.h"
 
 #define CONES_TRIED 1e-7     /* step of the difference quotient with respect to `part` */
@@ -18,7 +18,7 @@ typedef struct tr_cone_problem {
   double part;      /* fraction of the friction of balls; grows from 0 to 1 along a path */
   int all;          /* whether `part` applies to all pairs, not only to balls */
   int most;         /* number of factorisations that are still allowed */
-  double *rho;      /* n: mass ρ, kg; 0 for a freed pair, and if the motion is prescribed or does not depend on this friction */
+  double *rho;      /* n: mass ρ, kg; 0 for a freed pair, and if friction does not affect the pair's motion */
   int grips;        /* whether static friction is used, because some pair has static friction above its sliding friction */
   double *grip;     /* e: ratio of static to sliding friction, for pairs other than balls */
   double *mu;       /* n: present friction ratio of a ball; negative for other pairs */
@@ -35,8 +35,8 @@ static void tr_set_direction(tr_sim *s, int i, const double *d) {
   for (int j = 0; j < pair->nrates; ++j) tr_mode_of(s, i)->direction[j] = length * d[j] / (pair->nrates > 1 ? TR_A(s, lever)[pair->eta0 + j] : 1.0);
 }
 
-/* Evaluate the laws with unit loads on balls while all pairs slide. `spins`: balls spin about their contact, oblique to the load;
- * otherwise they slide perpendicular to the load. u (e) receives unit friction along these directions. */
+/* Evaluate the laws with unit loads on balls, with all pairs in motion. `spins`: balls spin about their contact, oblique to the
+ * load; otherwise they slide perpendicular to the load. u (e) receives unit friction along these directions. */
 static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spins, double *u) {
   const double load[3] = {0.0, 0.0, 1.0}, along[3] = {1.0, 0.0, 0.0}, oblique[3] = {sqrt(0.5), 0.0, sqrt(0.5)};
   memset(u, 0, sizeof(double) * c->e);
@@ -102,7 +102,7 @@ static inline void tr_cones_combination(const tr_sim *s, const tr_cone_problem *
   for (int j = 0; j < pair->neta; ++j) p[j] = c->y[pair->eta0 + j] + c->rho[q] * c->x[pair->eta0 + j];
 }
 
-/* Mode and residual of pair q, which is not a ball. Its law must have been evaluated. The pair sticks if |p| is within its sliding
+/* Mode and residual of pair q, which is not a ball. Its law must have been evaluated. The pair sticks if |p| is at most its sliding
  * friction. */
 static void tr_cones_pair_residual(tr_sim *s, tr_cone_problem *c, int q) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);

@@ -31,8 +31,8 @@ static void tr_ball_spinning_branch(tr_ball_equation *b, double turn, double P) 
   for (int q = 0; q < 3; ++q) b->dA[q] = -2.0 * h * b->A * b->A * dh[q], b->dB[q] = (2.0 * h * h * b->A - 1.0) * b->A * dh[q];
 }
 
-/* y (3) of a ball with load f (3) at p (3) and friction ratio mu. turn: ±1, orientation of the frame. Without load or friction, y
- * is zero. */
+/* y (3) of a ball with load f (3) at p (3) and friction ratio mu. turn: ±1, orientation of the frame. If load or friction is zero,
+ * y is zero. */
 static void tr_ball_friction(const double *f, const double *p, double mu, double turn, tr_ball_equation *b, double *y) {
   double i[3], P = 0.0;
   memset(b, 0, sizeof *b);

@@ -1,12 +1,12 @@
 /* Path of solutions along which friction grows from zero to its full value (theory, "Many pairs"). It is used where Newton's method
- * fails or finds a root that does not last. Continuation by arc length passes folds. A root at the end of the path lasts: its
+ * fails or finds an unstable root. Continuation by arc length passes folds. A root at the end of the path must be stable: its
  * determinant has the same sign as without friction. */
 #include "modes/modes.h"
 
 #define GROWTH_FIRST 0.3   /* first step; an arc length of 1 corresponds to full friction */
 #define GROWTH_LONGEST 0.5 /* longest step */
-#define GROWTH_SHORT 1e-4  /* below this step, a large turn of the path is accepted */
-#define GROWTH_LEAST 1e-8  /* a smaller step means a kink of the path; a step of GROWTH_AFTER passes the kink */
+#define GROWTH_SHORT 1e-4  /* in a smaller step, a large turn of the path is accepted */
+#define GROWTH_LEAST 1e-8  /* if a smaller step is required, the path has a kink; a step of GROWTH_AFTER passes the kink */
 #define GROWTH_AFTER 3e-4
 #define GROWTH_STEPS 7     /* Newton iterations that correct a predicted point back to the path */
 #define GROWTH_BACK 1e-4   /* × the step: after a smaller last correction, the point is on the path */
@@ -18,7 +18,7 @@
 #define CONES_HALVES 14      /* largest number of halvings of a Newton step in the search for a smaller residual */
 #define CONES_SLOPE 1e-4     /* × the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
 #define CONES_FOUND 1e-13    /* × the largest friction: residual from round-off */
-#define CONES_NEARLY 1e-10   /* × the largest friction: residual that is accepted if no step reduces it */
+#define CONES_NEARLY 1e-10   /* × the largest friction: largest residual that is accepted if no step reduces it */
 
 /* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
 typedef struct tr_homotopy_path {
@@ -27,8 +27,8 @@ typedef struct tr_homotopy_path {
   double *by;      /* e components: derivative of y by the fraction, at the point evaluated last */
 } tr_homotopy_path;
 
-/* Newton's method with a line search, starting from c->y. Returns the sign of the determinant at the root, which is 1 if the root
- * lasts; returns 0 if there is no root. */
+/* Newton's method with a line search, starting from c->y. Returns the sign of the determinant at the root (1: stable root); 0 if no
+ * root is found. */
 static int tr_cones_newton(tr_sim *s, tr_cone_problem *c) {
   const int e = c->e;
   double step[e + 1], from[e + 1], sum = tr_cones_residual(s, c);
@@ -80,7 +80,7 @@ static void tr_path_tangent(const tr_homotopy_path *w, int e, int sense, double 
   for (int i = 0; i <= e; ++i) way[i] /= size;
 }
 
-/* Correct z back to the path, perpendicular to the tangent w->way; with `last`, correct z at full friction. turned receives the
+/* Correct z back to the path, perpendicular to the tangent w->way; with `last`, at constant, full friction. turned receives the
  * tangent at the first iterate, and *steps the number of iterations. Returns the sign of the determinant; 0 without convergence. */
 static int tr_path_correct(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, double *z, double length, int last, double *turned, int *steps) {
   const int e = c->e;

@@ -1,14 +1,15 @@
 /* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed ratios, so
  * either all pairs of such a class slide, or none. One multiplier of one pair identifies the class; `class_rates` contains the
- * rates of all its pairs at unit rate of this multiplier. A class requires A_ij² = A_ii A_jj, where A is the response of freedoms
- * to frictions with closed loops. The frictionless accelerations must also have these ratios, which excludes driven pairs and dead
- * centres. */
+ * rates of all its pairs at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii A_jj, where A is the
+ * response of freedoms to frictions with closed loops. Their frictionless accelerations must also have the ratio of their rates;
+ * this excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
 /* × the accelerations: largest deviation from the ratio of a class; the loops may be open by the error of a step. */
 #define SAME_START 1e-3
 #define NO_START 1e-9   /* × length · rate²: largest deviation if the accelerations vanish */
-/* × the unit of the rates: loops impose rates above this on a mechanism at rest; smaller rates are round-off. */
+/* × the unit of the rates: with all rates of the state at zero, larger rates are those that drives impose; smaller rates are
+ * round-off. */
 #define DRIVES_MOVE 1e-12
 
 static int tr_line_multiplier(const tr_sim *s, int m) {

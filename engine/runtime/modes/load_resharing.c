@@ -17,7 +17,7 @@ static void tr_stick_all(tr_sim *s, const int *rest, int n) {
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   tr_stick_all(s, rest, n);
   s->friction.reserve = 1;
-  /* The second solution computes shares from the loads of the first solution. */
+  /* The second call computes shares from the loads that the first call found. */
   const int solved = tr_solve_in_modes(s) && tr_solve_in_modes(s);
   s->friction.reserve = 0;
   if (!solved) return 0;
@@ -27,8 +27,8 @@ static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   return tr_is_valid_decision(s, rest, n);
 }
 
-/* Whether the capacity of pair i is given. Loads that press the pairs of a group together do not raise such a capacity. Requires a
- * solution. */
+/* Whether the capacity of pair i is given, not a function of loads. Internal forces that press pairs of a group together do not
+ * raise it. Requires a solution. */
 static int tr_has_given_capacity(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   const tr_pair *pair = tr_pair_of(s, i);
@@ -107,7 +107,7 @@ static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {
   if (!s->friction.shared || s->friction.stored) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_CREEP; s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second solution computes stored loads from the first */
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call computes stored loads from the loads of the first */
     if (ok && s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) ? -KEPT_GAIN : 0.0);
     if (ok && tr_is_valid_decision(s, rest, n)) return 1;
@@ -131,7 +131,7 @@ static int tr_continue_by_stored_loads(tr_sim *s) {
   for (s->friction.stored = TR_STORES_CREEP; n && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
     if (!tr_hold_by_resharing(s, rest, n) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) continue;
-    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would use the rule */
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would share by the rule */
     s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
     return 1;
   }

@@ -1,8 +1,9 @@
-/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). Both the minimum and
- * the release time depend only on the state. If the search stopped early, the release would depend on history. */
+/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). The minimum, and so
+ * the time of release, depends only on the state. If the search stopped early, the release would depend on earlier loads. */
 #include "modes/modes.h"
 
-/* × the capacity: share at which the search ends, because larger preloads increase the capacity without limit. */
+/* × the capacity: the search ends at this share; it might not end at a minimum, because growing preloads may raise capacities
+ * without limit. */
 #define SHARE_ENOUGH 0.9
 #define PRESSED_MOST 10.0  /* × the largest friction: upper limit of a stored load */
 #define SPARE_TRIED 1e-6   /* × the capacity: difference for the derivative by a load */
@@ -16,7 +17,7 @@
 #define MOVES_MOST 200     /* largest number of trials in the one-by-one search */
 #define SPARE_WEIGHTS 300  /* exchanges of weight between two pairs; each costs an inner product */
 
-/* Pairs that stick, and loads that are stored. The comments give array sizes before the colon. */
+/* The pairs that stick, and their stored loads. The comments give array sizes before the colon. */
 typedef struct tr_minmax_problem {
   int n, m;
   const int *pairs, *kept; /* n: pairs; m: multipliers of the stored loads */
@@ -111,8 +112,8 @@ static double tr_minmax_descend(tr_sim *s, tr_minmax_problem *c) {
   return best;
 }
 
-/* Change one load after another, by decreasing amounts, while the largest share falls. Where loads press pairs together, shares
- * have several local minima. This search passes some of the minima at which tr_minmax_descend ends. */
+/* Change one load after another, by decreasing amounts, while the largest share falls. Where loads press pairs together, the
+ * largest share has several local minima; this search leaves some of those at which tr_minmax_descend ends. */
 static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], best = tr_minmax_shares(s, c, c->share);

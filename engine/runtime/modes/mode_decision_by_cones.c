@@ -43,8 +43,9 @@ static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
   return worst;
 }
 
-/* Solve again with sliding friction for the pairs that slide; static friction was larger. Stuck pairs are forced to stick, and
- * overloaded pairs are then released one by one. Returns the sign of the determinant; 0 if there is no solution. */
+/* Solve again with sliding friction in the pairs that slide, in place of the larger static friction. Stuck pairs are forced to
+ * stick, and those that are overloaded are then released one by one. Returns the sign of the determinant; 0 if there is no
+ * solution. */
 static int tr_cones_use_sliding_friction(tr_sim *s, tr_cone_problem *c) {
   int sense = 0, worst = 0;
   for (int q = 0; q < c->n; ++q) c->holds[q] = c->rho[q] > 0.0 && c->mode[q] == TR_STUCK;

@@ -2,7 +2,7 @@
 #include "modes/modes.h"
 
 #define FAINT 1e-7     /* × length · rate²: a smaller acceleration has a direction of round-off */
-/* × the speed unit: round-off of rates set to zero. Divided by a short step, this round-off resembles an acceleration. */
+/* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
 #define NO_SPEED 1e-15
 
 static void tr_let_slip(tr_sim *s, int i) {
@@ -98,8 +98,8 @@ static int tr_rank_of_stuck(tr_sim *s, int i) {
   return tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT);
 }
 
-/* Whether pair i carries no load, and no stuck pair holds its freedoms. Such a pair could not hold anything at rest: the first load
- * would release it again. */
+/* Whether pair i carries no load, and no stuck pair holds its freedoms. If such a pair stuck, the first load would release it
+ * again. */
 static int tr_is_unloaded_and_free(tr_sim *s, int i) {
   if (tr_hold_of(s, i)->capacity > s->friction.faint) return 0;
   tr_form_all_maps(s);
@@ -128,9 +128,9 @@ static int tr_stick_these(tr_sim *s, const int *rest, int n, const tr_mode *mode
   return !count;
 }
 
-/* Let pairs that slip without acceleration stick, if these modes also have a solution. A pair without a reserve yields in place: it
- * exerts its capacity, other pairs hold its freedom, and a stuck pair would be released again at once. Requires a solution for the n
- * pairs `rest`. Returns 0 if afterwards the equations have no solution. */
+/* Let pairs that slip without acceleration stick, if these modes also have a solution. A pair without a reserve yields in place
+ * instead (it exerts its capacity, and other pairs hold its freedom), because a stuck pair without a reserve would be released
+ * again at once. Requires a solution for the n pairs `rest`. Returns 0 if afterwards the equations have no solution. */
 static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double eta[e + 1], *now = TR_A(s, z) + s->k->active;

@@ -10,13 +10,13 @@ static int tr_line_multiplier(const tr_sim *s, int m);
 /* Find the classes of coupled pairs. Requires maps of the current state. */
 static void tr_find_coupled_pairs(tr_sim *s);
 
-/* Whether drives move pair i at (t, y). They do if, with zero rates in the state, the pair has a speed or the loops have residual
- * rates. Leaves maps of (t, y). */
+/* Whether drives move pair i at (t, y): the pair has a speed, or the loops have residual rates, although all rates of the state are
+ * zero. Leaves maps of (t, y). */
 static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
 
-/* Whether pair i, which has several components but slides along one direction only, because loops prevent the others, is about to stop
- * at (t, y). Its speed then passes through zero. Speed across that direction does not count: it is the step's error in closing the
- * loops. Requires maps of (t, y), and leaves these maps valid. */
+/* Whether pair i is about to stop at (t, y). The pair has several components, but loops let it slide along one line only, so its
+ * speed passes through zero. Speed perpendicular to this line does not count: it is the step's error in closing the loops. Requires
+ * maps of (t, y), and leaves these maps valid. */
 static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
 
 /* Collect the set-valued pairs at rest in `rest`: stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1: no pair),
@@ -37,13 +37,15 @@ static void tr_freeze_direction(tr_sim *s, int i);
 /* Freeze the sliding direction of pair i at the rates of the state `y`, where a step starts. */
 static void tr_freeze_direction_at_start(tr_sim *s, int i);
 
-/* Reverse the directions of laws with a kink at rest if a step starts beyond the reversal. Needed only without event location. */
+/* For laws with a kink at rest, reverse the direction of each pair that has already reversed at the start of a step. Needed only
+ * without event location. */
 static void tr_reverse_kink_directions(tr_sim *s);
 
 /* Maximum norm of the frozen direction of pair i; 0 if the pair does not slide. */
 static double tr_frozen_length(const tr_sim *s, int i);
 
-/* Give pairs that moved along a line a direction of ordinary norm. Impulse steps need this, because they freeze no direction. */
+/* Give the directions of pairs that moved along a line an ordinary norm (not ON_LINE). Impulse steps need this, because they freeze
+ * no line direction. */
 static void tr_clear_line_directions(tr_sim *s);
 
 /* Whether pair i, which started to slide along a line, still slides along this line at the given rates. width: accepted speed
@@ -54,8 +56,8 @@ static int tr_is_on_line(const tr_sim *s, int i, const double *rate, double widt
 /* tr_is_on_line at the state `y` with LINE_WIDTH. Returns 0 if pair i does not slide along a line. */
 static int tr_is_still_on_line(tr_sim *s, int i);
 
-/* Freeze the direction of pair i, with rates r and speed v, as a line direction. The pair's friction then does not reverse with the
- * rates. */
+/* Freeze the direction of pair i, which has the rates r and the speed v, as that of a line (norm ON_LINE). The pair's friction then
+ * does not reverse with the rates. */
 static void tr_freeze_line_direction(tr_sim *s, int i, const double *r, double v);
 
 /* Whether pair i is in its first step from rest. */
@@ -71,11 +73,12 @@ static int tr_is_direction_frozen(const tr_sim *s, int i, double speed);
  * direction of the acceleration. Requires a solution in the modes in force. */
 static void tr_let_slip(tr_sim *s, int i);
 
-/* Misfit of pair i, which is at rest, in its mode. If it is positive, the mode violates the law. Requires tr_solve_in_modes. */
+/* Misfit of pair i, which is at rest: by how much its mode violates the law. If it is negative, the mode fits. Requires
+ * tr_solve_in_modes. */
 static double tr_mode_misfit(tr_sim *s, int i);
 
-/* Longest step, s, of pairs that start to slide. It is the least onset step, or a longer step over which their speed stays below
- * tr_onset_speed. dv: time derivatives of the rates. */
+/* Longest step, s, while pairs start to slide: the least onset step (ONSET_STEP), or a longer step over which their speed stays
+ * below tr_onset_speed. dv: time derivatives of the rates. */
 static double tr_longest_onset_step(tr_sim *s, const double *dv);
 
 /* Whether a pair that starts to slide is too fast at y for the step h. Returns 0 for the least onset step. */
@@ -91,17 +94,18 @@ static int tr_decide_by_prediction(tr_sim *s, const int *rest, int n);
 /* Largest ratio of friction to capacity among the n pairs `rest`. Requires tr_evaluate_capacities. */
 static double tr_largest_share(const tr_sim *s, const int *rest, int n);
 
-/* Whether all n pairs `rest` stick after they share their load again. Their reserve must increase by a margin, which prevents
+/* Whether all n pairs `rest` stick after they share their load again. Their reserve must increase by a minimum, which prevents
  * endless resharing. */
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
-/* Whether the n pairs `rest` hold where the pair `released` and pairs that already yielded exert their capacity and others hold their
- * freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are in force. */
+/* Whether the n pairs `rest` hold if the pair `released`, and pairs that already yielded, yield: they exert their capacity, and
+ * other pairs hold their freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are
+ * in force. */
 static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start);
 
-/* Whether the pair `released`, pairs that already yielded and pairs that they overload start to slide, without loads that brace the
- * group. `first`: only if a pair already yielded; otherwise also if `released` has a given capacity. start: modes before the
- * decision. On success, the modes are in force. */
+/* Whether the pair `released`, pairs that already yielded, and pairs that these overload start to slide. Loads are shared so that
+ * they do not brace the group against sliding. `first`: succeed only if a pair already yielded; otherwise also if `released` has a
+ * given capacity. start: modes before the decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first);
 
 /* Rank of the responses of all stuck pairs and of pair i (−1: none). Requires held maps. */
@@ -111,8 +115,8 @@ static int tr_rank_of_stuck(tr_sim *s, int i);
  * stored. */
 static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n);
 
-/* Continue with stored loads where the root of the sharing rule ends, but other loads hold all pairs. Shares are an arbitrary
- * choice, so the end of this root is no reason to release a pair. Returns 1 if the run can continue. */
+/* Continue with stored loads where the root of the sharing rule ends, but other loads hold all pairs. The sharing rule is a choice,
+ * not a law, so the end of its root is no reason to release a pair. Returns 1 if the run can continue. */
 static int tr_continue_by_stored_loads(tr_sim *s);
 
 /* Starting from the modes in force, repeatedly change the mode with the largest misfit. Returns 1 when all modes fit. In an impulse
@@ -126,7 +130,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n);
  * its mode; −1: no pair. Returns 0: no solution; 1: the modes are in force; 2: all pairs stick and share their load again. */
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released);
 
-/* Search other modes of the n pairs `rest` that also satisfy the laws, and record in the audit if there are any: the motion is then
- * not unique. Does nothing if n > most. */
+/* Search other modes of the n pairs `rest` that also satisfy the laws. If there are any, the motion is not unique, and the audit
+ * records this. Does nothing if n > most. */
 static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most);
 #endif

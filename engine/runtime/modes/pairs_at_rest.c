@@ -1,12 +1,12 @@
-/* Which pairs are at rest. Brings pairs to rest, together with those that stop as a consequence. */
+/* Collects the pairs at rest, and brings pairs to rest together with those that stop as a consequence. */
 #include "modes/modes.h"
 
-/* × a period or a rotation: with this step and eight points per step, location finds every maximum of a violation
+/* × the period of a load or of a rotation: in such a step, eight points suffice to find every maximum of a violation
  * (``events/event_location.c``). */
 #define HELD_PART 0.25
 
-/* Whether pair i counts as at rest because pair j of the same class is at rest. The limit for the speed of i is the rest speed. In
- * the common motion of the class, i may be faster than j; the limit is then multiplied by the ratio of these two speeds. */
+/* Whether pair i counts as at rest because pair j of the same class is at rest. The speed of i must be at most the rest speed. If i
+ * moves faster than j in the common motion of the class, this limit is multiplied by the ratio of their speeds. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);

@@ -2,7 +2,7 @@
  * rest, ON_LINE means motion along a line. */
 #include "modes/modes.h"
 
-#define ONSET_SPEED 0.1 /* × rtol · speed unit: speed below which the direction stays frozen */
+#define ONSET_SPEED 0.1 /* × rtol · speed unit: speed of a starting pair below which its direction stays frozen */
 #define ONSET_LEAST 1e-9 /* × the speed unit: lower limit of this speed; directions of slower pairs are round-off of loops */
 
 static void tr_set_sliding_direction(tr_sim *s, int i, const double *r) {

@@ -1,18 +1,19 @@
-/* Onset direction of a pair of two or three components (theory, "Onset of sliding"). A pair that starts to slide accelerates along
- * this direction, and returns to it after a small turn. With the velocity α t d and the acceleration's direction â(d), dd/d ln t =
- * â(d) − d. If a direction repels, the motion leaves it at once.
+/* Onset direction of a pair of two or three components (theory, "Onset of sliding"). A pair that starts to slide in direction d has
+ * the velocity α t d; its acceleration has a direction â(d). Then dd/d ln t = â(d) − d. An onset direction is a solution of â(d) =
+ * d. It attracts if the motion returns to it after a small turn. If it repels, the motion leaves it at once.
  *
- * This relaxation is infinitely fast at first. The first step is therefore short, with a frozen direction whose norm outweighs the
- * velocity (TR_FROZEN). The direction stays frozen while the speed is below the tolerance of velocities, which bounds the error.
+ * The turn of d in ln t is infinitely fast at t = 0. The first step is therefore short, with a frozen direction whose norm
+ * outweighs the velocity (TR_FROZEN). The direction stays frozen while the speed is below the tolerance of velocities, which bounds
+ * the error.
  *
  * Newton's method on the sphere of directions starts from several directions. Fixed-point iteration would stall near wedging. */
 #include "modes/modes.h"
 
-#define SAME_DIRECTION 1e-9 /* largest difference of two unit vectors that is round-off; the directions are then on one line */
+#define SAME_DIRECTION 1e-9 /* two unit vectors with a smaller difference are on one line; the difference is round-off */
 #define TURN_FOUND 1e-12    /* rad: angle between direction and acceleration at convergence */
 #define TURN_NEARLY 1e-8    /* rad: angle that also counts as converged if no step reduces it (round-off of multipliers) */
 #define LONGEST_TURN 0.5 /* rad: longest Newton step; needed because the start may be far from a solution */
-#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step, over which the direction drifts by less than the tolerance */
+#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step; over it, the direction drifts by less than the tolerance */
 
 enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
@@ -50,14 +51,14 @@ static int tr_is_onset_too_fast(const tr_sim *s, const double *y, double h) {
 /* Norm of a trial direction. Impulse steps use ON_LINE, because friction must not reverse with the rate at the step's start. */
 static inline double tr_onset_length(const tr_sim *s) { return s->moreau.h > 0.0 ? ON_LINE : TR_FROZEN; }
 
-/* Compute `dir`, the unit direction of the acceleration when pair i starts to slide along d. If the acceleration is faint, dir = d.
- * Returns 0 if no multipliers are found. */
+/* Compute `dir`, the unit direction of the acceleration of pair i if it starts to slide along d. If the acceleration is faint, dir
+ * = d. Returns 0 if no multipliers are found. */
 static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *dir) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);
   const double length = tr_onset_length(s);
   for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? length * d[j] / TR_A(s, lever)[pair->eta0 + j] : 0.0;
-  for (int part = 0; part < 3; ++part) { /* the force decides whether a ball slides or spins */
+  for (int part = 0; part < 3; ++part) { /* repeated, because the force decides whether a ball slides or spins */
     if (tr_mode_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_in_modes(s)) return 0;
     int cone = pair->cone && tr_sliding_of(s, i)->cone < 0.0;
@@ -182,7 +183,7 @@ static int tr_find_onset(tr_sim *s, int i, int near) {
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
     if (near && !(tr_dot(d, guess, n) > 0.0)) return 0;
     if (kind == TR_ONSET_FAINT) return 1;
-    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* the motion continues along a line */
+    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* the pair moves along a line */
       for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / tr_onset_length(s);
       return 1;
     }

@@ -7,12 +7,12 @@
  * N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base);
 
-/* share (nkappa) ← the largest component of each scaled reaction over the open directions at the solution, each scaled to norm 1.
- * Returns the number of directions. */
+/* share (nkappa) ← for each scaled reaction, its largest component over the open directions at the solution, where each direction
+ * has norm 1. Returns the number of directions. */
 static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share);
 
-/* full ← [λ | η] for all rows, from [λ active | η]. resolve: choose the undetermined reactions with minimum norm. Requires a
- * solution. */
+/* full ← [λ | η] with λ of all rows, from [λ active | η] of the solution. resolve: choose the undetermined reactions with minimum
+ * norm. Requires a solution. */
 static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 
 /* Contact forces of all pairs at the solution. a: time derivatives of the rates. Returns 0 if the mechanism has no contacts. */
@@ -27,15 +27,15 @@ static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out);
 /* Write the values that only the runtime can compute, then the state of each pair. */
 static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra);
 
-/* Unwrap the angles of cut joints at the end (t, y) of a step. Successive rows may then differ by several turns. */
+/* Unwrap the angles of cut joints at the end (t, y) of a step. Angles of successive rows may therefore differ by several turns. */
 static void tr_follow_angles(tr_sim *s, double t, const double *y);
 
 /* Post-process the columns of a row (tr_post), whose time is row[-1]. Rows must be passed in order of time. */
 static void tr_finish_columns(tr_sim *s, double *row);
 
-/* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and solved; otherwise projects y, and
- * solves for the multipliers if a column needs them. The first row always solves, because the first step starts from its solution.
- * Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
+/* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and its multipliers are known; otherwise
+ * projects y, and solves for the multipliers if a column needs them. The first row always solves, because the first step starts
+ * from its solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there);
 
 /* As tr_output_row_of, for a state that is not yet projected and solved. */

@@ -1,7 +1,7 @@
 /* Output rows: from the state to multipliers and columns. Also values that only the runtime can compute. */
 #include "output/output.h"
 
-#define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero, because the contact equations regularise roots at zero */
+#define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
 #define ANGLE_PROBE 1e-6  /* rad: probing motion, whose effect gives the rate of an angle */
 
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
@@ -28,8 +28,8 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
   return count;
 }
 
-/* For n scaled reactions, scale moved − base to norm 1, and raise each entry of `share` to the size of its component. at: indices of
- * the reactions; null pointer: the first n. */
+/* For n scaled reactions, normalise moved − base, and raise each entry of `share` to at least the absolute value of its component.
+ * at: indices of the reactions; null pointer: the first n. */
 static void tr_raise_shares(int n, const int *at, const double *base, const double *moved, double *share) {
   double squares = 0.0;
   for (int q = 0; q < n; ++q) {
@@ -43,8 +43,8 @@ static void tr_raise_shares(int n, const int *at, const double *base, const doub
   }
 }
 
-/* Add 1 to the multiplier of the inactive row number `slot` of each loop of a group. opened: this row of each loop, or −1. Returns the
- * number of rows. */
+/* Add 1 to the multiplier of inactive row number `slot` of each loop in a group. opened: for each loop, the index of this row, or
+ * −1. Returns the number of rows. */
 static int tr_open_group(const tr_sim *s, int group, int slot, const char *is_active, int *opened, double *z) {
   const tr_outputs *o = s->o;
   int count = 0;
@@ -170,7 +170,7 @@ static double tr_unwrap(const tr_memory *last, double t, double rate, double v) 
   return v + TURN * round((last->value + rate * (t - last->t) - v) / TURN);
 }
 
-/* Evaluate all columns at y, of which only those that depend on positions alone are valid. */
+/* Evaluate all columns at y; only columns that depend on positions alone are then valid. */
 static void tr_evaluate_positions(tr_sim *s, double t, const double *y, double *columns) {
   double z[s->k->rows + s->k->neta + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   memset(z, 0, sizeof z), memset(extra, 0, sizeof extra);
@@ -218,7 +218,7 @@ static void tr_finish_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Whether lanes may compute the row. They may if nothing else needs by-products of the evaluation. */
+/* Whether lanes may compute the row: nothing but the row may need results of its evaluation. */
 static inline int tr_is_row_separate(const tr_sim *s) {
   return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
 }

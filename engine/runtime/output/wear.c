@@ -20,7 +20,7 @@ static void tr_node_weights(int k, const double *node, double lo, double hi, dou
   }
 }
 
-/* Whether the k nodes have the equal spacing hi − lo, with lo and hi as the two middle nodes. */
+/* Whether the spacing of the k nodes is equal; lo and hi are the two middle nodes, so the spacing is hi − lo. */
 static int tr_are_nodes_even(int k, const double *node, double lo, double hi) {
   if (k < WORN_POINTS || node[k / 2] != hi || node[k / 2 - 1] != lo) return 0;
   for (int i = 1; i < k; ++i)
@@ -33,7 +33,7 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
   for (int j = 0; j < WORN_POINTS; ++j) grid[j] = j;
   tr_node_weights(WORN_POINTS, grid, WORN_POINTS / 2 - 1, WORN_POINTS / 2, even);
   for (int e = 0, first = 0, last; e + 1 < count; ++e) {
-    for (; first < rows && e > 0 && time[first] <= ends[e]; ++first) /* rows at the time of the event */
+    for (; first < rows && e > 0 && time[first] <= ends[e]; ++first) /* rows at the time of the event get the integral up to it */
       for (int c = 0; c < columns; ++c) out[(size_t)c * rows + first] = total[c];
     for (last = first; last < rows && (e + 2 == count || time[last] < ends[e + 1]);) ++last;
     const int some = last - first, k = some < 1 ? 1 : some < WORN_POINTS ? some : WORN_POINTS;

@@ -1,8 +1,8 @@
 /* Fixed steps for real time, with bounded evaluations, iterations and events (theory, "Bounded steps").
  *
  * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers the
- * rest, with any number of events. Its modes are decided within the remaining iterations. If this decision fails, relaxation sweeps
- * over the pairs compute friction within the capacities. `bound.overrun` records the method used. */
+ * rest of the step, with any number of events. The modes of the impulse step are decided within the remaining iterations. If this
+ * fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records the method used. */
 #include "stepping/stepping.h"
 
 #define FAR_MORE 1e3          /* × the friction that stops a freedom without loops: friction applied to prescribed motion */
@@ -15,8 +15,8 @@ static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {
   s->ask.cancelled = 0;
 }
 
-/* Step to time t with located events. Returns TR_OK, or the reason why the rest of the step is not made. In that case, the run is
- * at the end of the last completed part. */
+/* Step to time t with located events. Returns TR_OK, or the reason why it stopped earlier; the run is then at the end of the last
+ * completed part. */
 static int tr_step_with_events(tr_sim *s, double t) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   double y[n], z[nz + 1];
@@ -69,8 +69,9 @@ static int tr_step_by_impulses(tr_sim *s, double t) {
   return TR_OK;
 }
 
-/* Set the friction of pair i to the value that stops the pair by the end of the step. Prescribed motion gets a far larger friction;
- * friction by other laws keeps the value of its law. Requires tr_form_held_maps and tr_evaluate_laws. */
+/* Set the friction of pair i to the value that stops the pair by the end of the step. A pair with prescribed motion gets a far
+ * larger friction. A pair whose law is not set-valued gets the friction of its law. Requires tr_form_held_maps and
+ * tr_evaluate_laws. */
 static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   const tr_pair *pair = tr_pair_of(s, i);
   const int e = s->k->neta;

@@ -3,13 +3,13 @@
 
 #define ENGAGED_PROBE 1e-6 /* / rate: time between two evaluations that measure the stiffness of an engaged stop */
 #define TR_FOURS 8 /* upper bound of the number of SIMD lanes */
-#define ROW_SLACK 1e-12       /* × the time, at least 1 s: a row that is this little later than a step's end belongs to this end */
-#define SAME_EVENT_TIME 1e-12 /* × the time, at least 1 s: consecutive events that are closer count as chatter */
+#define ROW_SLACK 1e-12       /* × max(time, 1 s): a row that is later than a step's end by less belongs to this end */
+#define SAME_EVENT_TIME 1e-12 /* × max(time, 1 s): consecutive events that are closer count as chatter */
 #define HALVES_MOST 60        /* number of bisections on θ, which end at its round-off */
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* × the step: interval before the event over which the deceleration is measured */
-/* × the time to cross half of the proportional zone: first step inside the zone. The step ends slightly beyond the zone's other
- * border. */
+/* × the time to cross half of the proportional zone: size of the first step inside the zone, which ends slightly beyond the zone's
+ * other border. */
 #define ZONE_PART 2.2
 
 /* Whether SIMD lanes can compute the rows inside the pending step. The columns must need only the dense output, multipliers and
@@ -56,7 +56,7 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   for (; made < count && of[made].ok; ++made) {
     double *row = rows + made * wide;
     row[0] = times[made];
-    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary path then reports the failure */
+    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary computation of the row then reports the failure */
     tr_finish_columns(s, row + 1);
     s->stats.outputs++, s->stats.projections += of[made].projections;
     s->stats.rhs_evaluations += of[0].solved, s->stats.newton_iterations += of[made].iterations;
@@ -90,9 +90,9 @@ static int tr_write_event_row(tr_sim *s, double t, double *row) {
   return code;
 }
 
-/* Write rows up to t_end from the dense output. If `every` is 0, write one row instead: with `final` at the end of the step,
- * otherwise just before the event that cuts the step short. An event at the start of a step gets no row, because its old modes had
- * no duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
+/* Write rows up to t_end from the dense output. If `every` is 0, write one row instead: at the end of the step (`final`), or just
+ * before the event that cuts the step short. An event at the start of a step gets no row before it, because the old modes had no
+ * duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;
@@ -181,7 +181,8 @@ static void tr_complete_whole_step(tr_sim *s) {
   tr_set_next_step(s);
 }
 
-/* Complete an impulse step. The next step starts from the step's own multipliers, so that rows do not influence the motion. */
+/* Complete an impulse step. Newton's method of the next step starts from this step's multipliers, not from those of rows, so that
+ * rows do not influence the motion. */
 static void tr_complete_impulse_step(tr_sim *s) {
   if (s->set.hfixed <= 0.0) tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
@@ -221,7 +222,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* from the state before the event, the run continues by an impact or ends */
+  if (code != TR_OK) { /* the state is that before the event; from it, the run continues by an impact, or ends */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;
@@ -229,7 +230,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
-  s->moreau.burst_events += ball; /* branch changes of a ball do not accumulate, because impulse steps also have both branches */
+  s->moreau.burst_events += ball; /* branch changes of balls do not count: impulse steps have both branches, too */
   tr_count_chatter(s, te);
   tr_move_run_to(s, te, ye);
   if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
@@ -240,7 +241,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
 }
 
 /* Longest step after a stop was engaged: 1 / ω of the fastest oscillation on this stop. A stiff method damps an oscillation that
- * its steps do not resolve, and its error estimate does not show this. Returns INFINITY for explicit methods. */
+ * its steps do not resolve, without an error estimate that shows this. Returns INFINITY for explicit methods. */
 static double tr_longest_engaged_step(tr_sim *s, int which) {
   const int n = tr_state_width(s), nq = s->k->nq, nv = s->k->nv;
   const double h = ENGAGED_PROBE / s->set.rate, *y = TR_A(s, y);

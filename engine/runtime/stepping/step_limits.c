@@ -2,12 +2,12 @@
 #include "stepping/stepping.h"
 
 #define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row that is closer to dependence is dropped */
-#define APPROACH 4.0              /* planned change of the independence in a step, as a factor extrapolated from the last step */
-#define LEAP 8.0                  /* largest accepted change of the independence in a step, as a factor; else steps are shorter */
-#define SHORTER 2.0               /* factor by which a step with a larger change is shortened */
-#define PASSED 1e-3               /* × the independence at the start of the run: below this, a motion passes a dead centre */
+#define APPROACH 4.0              /* planned factor on the independence in a step, extrapolated from the last step */
+#define LEAP 8.0                  /* largest accepted factor on the independence in a step; else the step is shortened */
+#define SHORTER 2.0               /* factor by which such steps are shortened */
+#define PASSED 1e-3               /* × the independence at the start of the run: below this, the motion passes a dead centre */
 #define PASSED_SECTIONS 24        /* golden-section iterations that find the least independence */
-#define SHORTEST 1e-9             /* / rate: shortest such step; a change of the pivot order may also change the last pivot */
+#define SHORTEST 1e-9             /* / rate: shortest of these steps; a change of pivot order may also change the last pivot */
 
 /* Whether joints with friction are in loops. Singular positions matter only then. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
@@ -26,7 +26,7 @@ static double tr_independence_inside(tr_sim *s, double theta) {
   return s->loops.sparse ? INFINITY : tr_loop_independence(s);
 }
 
-/* Longest step from the state `y` that the approach of a singular position allows, s. */
+/* Longest step from the state `y` that the approach to a singular position allows, s. */
 static double tr_longest_singular_step(tr_sim *s) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) return INFINITY;

@@ -27,8 +27,8 @@ static int tr_continue_after_failure(tr_sim *s, int code) {
   return 1;
 }
 
-/* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. If the host requested shorter steps,
- * this is not a stall. */
+/* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. Steps that the host made so short do
+ * not count. */
 static int tr_is_stalled(tr_sim *s) {
   const double asked = s->set.hfixed > 0.0 ? s->set.hfixed : s->set.hmax;
   const long tried = s->stats.steps + s->stats.rejected;

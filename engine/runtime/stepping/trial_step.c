@@ -1,20 +1,21 @@
-/* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or remake it up to
- * its event. */
+/* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or make it again up
+ * to its event ("remake"). */
 #include "stepping/stepping.h"
 
 #define CHATTER_MAX 12          /* number of consecutive events at one time, after which a step ignores events */
 #define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
-/* × a fixed step: smallest part if steps cannot follow friction, for example where sliding of several components ends. */
+/* × a fixed step: smallest part into which it is divided where steps cannot follow friction, for example where sliding of several
+ * components ends. */
 #define LEAST_PART 1e-4
-#define LEFT_OVER 1e-10         /* × the distance to the limit: a step that would leave a smaller rest ends at the limit */
-/* Step error above which states inside the step are less accurate than its end. The step is then remade up to its event. */
+#define LEFT_OVER 1e-10         /* × the distance to the limit: if less would remain after a step, the step ends at the limit */
+/* Step error above which states inside the step are less accurate than its end, so that the step is remade up to its event. */
 #define CUT_ERROR 1e-2
 #define CUT_EARLY 0.9           /* × the step: a step whose event is later is not remade */
 #define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
 #define CUTS_MOST 2             /* largest number of remakes for one event */
-#define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits what each can gain */
+#define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
 #define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
-#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over a first step means another root */
+#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means another root */
 
 typedef struct tr_trial {
   double h, end;   /* size and end time of the step, s */
@@ -35,7 +36,7 @@ static double tr_step_limit(const tr_sim *s, double target) {
   return target;
 }
 
-/* Whether the n frictions `is`, from the estimate of the first step, belong to another root than the frictions `was`. */
+/* Whether the n frictions `is`, found while the first step size was estimated, belong to another root than the frictions `was`. */
 static int tr_is_other_root(int n, const double *was, const double *is) {
   double changed = 0.0, size = 0.0;
   for (int i = 0; i < n; ++i) changed += fabs(is[i] - was[i]), size += fabs(was[i]);
@@ -85,8 +86,8 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   return TR_OK;
 }
 
-/* Use explicit steps while the Jacobian of the stiff method is invalid: while friction of several components starts from rest, or
- * while groups share their load. Mechanisms with prescribed motion also get explicit steps. They are not stiff, and only the work
+/* Use explicit steps while the Jacobian of the stiff method is invalid: while a pair of several components starts from rest, or
+ * while groups share their load. Use them also if drives prescribe all motion: such mechanisms are not stiff, and only the work
  * errors of explicit steps detect a start and a stop inside one step. */
 static void tr_use_explicit_for_now(tr_sim *s) {
   const tr_kernel *k = s->k;
@@ -99,7 +100,7 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* The next trial step. Shortly before the limit, two equal steps replace a long step and a very short one. */
+/* The next trial step. Shortly before the limit, the rest is divided into two equal steps, not into a long and a very short one. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
@@ -177,7 +178,7 @@ TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
   const int which = trial->which, pair = which >= 0 && which < s->k->nsliders;
   if (which < 0 || (pair && !tr_is_set_valued(s, which))) return 0;
   if (trial->theta * trial->h <= TIME_ROUND_OFF * fabs(s->clock.t)) return 0; /* the event is at the start */
-  if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* Newton's method might find other shares */
+  if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* in another step, Newton's method might find other shares */
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }
 
@@ -192,7 +193,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
   wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
-  const int missed = trial->cuts && !event; /* the event is later than estimated; if this repeats, steps grow towards it */
+  const int missed = trial->cuts && !event; /* the event is later than estimated; if again, steps may grow */
   if (missed && s->step.missed) wait->h = trial->h;
   s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
@@ -218,8 +219,8 @@ TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
 }
 
-/* Evaluate the end of a short Euler step. At a dead centre, whose Jacobian is infinite, a stiff step yields no finite numbers; the
- * failure of the Euler step then gives the reason. */
+/* Evaluate the end of a short Euler step, whose failure shows why the run cannot continue. (At a dead centre, where the Jacobian is
+ * infinite, a stiff step yields no finite numbers and so no reason.) */
 static void tr_probe_failure(tr_sim *s) {
   const double h = PROBED / s->set.rate;
   double *y = TR_A(s, ytmp);

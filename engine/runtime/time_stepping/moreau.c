@@ -7,8 +7,8 @@
  * ``modes/active_set.c`` decides which pairs stick. It uses v⁺/h in place of the accelerations (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_STEP 0.03   /* × √rtol / rate: first step size, and time unit in the detection of accumulating events */
-#define FROZEN_TURN 0.5    /* rad: a sliding direction that turns more in a step is not frozen but solved for at the step's end */
+#define MOREAU_STEP 0.03   /* × √rtol / rate: size of the first impulse step; also the time unit of MOREAU_EVENTS */
+#define FROZEN_TURN 0.5    /* rad: if a direction turns by more in a step, it is not frozen but solved for at the step's end */
 
 static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
 
@@ -40,8 +40,8 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. The full search is left to short steps,
- * unless all pairs stick: what holds then does not depend on the step. Returns 1 on success. */
+/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. Only short steps make the full search,
+ * unless all pairs stick: whether all pairs hold does not depend on the step. Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   int held = 1;
   for (int q = 0; q < n; ++q) held &= tr_is_stuck(s, rest[q]);
@@ -87,7 +87,7 @@ static int tr_has_direction_turned(tr_sim *s, double t, const double *y) {
 
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y) {
   double depth[s->k->nstops + 1];
-  tr_set_time(s, t); /* drives of joints in loops and signals of hooks need the time */
+  tr_set_time(s, t); /* drives of joints in loops and signals of hooks depend on time */
   for (int i = 0; i < s->k->nstops; ++i) {
     tr_stop_depths(s, y, depth); /* a hook that lifts changes the depth of the stop behind it */
     if (tr_is_pressed(s, i) == (depth[i] > 0.0)) continue;
@@ -115,8 +115,8 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
   memcpy(TR_A(s, dy), slope, sizeof slope);
 }
 
-/* Whether drives determine all rates through redundant loops. Redundant rows are consistent only if positions and rates satisfy the
- * loops. */
+/* Whether drives determine all rates through redundant loops. Positions and rates must then satisfy the loops exactly, because
+ * otherwise the redundant rows contradict each other. */
 static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
 
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew) {

@@ -1,17 +1,17 @@
 /* Moreau steps under error control, and their use by method auto (theory, "Error control").
  *
  * Each step is made as a whole and in two halves; the difference is the error estimate. If no mode changes, the results are
- * extrapolated to second order. If a mode changes, the difference does not show the time of this change. The speed that this time
- * leaves uncertain must then also be below the tolerance. */
+ * extrapolated to second order. If a mode changes, the time of this change inside the step remains unknown. The speed that is
+ * uncertain because of this time must then also be below the tolerance. */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_EVENTS 40   /* number of events; events accumulate if so many occur in the time of as many first steps */
+#define MOREAU_EVENTS 40   /* events accumulate if so many occur in the time of as many steps MOREAU_STEP */
 #define MOREAU_PAIRS 8     /* number of pairs to which MOREAU_EVENTS refers; for more pairs the limit is proportionally larger */
 #define MOREAU_STAY 400    /* number of impulse steps before event location is tried again */
 #define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
-#define HALF_OF_IT 0.5     /* × the change of a speed over a step: a larger difference between its two halves means a jump */
+#define HALF_OF_IT 0.5     /* × the change of a speed over a step: if the changes in its halves differ by more, the speed jumps */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: a smaller rest before the limit is added to the step */
+#define SLIVER 1e-9        /* × a step: if less remains before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
@@ -26,8 +26,9 @@ static void tr_evaluate_speeds(tr_sim *s, double t, const double *y, double *spe
   for (int i = 0; i < s->k->nsliders; ++i) speed[i] = tr_pair_speed(s, i);
 }
 
-/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. It is the speed before a stop, after
- * a start, or both at a reversal. A pair that is stuck at the end but slips in the next step counts too. */
+/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
+ * it is the speed before; for one that starts, the speed after; at a reversal, both. A pair that is stuck at the end but slips in
+ * the next step counts, too. */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -67,8 +68,8 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
-/* As tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. */
+/* As tr_shortest_impulse_step, if the accelerations at the start of the step exceed those of the rate scale. During the returned
+ * time, they change speeds by at most LEAST_IMPULSE × the tolerance; a faster change is an impact. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
@@ -84,8 +85,8 @@ static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_cou
   return LEAST_IMPULSE * s->set.rtol * tr_speed_unit(s) / most + TIME_ROUND_OFF * fabs(s->clock.t);
 }
 
-/* Whether, without a change of mode, a pair's speed jumps in the step h via `half` to ynew. The speed then changes in only one of
- * the halves, however short the step. The difference between the whole step and the half steps does not show such a jump. */
+/* Whether, without a change of mode, a pair's speed jumps in the step h via `half` to ynew. However short the step, such a speed
+ * changes in only one of its halves. The difference between the whole step and the half steps does not show this. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
   const int n = s->k->nsliders;
   double v[3][n + 1];
@@ -103,9 +104,9 @@ static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   tr_copy(n, TR_A(s, part_power), powers + part * n);
 }
 
-/* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
- * it; otherwise errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the step is
- * accepted. */
+/* Squared error of the works over a step h with these powers, in tolerances. Works count even if no column needs them; without this
+ * limit on step sizes, errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the
+ * step is accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -211,8 +212,8 @@ static double tr_moreau_shorter(const tr_sim *s, double h, double err, double wh
   return err == err ? h * tr_retry_factor(err, tr_method_of(s)->order) : SHRINK_MOST * h;
 }
 
-/* Status of a run whose last trial was refused. Where speeds jump, a solution exists; other starts of Newton's method are therefore
- * not tried. */
+/* Status of a run whose last trial was refused. Other starts of Newton's method are not tried where speeds jump, because a solution
+ * exists there. */
 static int tr_moreau_fault(tr_sim *s) {
   if (s->step.failure == TR_FAIL_MULTIPLIERS) s->friction.searched = s->clock.t;
   return s->step.failure != TR_OK ? s->step.failure : TR_FAIL_MODES;
@@ -235,7 +236,8 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
     double whole = err <= 1.0 && !fixed ? tr_find_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_corner(s, 1.0);
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
-    /* Whether an impact can explain the error of so short a step. Without a change of mode, light bodies are merely fast. */
+    /* Whether the error of so short a step may come from an impact. Without a change of mode, it comes from light bodies that move
+     * fast. */
     const int jumps = !course.steady || err != err;
     if (!fixed && jumps && h <= least && !(err <= 1.0) && !known) known = 1, least = tr_shortest_impulse_step_from_start(s, &course);
     const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams)); /* an impact */
@@ -252,7 +254,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
 
 static void tr_choose_moreau(tr_sim *s) {
   if (!tr_is_auto(s) || !s->k->sets) return;
-  for (int i = 0; i < s->k->nsliders; ++i) /* laws that are stiff near rest exclude impulse steps */
+  for (int i = 0; i < s->k->nsliders; ++i) /* mechanisms with laws that are stiff near rest get no impulse steps */
     if (!tr_is_set_valued(s, i) && tr_pair_of(s, i)->kind != TR_KIND_SMOOTH) return;
   if (tr_method_of(s)->kind == TR_IMPULSES) {
     if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_AUTO_TIGHT, s->step.have_k1 = s->step.have_jac = 0;

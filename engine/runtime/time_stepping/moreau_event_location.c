@@ -1,9 +1,9 @@
-/* Ends of Moreau steps under error control: places where an end stop engages or releases, or where a stuck pair first exceeds its
- * capacity. Speeds do not show these events; the error control detects all others. */
+/* Moreau steps under error control end where an end stop engages or releases, or where a stuck pair first exceeds its capacity.
+ * This file locates these places. Speeds do not show these events; the error control detects all other events. */
 #include "time_stepping/time_stepping.h"
 
-/* × the step: size of the next trial if a pair is released too early. Impulses use the rates at the start of the step, which can
- * cause this. */
+/* × the step: size of the next trial if a pair is released too early. (This can happen, because impulses use the rates at the start
+ * of the step.) */
 #define EARLY 0.25
 
 /* Modes during a step that is made in two halves. */
@@ -11,7 +11,7 @@ typedef struct tr_moreau_course {
   tr_mode *start, *middle;
   int steady; /* whether the modes of start, middle and end are equal */
   int smooth; /* whether the whole step also has these modes */
-  double let_go; /* place of releases in the first half of the step: 0 at its start, 1 at its end, ½ unknown */
+  double let_go; /* place of releases in the first half of the step: 0 at its start, 1 at its end, ½ if unknown */
 } tr_moreau_course;
 
 /* Form a linear dense output of the last step. */
@@ -63,9 +63,9 @@ static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   return 0;
 }
 
-/* Place in the last step where a pair that is stuck at its start exceeds its capacity in the modes of the start. Speeds grow from
- * zero and do not show this place. Returns EARLY if there is no such place, because the pair was released too early. Returns 1 if
- * the place is the start or end of the step (course->let_go), or if another event is earlier. */
+/* Place in the last step where a pair that is stuck at its start exceeds its capacity in the modes of the start. Speeds after the
+ * release grow from zero and do not show this place. Returns EARLY if there is no such place: the pair was then released too early.
+ * Returns 1 if the place is the start or end of the step (course->let_go), or if another event is earlier. */
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];

@@ -10,15 +10,16 @@ static void tr_advance_positions(const tr_sim *s, double *y, const double *v, do
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
 /* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair slips if its sliding
- * reversed inside the step and only an impulse holds it, not a force. In loops, a pair that rests because others stick also sticks.
- * Restores the step's ẏ. */
+ * reversed inside the step and an impulse stopped it that its force could not. In loops, a pair that rests because others stick
+ * also sticks. Restores the step's ẏ. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
 /* One impulse step h from (t, y). Results: ynew, and the modes at the step's end. Returns TR_OK, TR_MORE if a frozen direction
  * turned too far, or a failure status. */
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew);
 
-/* Log the changes of pair modes since `then`, at time t. `jolt`: stops are logged as impacts. Returns 1 if any mode changed. */
+/* Log the changes of pair modes since `then`, at time t. `jolt`: log pairs that came to rest as impacts. Returns 1 if any mode
+ * changed. */
 static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jolt);
 
 /* Make one acceptable step that ends at most at `limit`; the step is then pending. Returns a status. */

@@ -46,8 +46,8 @@ def _ends(name: str, j: Joint) -> Iterator[Finding]:
     wanted = OVERLAP if j.ends == OVERLAP else FIXED
     able = [k.name for k in REGISTRY.values() if k.friction and any(_ended(s, wanted) for s in CONTACTS[k.friction].sizes)]
     if j.type not in able:
-        what = f"the contacts of a {j.type} joint have no ends that {'overlap' if wanted == OVERLAP else 'either part could have'}"
-        yield Finding(path, what, f"leave it out; joints with such ends: {', '.join(able)}")
+        what = f"ends: {j.ends} does not apply to a {j.type} joint"
+        yield Finding(path, what, f"remove it; it applies to {', '.join(able)}")
     elif j.friction is None:
         yield Finding(path, "without friction the joint has no contacts, so ends has no effect", "remove ends, or add friction")
 

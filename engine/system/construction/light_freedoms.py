@@ -1,4 +1,4 @@
-"""Freedoms of tree joints on loops whose body is light beside the other bodies of the loops (theory, "Light bodies")."""
+"""Freedoms of tree joints on loops whose body is light compared with the other bodies of the loops (theory, "Light bodies")."""
 
 from __future__ import annotations
 

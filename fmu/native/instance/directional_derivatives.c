@@ -9,8 +9,7 @@ typedef struct fmu_direction {
 } fmu_direction;
 
 /* Compute the derivatives of all outputs (`all`) and of all state derivatives (`rates`) along a direction. The computation uses a
- * copy of the state.
- * */
+ * copy of the state. */
 static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all, double *rates) {
   fmu_instance copy = *m;
   copy.state = fmu_copied(m);

@@ -109,8 +109,8 @@ static fmu_sight fmu_look(fmu_instance *m, double target, double limit) {
   return sight;
 }
 
-/* Compute in `before` the row just before the event that is recorded at `time`, by a run to `time` that leaves out the event. Only
- * needed if the look-ahead has not stored this row. */
+/* Compute in `before` the row just before the event that is recorded at `time`, by a run to `time` that does not handle the event.
+ * Only needed if the look-ahead has not stored this row. */
 static void fmu_row_up_to(fmu_instance *m, double time, double limit) {
   memcpy(m->ahead, m->state, m->state->bytes);
   if (tr_reach(FMU_SIM(m->ahead), time, limit, (long)MANY_STEPS, m->before) != TR_DONE) m->before[0] = NAN;

@@ -5,16 +5,14 @@
 #define IN_A_ROW 2  /* an input that changes at this many consecutive communication points is sampled; a single change is a jump */
 
 /* Whether an input is sampled. The value of a sampled input changes at consecutive communication points, and the host does not give
- * its acceleration.
- * */
+ * its acceleration. */
 static int fmu_sampled(const fmu_input *in) { return in->changes >= IN_A_ROW && in->derived < 2.0 && in->last_t > in->before_t; }
 
-/* Derivative of order k + 1 of an input, from a function call of the host or from a derivative input. */
+/* Derivative of order k + 1 of an input: from a function call of the host, or from a derivative input. */
 static double fmu_told(const fmu_input *in, int k) { return in->told[k] + in->given[k]; }
 
 /* Bandwidth with which a motion follows its input. It is the requested bandwidth `asked`; for a sampled input, it is limited by the
- * sample time.
- * */
+ * sample time. */
 static double fmu_bandwidth(const fmu_input *in, double asked) {
   return fmu_sampled(in) ? fmin(asked, CARRIED / (in->last_t - in->before_t)) : asked;
 }

@@ -176,8 +176,7 @@ typedef struct fmu_state {
 } fmu_state;
 
 /* Functions of the host. allocate, release: if NULL, the C library's functions are used. say: function that formats a message for
- * `logger`.
- * */
+ * `logger`. */
 typedef struct fmu_host {
   void *(*allocate)(size_t count, size_t bytes);
   void (*release)(void *);

@@ -2,8 +2,7 @@
  * event indicators (``hosts/model_exchange.c``) and handles events (``hosts/model_exchange_events.c``). */
 
 /* Check a call of model exchange. modes: bits of the allowed modes. given: number of values in the call. wanted: required number of
- * values.
- * */
+ * values. */
 static fmu_status fmu_may_exchange(const fmu_instance *m, const char *call, int modes, size_t given, int wanted) {
   if (!m->exchange) return fmu_log(m, FMU_ERROR, "%s: this instance is for co-simulation: create one for model exchange", call);
   if (!(modes & 1 << m->state->mode)) return fmu_log(m, FMU_ERROR, "%s: this call is not allowed in the present mode of the instance", call);

@@ -18,8 +18,7 @@ static int fmu_states(void) {
 static int fmu_indicators(void) { return 2 * MODEL->kernel->nsliders + MODEL->kernel->nstops + (MODEL->kernel->neta > 0); }
 
 /* The reference of the first state. The references after those of the states are those of the state derivatives, then those of the
- * event indicators.
- * */
+ * event indicators. */
 static unsigned fmu_first_state(void) {
   return (unsigned)(fmu_count() + (MODEL->clocks ? 1 + 3 * MODEL->clocks->count + (MODEL->clocks->last >= 0) : 0));
 }

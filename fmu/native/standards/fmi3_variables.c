@@ -78,8 +78,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 }
 
 /* Define a function that sets integers. The function does not treat arrays, because no settable integer is an array. Outputs cannot
- * be set.
- * */
+ * be set. */
 #define FMI3_SET(Name, kind) \
   fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
     FMU_ENTER(c); \

@@ -1,4 +1,5 @@
-"""Advice: no more model than the asked outputs need, and no less; the written scene keeps the promise."""
+"""Advice recommends the simplest model that the requested outputs need, and no simpler one; the written scene has the promised
+error."""
 
 from __future__ import annotations
 
@@ -64,7 +65,7 @@ def test_what_integration_alone_adds_is_part_of_the_error_and_falls_with_the_err
 
 
 def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) -> None:
-    """The prediction is of first order; friction enters its own normal force, so that a tenth is allowed for."""
+    """The prediction is of first order; friction affects its own normal force, so that a tenth is allowed for this."""
     ideal = next(r for r in torque.rungs if not r.joints)
     assert not ideal.predicted
     assert ideal.setting is None
@@ -78,7 +79,7 @@ def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice
 
 
 def test_what_the_wanted_error_rules_out_is_not_run() -> None:
-    """Without friction 8.1 is wrong altogether: sensitivities say so, and that rung has no run."""
+    """Without friction 8.1 is entirely wrong: sensitivities show this, and the advice makes no run of that model."""
     a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)
     assert a.rungs[0].predicted
     assert a.rungs[0].model_error > 30 * 1e-3
@@ -87,7 +88,7 @@ def test_what_the_wanted_error_rules_out_is_not_run() -> None:
 
 
 def test_a_method_far_slower_than_the_best_is_not_tightened_further() -> None:
-    """The ladder is given invented runs. All take 10 ms, but time stepping takes ten times longer at each tighter tolerance.
+    """The test gives the ladder invented runs. All take 10 ms, but time stepping takes ten times longer at each tighter tolerance.
     The automatic choice reaches the error at the first tolerance, the other methods only at the tightest."""
     asked: list[tuple[str, float]] = []
 

@@ -1,4 +1,4 @@
-"""Mechanisms whose motion is known in closed form, and what textbooks say of fitting it: no code of the engine."""
+"""Mechanisms whose motion is known in closed form, and textbook formulas for fitting them: no code of the engine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ GLIDER: dict[str, Any] = {
     "bodies": {"cart": {"box": [0.1, 0.1, 0.1], "density": 1000}},
     "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "cart", "start": {"q": 0.1, "qd": 0.5}}},
 }
-"""x = q + qd t: linear in both."""
+"""A body with x = q + qd t, which is linear in both."""
 Q, QD, X = "joints.rail.start.q", "joints.rail.start.qd", "rail.q[1]"
 TIME = np.linspace(0.0, 2.0, 9)
 LINE = np.column_stack([np.ones(9), TIME])
@@ -25,7 +25,7 @@ def noisy(seed: int, deviation: float = 0.02, time: np.ndarray = TIME, q: float 
 
 
 def regression(A: np.ndarray, y: np.ndarray, level: float, deviation: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """(estimates, half widths of their intervals) of y = A b + noise: Student's t where its deviation is estimated."""
+    """(estimates, half widths of their intervals) of y = A b + noise; Student's t where the deviation of the noise is estimated."""
     b = np.linalg.solve(A.T @ A, A.T @ y)
     r, free = y - A @ b, len(y) - A.shape[1]
     s = np.sqrt(r @ r / free) if deviation is None else deviation
@@ -44,12 +44,13 @@ FORCE = "joints.rail.friction.force"
 
 
 def slid(force: float, v: float | np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Way of the slider, m."""
+    """Travel of the slider, m."""
     t = np.minimum(time, v / force)
     return v * t - 0.5 * force * t * t
 
 
 def slid_slopes(force: float, v: float, time: np.ndarray) -> np.ndarray:
-    """Its derivatives by the force and the speed (n × 2); the time of rest moves too, at no speed."""
+    """Its derivatives with respect to the force and the speed (n × 2). The time of rest depends on both, too, but the speed is zero
+    there."""
     t = np.minimum(time, v / force)
     return np.column_stack([-0.5 * t * t, t])

@@ -1,4 +1,4 @@
-"""``trunnion fit`` tells what ``trunnion.fit`` finds, from files with units, and every mistake at once."""
+"""``trunnion fit`` prints the results of ``trunnion.fit``, from files with units, and reports all mistakes at once."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Said = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the glider and two measured runs, in millimetres, with a column nobody wants."""
+    """A folder with the glider and two measured runs, in millimetres, with an unused column."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "glider.json").write_text(json.dumps(scene_to_dict(scene_given(GLIDER))))
     for name, seed, q in (("a", 1, 0.1), ("b", 2, -0.2)):

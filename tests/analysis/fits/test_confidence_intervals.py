@@ -1,4 +1,5 @@
-"""Intervals of fits are those of textbooks where these have any, end at bounds, and say where the data leave them open."""
+"""Intervals of fits equal those of textbooks where these exist. They end at bounds, and show where the data do not determine
+them."""
 
 from __future__ import annotations
 
@@ -26,11 +27,11 @@ from tests.analysis.fits.closed_form_motions import (
 )
 
 WIDTH = 3e-3
-"""Relative: ends are found to a thousandth of the threshold on either side, and √rise is linear here."""
+"""Allowed relative error: ends are located to a thousandth of the threshold on either side, and √rise is linear here."""
 
 
 def check(found: trunnion.Fit, names: list[str], b: np.ndarray, half: np.ndarray) -> None:
-    """Values, local and profile intervals are those of a regression."""
+    """Check that values, local and profile intervals equal those of a regression."""
     for name, value, wide in zip(names, b, half, strict=True):
         i = found.intervals[name]
         assert found.values[name] == pytest.approx(value, abs=1e-6 * wide)
@@ -49,7 +50,7 @@ def test_intervals_of_a_linear_model_are_those_of_regression(noise: float | None
 
 
 def test_runs_share_what_they_share_and_have_starts_of_their_own() -> None:
-    """Two runs of one speed from two places: a regression with two intercepts; the columns of both runs share one noise."""
+    """Two runs of one speed from two places: a regression with two intercepts. The columns of both runs share one noise."""
     other = np.linspace(0.0, 1.0, 6)
     y, z = noisy(2), noisy(3, time=other, q=-0.3)
     runs = [trunnion.MeasuredRun(TIME, {X: y}), trunnion.MeasuredRun(other, {X: z}, {Q: -0.2}, name="back")]
@@ -76,7 +77,8 @@ def test_curves_of_two_units_have_two_noises() -> None:
 
 
 def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
-    """Against all pairs of force and speed on a grid: the interval is where the best of a force's row is near the best of all."""
+    """Compared with all pairs of force and speed on a grid: the interval contains the forces whose best misfit is near the best of
+    all."""
     time, noise = np.linspace(0.0, 1.0, 9), 0.02
     data = slid(2.0, 1.0, time) + noise * np.random.default_rng(7).normal(size=9)
     found = trunnion.fit(SLIDER, [FORCE, QD], time, {X: data}, noise=noise, level=0.9)
@@ -89,7 +91,7 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
 
 
 def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
-    """A glider has no drag: data of one allow none, and any that does less than the noise."""
+    """A glider has no drag. Its data allow zero drag, and any drag with an effect smaller than the noise."""
     found = trunnion.fit(GLIDER, ["joints.rail.damping"], TIME, {X: noisy(9)}, {"joints.rail.damping": 0.01}, noise=0.02)
     i = found.intervals["joints.rail.damping"]
     assert (i.low, i.low_end) == (0.0, "bound")
@@ -99,7 +101,8 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
 
 
 def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
-    """Data of one coefficient, fitted by a law that has two: the static one is found at the sliding one, where it has to end."""
+    """Data of one coefficient, fitted by a law with two: the static coefficient is found at the sliding one, where its range
+    ends."""
     mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"
     rub = {"force": "2 N", "law": "stribeck", "mu": 0.9, "mu_static": 1.1, "v_stribeck": 0.4}
     time = np.linspace(0.0, 1.0, 21)
@@ -113,7 +116,7 @@ def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
 
 
 def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> None:
-    """Sliding friction of a hundredth less than static friction: it is differenced downward."""
+    """Sliding friction is a hundredth less than static friction, so that its difference is taken downward."""
     static = {**SLIDER["joints"]["rail"], "friction": {"force": "4 N", "mu": 0.5, "mu_static": 0.5}}
     s = trunnion.sensitivity({**SLIDER, "joints": {"rail": static}}, ["joints.rail.friction.mu"], [X], until=0.8, every=0.1)
     assert s.d(X, "joints.rail.friction.mu") == pytest.approx(4.0 * slid_slopes(2.0, 1.0, s.time)[:, 0], abs=1e-7)

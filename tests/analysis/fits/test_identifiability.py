@@ -1,4 +1,5 @@
-"""What the data cannot tell apart is named, with what they do determine; a prior decides what they leave open."""
+"""The fit names numbers that the data cannot separate, and the combinations that the data determine; a prior determines the
+remaining ones."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def test_friction_and_radius_of_a_journal_are_named(found: trunnion.Fit) -> None
 
 
 def test_what_only_a_prior_says_is_the_priors(found: trunnion.Fit) -> None:
-    """Of the radius alone the data say nothing: its interval is that of the log-normal prior."""
+    """The data contain no information about the radius alone: its interval is that of the log-normal prior."""
     spread = math.sqrt(math.log(1.0 + 0.2**2))
     middle = math.log(0.03) - 0.5 * spread**2
     i = found.intervals[RADIUS]
@@ -50,7 +51,8 @@ def test_what_only_a_prior_says_is_the_priors(found: trunnion.Fit) -> None:
 
 
 def test_without_a_prior_both_are_open() -> None:
-    """Of a block that is braked by μ F no value of either is excluded; a deviation is infinite, not what a pseudo-inverse says."""
+    """μ F brakes a block, and no value of either number is excluded. Their deviation is infinite, not the result of a
+    pseudo-inverse."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.0}}}}
     force, mu = "joints.rail.friction.force", "joints.rail.friction.mu"
     time = np.linspace(0.0, 1.0, 12)
@@ -69,7 +71,7 @@ def test_without_a_prior_both_are_open() -> None:
 
 
 def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> None:
-    """Slopes of a·b, of c²·d and of e: two groups, each with its combination; e is in neither."""
+    """Slopes of a·b, of c²·d and of e: two groups, each with its combination; e is in neither group."""
     random = np.random.default_rng(2)
     x, y, z = random.normal(size=(3, 40))
     J = 1e3 * np.column_stack([x, x, 2 * y, y, z])
@@ -84,7 +86,8 @@ def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> Non
 
 
 def test_what_the_noise_hides_is_named_and_its_profiles_decide() -> None:
-    """Two slopes that differ by a thousandth, measured no better than that: alike for this noise, not for any."""
+    """Two slopes differ by a thousandth, and the measurement is no more precise than this. They are inseparable for this noise, but
+    not for any noise."""
     random = np.random.default_rng(3)
     x, y = random.normal(size=(2, 40))
     seen = slope_spectrum(np.column_stack([x, x + 1e-3 * y]) * 100.0, 40, 2.0, True)

@@ -1,4 +1,5 @@
-"""Intervals hold the truth as often as they say: of synthetic measurements with noise, of motions that stop meanwhile."""
+"""Intervals contain the true values as often as they claim: for synthetic measurements with noise, of motions that include a
+stop."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ def closed(data: np.ndarray, noise: float | None) -> Any:
 
 
 def held(seed: int, noise: float | None) -> list[bool]:
-    """Whether the profile interval of each number holds the truth."""
+    """Whether the profile interval of each number contains the true value."""
     data = slid(*TRUTH, TIME) + NOISE * np.random.default_rng(seed).normal(size=len(TIME))
     known = BoundsAndPriors(("force", "v"), np.full(2, 1e-6), np.full(2, np.inf), {})
     objective = Objective(closed(data, noise), known, TRUTH, np.zeros(len(TIME), int))
@@ -46,7 +47,8 @@ def held(seed: int, noise: float | None) -> list[bool]:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> None:
-    """Of 40 sets at 90 %, as many as a fair coin of that weight gives but once in a thousand, either way."""
+    """Of 40 sets at 90 %, the number of hits is one that a coin of this probability misses only once in a thousand, in either
+    direction."""
     counts = np.sum([held(s, noise) for s in range(SETS)], axis=0)
     low, high = stats.binom.ppf([0.0005, 0.9995], SETS, LEVEL)
     assert all(low <= c <= high for c in counts)
@@ -54,9 +56,9 @@ def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> No
 
 @pytest.mark.slow
 def test_intervals_of_the_engines_own_fits_hold_the_truth() -> None:
-    """100 of the sets of ``python -m tests.benchmarks.numerical_error.fit_interval_coverage``, by the engine's runs and slopes: 93
-    to 97 % of 95 % intervals, and two standard errors more, since they are no thousand. (A set takes 2 s; 200 did not end in ten
-    minutes beside other work, for a standard error of 1 % in place of 1.4 %.)"""
+    """100 of the sets of ``python -m tests.benchmarks.numerical_error.fit_interval_coverage``, by the engine's runs and slopes. 93
+    to 97 % of 95 % intervals must contain the true value, with two standard errors more, since there are not a thousand sets. (A
+    set takes 2 s; 200 did not finish in ten minutes beside other work, and their standard error is 1 % in place of 1.4 %.)"""
     both = covered(100)["all"]
     for count in (both.local, both.profile):
         share = count / both.intervals

@@ -1,4 +1,5 @@
-"""Laws are compared by likelihood and what their numbers cost; experiments by the information they would add."""
+"""Laws are compared by likelihood and by the number of their parameters; experiments are compared by the information that they
+would add."""
 
 from __future__ import annotations
 
@@ -52,7 +53,7 @@ def test_too_few_values_for_their_numbers_have_no_aicc() -> None:
 
 @pytest.fixture(scope="module")
 def stribeck() -> trunnion.ModelComparison:
-    """Two laws on a block whose friction at rest is half as much again as when it slides fast."""
+    """Two laws on a block whose static friction is half as much again as its friction in fast sliding."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.2}}}}
     own = {RUB + "law": "stribeck", RUB + "mu": 1.0, RUB + "mu_static": 1.5, RUB + "v_stribeck": 0.5}
     run = trunnion.simulate(scene, 0.8, 0.02, rtol=1e-9, overrides=own, outputs=[X])
@@ -72,7 +73,7 @@ def test_the_law_that_made_the_data_is_found(stribeck: trunnion.ModelComparison)
 
 
 def test_laws_that_do_the_same_are_told_to_be_alike() -> None:
-    """A block that slides to rest, by Coulomb's law and by what smooths it."""
+    """A block that slides to rest, by Coulomb's law and by its regularised form."""
     time = np.linspace(0.0, 1.0, 13)
     curve = slid(2.0, 1.0, time) + 0.005 * np.random.default_rng(4).normal(size=13)
     told = trunnion.compare(SLIDER, {"coulomb": (), "regularized": ()}, [FORCE, QD], time, {X: curve}, intervals=False)
@@ -99,7 +100,7 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunni
 
 
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
-    """Of laws that are smooth but stiff slopes are differences; across the stop of the block they are right to a step squared."""
+    """Slopes of smooth but stiff laws are differences; across the stop of the block they are right up to the square of the step."""
     scene = trunnion.scene.overrides.scene_given(SLIDER, None)
     time = np.linspace(0.0, 1.0, 12)  # none at the very stop, where the curves have a second derivative on one side only
     curves = ModelCurves(scene, [FORCE, QD], (), [trunnion.MeasuredRun(time, {X: time}, name="run")], 1e-10)
@@ -123,7 +124,8 @@ def information(times: np.ndarray, sizes: np.ndarray, deviation: float) -> np.nd
 
 
 def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit) -> None:
-    """Of a straight line, from the matrices of its regressions; the sharper, the longer, the more it tells."""
+    """For a straight line, compared with the matrices of its regressions: more precise and longer experiments give more
+    information."""
     longer, sharper = trunnion.Experiment(until="8 s", every="1 s"), trunnion.Experiment(noise=0.005)
     trials: dict[str, Any] = {"again": {}, "longer": longer, "sharper": sharper}
     told = {p.name: p for p in trunnion.propose(line, trials)}
@@ -138,7 +140,8 @@ def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit
 
 
 def test_a_start_that_has_to_be_found_too_takes_its_share() -> None:
-    """With a start of its own for each run, a further run tells of the speed only what is left when its start is known."""
+    """When each run has a start of its own, a further run gives only the information about the speed that remains when its start is
+    known."""
     found = trunnion.fit(GLIDER, [QD], runs=[trunnion.MeasuredRun(TIME, {X: noisy(1)}, noise=0.02)], own=[Q], intervals=False)
     (again,) = trunnion.propose(found, {"again": {}})
     alone = 0.02 / math.sqrt(np.sum((TIME - TIME.mean()) ** 2))

@@ -1,4 +1,5 @@
-"""A fit asked for whole, as a batch asks for it: what the functions find, to the bit, in whatever pieces; all mistakes at once."""
+"""A complete request for a fit, as a batch makes it: it gives the results of the functions, to the bit, in any pieces, and all
+mistakes at once."""
 
 from __future__ import annotations
 
@@ -32,12 +33,12 @@ WHOLE = FitRequest((QD,), RUNS, (Q,), priors={QD: "normal(0.5, 0.2)"}, candidate
 
 
 def plain(data: Any) -> Any:
-    """Data as JSON has it."""
+    """Data in JSON form."""
     return json.loads(json.dumps(finite(data)))
 
 
 def answer(q: FitRequest, scene: trunnion.Scene = SCENE) -> dict[str, Any]:
-    """What a question comes to."""
+    """The result of a request."""
     plan = make_fit_plan(scene, q)
     return combine_rows(plan, FitRunner(plan).chunk(0, plan.cases.count).to_pylist())
 
@@ -55,7 +56,7 @@ def rows(whole: FitPlan) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def evidence() -> trunnion.ModelComparison:
-    """The same by the functions."""
+    """The same evidence, by the functions."""
     given: dict[str, Any] = {"runs": RUNS, "own": (Q,), "priors": {QD: "normal(0.5, 0.2)"}}
     return trunnion.compare(GLIDER, LAWS, (QD,), **given)
 

@@ -1,4 +1,4 @@
-"""The search asks for slopes only where it goes, and comes to the same numbers, to the bit, as if it asked everywhere."""
+"""The search computes slopes only where it accepts a point. Its results are the same, to the bit, as with slopes everywhere."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from trunnion.simulation.results.csv_and_parquet import finite
 
 
 class Everywhere(Objective):
-    """One that asks for slopes at every trial."""
+    """A search that computes slopes at every trial."""
 
     @property
     def least(self) -> float:
-        """None is known to be less."""
+        """No lower misfit is known."""
         return np.inf
 
     @least.setter

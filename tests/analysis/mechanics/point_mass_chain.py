@@ -1,4 +1,4 @@
-"""Chains of point masses on rods without mass, hung up: the mechanism whose swings are known in closed form."""
+"""Hanging chains of point masses on rods without mass: their oscillations are known in closed form."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from trunnion.scene.data_classes import scene as sm
 
 GRAVITY, LENGTH, MASS = 9.81, 1.0, 2.0
 POINT = 1e-12
-"""kg m²; a body has some inertia: it shifts frequencies by 1e-12 of themselves."""
+"""Inertia of a body, kg m². It cannot be zero, and changes frequencies by 1e-12 of their values."""
 
 
 def chain(n: int, start: float = 0.0, rub: dict[int, sm.Friction] | None = None) -> sm.Scene:
-    """n masses one below the other; rub: friction of some of their joints."""
+    """n masses one below the other; rub: friction of some joints."""
     bodies, joints = {}, {}
     for i in range(n):
         bodies[f"b{i}"] = sm.Body(mass=MASS, inertia=(POINT,) * 3, points={"tip": (0.0, 0.0, -LENGTH)}, center=(0.0, 0.0, -LENGTH))

@@ -1,4 +1,4 @@
-"""Clearance as a warning: pins cross their bearings when and as fast as a simulated gap says; ideal joints are its limit."""
+"""Warnings about clearance: pins cross their bearings at the time and speed of a simulated gap; the limit is the ideal joint."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BODY = sm.Body(mass=MASS, inertia=(0.01, 0.01, 0.01))
 
 
 def shaken(direction: float = 0.0, **joint) -> sm.Scene:
-    """A hub on a pin, pushed and pulled through its middle. direction: angle of the push about the pin from x, rad."""
+    """A hub on a pin; an alternating force acts through its middle. direction: angle of the force about the pin from x, rad."""
     hinge = sm.Joint("revolute", "ground", "hub", axis="y", **{"friction": PIN, **joint})
     x, z = (sm.Signal(harmonic=sm.Harmonic(PULL * part, HERTZ)) for part in (np.cos(direction), np.sin(direction)))
     push = sm.Force("force", "hub", (x, 0.0, z) if direction else (WAVE, 0.0, 0.0))
@@ -35,7 +35,7 @@ def shaken(direction: float = 0.0, **joint) -> sm.Scene:
 @pytest.mark.parametrize("direction", [0.0, *np.random.default_rng(5).uniform(-np.pi, np.pi, 6)])
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: float) -> None:
-    """m s̈ = P sin ωt from rest where the force turns round: P/(m ω²) (ωt − sin ωt) = 2c, v = P/(m ω) (1 − cos ωt)."""
+    """m s̈ = P sin ωt from rest where the force reverses: P/(m ω²) (ωt − sin ωt) = 2c, v = P/(m ω) (1 − cos ωt)."""
     r = simulate(shaken(direction, pin=pin), until=0.95, every=1e-3)
     found = knocks(r, CLEARANCE)
     t = brentq(lambda t: PULL / (MASS * RATE**2) * (RATE * t - np.sin(RATE * t)) - 2 * CLEARANCE, 1e-9, 0.5 / HERTZ)
@@ -51,7 +51,7 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: floa
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
 def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str) -> None:
-    """Its normal is that of the ideal joint's contact as soon as the force has turned round, and so is its angle."""
+    """Its normal and its angle are those of the ideal joint's contact just after the force has reversed."""
     rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
     axis = "y" if kind == "revolute" else None
     joint = sm.Joint(kind, "ground", "hub", axis=axis, pin=pin, friction=rub)
@@ -66,7 +66,7 @@ def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str)
 
 
 def test_it_is_what_a_gap_does_that_is_simulated() -> None:
-    """The same hub on a rail between two hard stops, at rest on one of them until the force turns round."""
+    """The same hub on a rail between two hard stops. It rests on one of them until the force reverses."""
     stops = sm.EndStops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
     back = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ, phase=np.pi))
     rail = sm.Joint("prismatic", "ground", "hub", axis="x", end_stops=stops, effort=back, start=sm.Start(q=CLEARANCE))
@@ -79,7 +79,8 @@ def test_it_is_what_a_gap_does_that_is_simulated() -> None:
 
 
 def test_without_clearance_it_is_the_ideal_joint() -> None:
-    """Flight and speed go with the third root of it, and its square: (12 c m/Ṅ)^(1/3), Ṅ t²/(2 m)."""
+    """The time of flight is proportional to the third root of the clearance, and the speed to the square of this root: (12 c
+    m/Ṅ)^(1/3), Ṅ t²/(2 m)."""
     r = simulate(shaken(), until=0.4, every=5e-4)
     slope = PULL * RATE
     for c in (1e-6, 1e-8, 1e-9):
@@ -90,7 +91,8 @@ def test_without_clearance_it_is_the_ideal_joint() -> None:
 
 
 def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:
-    """Of a free bar at its end: 1/m + a²/J across, 1/m along; of one on a hinge at its other end J/L² across, for two bars both."""
+    """The mechanism's inverse mass at the end of a free bar is 1/m + a²/J across and 1/m along. The mass of a bar on a hinge at its
+    other end is J/L² across; for two bars both terms add."""
     bar = sm.Body(box=(0.6, 0.04, 0.04), mass=3.0, center=(0.3, 0.0, 0.0))
     scene = sm.Scene({"bar": bar}, {"pin": sm.Joint("revolute", "ground", "bar", axis="y", friction=PIN)}, "bar")
     J = 3.0 * (0.6**2 + 0.04**2) / 12

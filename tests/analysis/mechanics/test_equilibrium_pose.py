@@ -1,4 +1,5 @@
-"""Where a mechanism rests, and how far from there friction holds it: by statics of the same poses in closed form."""
+"""Poses of rest of a mechanism, and the range in which friction holds it: compared with statics of the same poses in closed
+form."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ CLOSE = 1e-8
 
 
 def test_the_block_of_8_1_rests_within_the_cone_of_its_ball() -> None:
-    """m g L sin θ = μ/√(1 + μ²) r m g about every level axis; about the upright one it rests anywhere."""
+    """m g L sin θ = μ/√(1 + μ²) r m g about every level axis; about the vertical axis the body rests at any angle."""
     scene = load_scene("spherical_pendulum")
     mu, radius = scene.joints["ball"].friction.mu, scene.joints["ball"].friction.radius
     edge = np.arcsin(mu / np.hypot(1.0, mu) * radius / scene.bodies["pendulum"].center[0])
@@ -48,7 +49,7 @@ def test_a_bar_on_a_pin_rests_where_its_weight_turns_it_less_than_friction(law: 
 
 
 def pinned(torque: float, **joint: Any) -> sm.Scene:
-    """A pendulum of m g l = 0.981 N m on a pin whose friction holds the torque."""
+    """A pendulum with m g l = 0.981 N m on a pin whose friction is a torque."""
     bob = sm.Body(mass=1.0, center=(0.0, -0.1, 0.0), inertia=(0.01, 0.01, 0.01))
     pin = sm.Joint("revolute", "ground", "bob", axis="z", friction=sm.Friction(torque=torque), **joint)
     return sm.Scene({"bob": bob}, {"pin": pin}, gravity=(0.0, -9.81, 0.0))
@@ -96,7 +97,7 @@ def test_a_spring_carries_by_hooke() -> None:
 
 
 def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
-    """Three joints with springs under gravity, against a minimiser of the potential energy written down apart."""
+    """Three joints with springs under gravity, compared with a minimiser of an independently written potential energy."""
     n, stiff = 3, (3.0, 2.0, 1.0)
     scene = chain(n, start=0.4)
     joints = {k: replace(j, spring=sm.Spring(s, 0.5)) for (k, j), s in zip(scene.joints.items(), stiff, strict=True)}
@@ -113,7 +114,7 @@ def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(8))
 def test_blocks_on_rails_rest_against_stiff_stops_by_hooke(seed: int) -> None:
-    """Each rail carries the next; its load, spring and stop act along it alone. Loads count with their values of t = 0."""
+    """Each rail carries the next; its load, spring and stop act only along it. Loads have their values at t = 0."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 5))
     load, spring, stop = rng.uniform(-20, 20, n), rng.uniform(50, 500, n), 10 ** rng.uniform(3, 6, n)

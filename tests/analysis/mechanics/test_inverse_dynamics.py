@@ -1,4 +1,4 @@
-"""What a motion takes is what made it: efforts of a run, found again from its motion."""
+"""The efforts of a run are found again from its motion."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def efforts(time: np.ndarray, i: int) -> np.ndarray:
 
 
 def arm(n: int = 3) -> sm.Scene:
-    """An arm whose joints rub, moved by sines of torque."""
+    """An arm whose joints have friction, moved by sinusoidal torques."""
     bodies, joints = {}, {}
     for i in range(n):
         bodies[f"b{i}"] = sm.Body(box=(0.5, 0.05, 0.05), density=2700, center=(0.25, 0.0, 0.0), points={"tip": (0.5, 0.0, 0.0)})
@@ -47,7 +47,7 @@ def test_efforts_of_a_run_with_friction_are_found_again_from_its_motion() -> Non
 
 
 def test_coordinates_alone_are_enough_where_nothing_turns_round() -> None:
-    """Spacing 2 ms, splines of degree 5: accelerations to its fourth power."""
+    """At a spacing of 2 ms and with splines of degree 5, accelerations are precise to the fourth power of the spacing."""
     scene = arm(2)
     r = simulate(scene, until=0.2, every=0.002, rtol=1e-12)
     assert not any(e.kind == "reversal" for e in r.events)
@@ -84,7 +84,8 @@ def test_loads_act_at_the_times_of_the_motion(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_wheels_turn_on_by_more_than_a_tooth_from_time_to_time(seed: int) -> None:
-    """Angles by the numbers of teeth, effort by the inertia that the first wheel feels. Wheels slipped to the nearest tooth."""
+    """Angles follow from the numbers of teeth, the effort from the inertia seen by the first wheel. Earlier, wheels slipped to the
+    nearest tooth."""
     rng = np.random.default_rng(seed)
     teeth = [int(n) for n in rng.integers(12, 80, 4)]
     inertia = rng.uniform(0.01, 0.2, 4)
@@ -104,7 +105,7 @@ def test_wheels_turn_on_by_more_than_a_tooth_from_time_to_time(seed: int) -> Non
 
 
 def test_in_a_loop_one_motion_takes_all_with_it() -> None:
-    """The crank of a crank-slider driven as it ran: its effort is none, for nothing drove it."""
+    """The crank of a crank-slider follows its motion in a run. Its effort is zero, because no drive moved it in the run."""
     scene = load_scene("crank_slider_free")
     r = simulate(scene, until=0.3, every=0.01, rtol=1e-10)
     crank = next(n for n, j in scene.joints.items() if j.type == "revolute" and "ground" in str(j.inboard))

@@ -1,4 +1,4 @@
-"""Driven mechanisms move as geometry says, whatever they weigh and even if nobody says what."""
+"""Driven mechanisms move as geometry requires, for any masses and without masses."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""A mechanism that rests on the hook of a latch keeps it: poses of rest, swings about them, and the bands that friction adds are
-those of the hook's spring, in closed form but for a root."""
+"""A mechanism that rests on the hook of a latch stays on it. Poses of rest, oscillations about them, and the ranges that friction
+adds are those of the hook's spring, in closed form but for a root."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CASES = [(seed, kernel) for seed in range(4) for kernel in KERNELS[: 1 + (seed =
 
 
 def raised(seed: int, friction: float = 0.0, **latch: object) -> tuple[float, float, sm.Scene]:
-    """An arm that has been lifted past a hook, which does not let it down: where the hook is and how stiff, and the scene."""
+    """An arm that has been lifted past a hook, which holds it. Returns the place and stiffness of the hook, and the scene."""
     rng = np.random.default_rng(seed)
     at, stiff, above = -rng.uniform(0.2, 1.2), 10 ** rng.uniform(3, 6), rng.uniform(0.05, 0.3)
     own = ", ".join(f"{k}: {v}" for k, v in {"at": at, "keeps": "below", "stiffness": stiff, **latch}.items())
@@ -35,7 +35,7 @@ simulation: {{until: 1 s, every: 10 ms}}
 
 
 def rests(at: float, stiff: float, torque: float = 0.0) -> float:
-    """Where weight, hook and a torque balance."""
+    """The angle at which weight, hook and a torque balance."""
     return brentq(lambda q: MASS * G * HALF * np.cos(q) + stiff * (at - q) + torque, at, at + 0.1, xtol=1e-15)
 
 

@@ -1,4 +1,4 @@
-"""Linearisations are the derivatives of the motion and of what is reported."""
+"""Linearisations equal the derivatives of the motion and of the reported columns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 HELD = ("events.", "audit.", "energy.")
 STEP = 1e-6
-"""Step of central differences in units of order 1: the third derivative leaves an error of order 1e-12, round-off of 1e-10."""
+"""Step of central differences in units of order 1. The third derivative causes an error of order 1e-12, round-off one of 1e-10."""
 
 
 def pushed_chain() -> trunnion.Scene:
@@ -39,7 +39,7 @@ def pushed_chain() -> trunnion.Scene:
 
 
 def driven_crank() -> trunnion.Scene:
-    """Example 8.2 with the crank's angle as an input: closed loop, redundant, friction."""
+    """Example 8.2 with the crank's angle as an input: a closed, redundant loop with friction."""
     data = scene_to_dict(trunnion.load_scene("crank_slider"))
     data["inputs"] = {"angle": {"start": 0.4, "unit": "rad", "bandwidth": 20.0}}
     data["joints"]["crank_pivot"]["drive"] = {"input": "angle"}
@@ -69,7 +69,7 @@ def differences(model: Model, dy: np.ndarray, inputs: np.ndarray) -> tuple[np.nd
 
 
 def pushed_four_bar() -> trunnion.Scene:
-    """A redundant loop whose friction depends on the reactions that the motion leaves open."""
+    """A redundant loop whose friction depends on the reactions that the motion does not determine."""
     data = scene_to_dict(four_bar("regularized"))
     data["inputs"] = {"push": {"start": 3, "unit": "N"}}
     data["forces"] = {"wind": {"type": "force", "on": "coupler", "force": [{"input": "push"}, 0, 1]}}
@@ -122,7 +122,7 @@ def test_a_pendulum_is_linearised_as_by_hand() -> None:
 
 
 def test_a_linearisation_predicts_a_small_change(tmp_path: Path) -> None:
-    """Over 20 ms the change that a small push causes is that of the linear system, to the square of the push's effect."""
+    """Over 20 ms, a small push changes the motion as the linear system predicts, up to the square of the push's effect."""
     scene = pushed_chain()
     linear = trunnion.linearize(scene, outputs=["two.b.position*"])
     h, push = 0.002, 0.1

@@ -1,4 +1,4 @@
-"""Wear is k ∫ N |v| dt: by friction's own work, by closed forms, and all of it is somewhere around the pin."""
+"""Wear is k ∫ N |v| dt, compared with friction's own work and with closed forms. The wear around the pin sums to all of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GRAVITY = 9.81
 
 
 def block(length: float = 0.05) -> sm.Scene:
-    """A block pushed along a rail under its weight, by a steady drive."""
+    """A block under its weight that a steady drive moves along a rail."""
     rub = sm.Friction(mu=0.2, half_length=length, half_width=0.02, half_height=0.03)
     drive = sm.Drive(constant=sm.Constant(rate=0.4))
     rail = sm.Joint("prismatic", "ground", "block", axis="x", ends="outboard", friction=rub, drive=drive)
@@ -29,7 +29,7 @@ def block(length: float = 0.05) -> sm.Scene:
 
 
 def spun(pin: str) -> sm.Scene:
-    """A balanced rotor whose weight presses a level pin always downwards, turned steadily."""
+    """A balanced rotor that turns steadily; its weight presses a level pin always downwards."""
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02)
     drive = sm.Drive(constant=sm.Constant(rate=2 * np.pi))
     joint = sm.Joint("revolute", "ground", "rotor", axis="y", pin=pin, friction=rub, drive=drive)
@@ -54,7 +54,7 @@ def test_a_block_on_a_rail_wears_by_weight_times_way() -> None:
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
 def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
-    """Over one turn of the paper's examples: what the runtime integrates beside the motion, by other means."""
+    """Over one turn of the paper's examples, compared with the work that the runtime integrates in another way."""
     r = simulate(name, until=1.0 if name == "crank_slider" else 0.5, every=5e-4, rtol=1e-12)
     w = wear(r, K)
     seen = 0
@@ -89,13 +89,13 @@ def test_a_load_that_stands_still_wears_one_side_of_what_stands_and_all_around_w
 
 
 def pieces(ends: np.ndarray, random: np.random.Generator) -> list[np.polynomial.Polynomial]:
-    """A polynomial of degree 5 of its own for each span between two ends."""
+    """A separate polynomial of degree 5 for each span between two ends."""
     return [np.polynomial.Polynomial(random.normal(size=6), domain=(a, b)) for a, b in pairwise(ends)]
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_digits(seed: int) -> None:
-    """On a grid and off it, with rows at the events themselves, which belong to no span, and events on each other."""
+    """On a grid and off it, with rows at the events themselves, which belong to no span, and with simultaneous events."""
     random = np.random.default_rng(seed)
     ends = np.array([0.0, 0.3, 0.71, 1.0])
     grid = np.arange(0, 101) / 100 if seed % 2 else np.sort(np.concatenate([[0.0, 0.3, 1.0], random.uniform(0, 1, 60)]))
@@ -119,7 +119,8 @@ def test_what_has_few_rows_or_none_between_two_events_takes_what_there_is() -> N
 
 @pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
 def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
-    """A steady load on a steady turn: the directions that it came by one time more, and parts of the two at its ends."""
+    """A steady load on a part that turns steadily. Directions that the load passes once more have one share more, and parts of
+    these directions occur at both ends."""
     still = spun("inboard")
     turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
     c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]
@@ -163,7 +164,8 @@ def test_the_command_counts_runs_to_a_depth(tmp_path: Path, capsys: pytest.Captu
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
-    """A pendulum that strikes a stop: load by friction's own work. Rows missed the contact: a third of the load at 1e8 N m/rad."""
+    """A pendulum that strikes a stop: the load agrees with friction's own work. Earlier, rows missed the contact: a third of the
+    load at 1e8 N m/rad."""
     rng = np.random.default_rng(seed)
     mu = rng.uniform(0.05, 0.2)
     rub = sm.Friction(mu=mu, radius=0.01, half_length=0.02)
@@ -180,7 +182,8 @@ def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("family", "seed"), [("screw_levers", 1), ("racks", 0), ("grippers", 1), ("hooks_in_loops", 0)])
 def test_loads_of_random_mechanisms_are_the_work_of_friction_over_its_ratio(family: str, seed: int) -> None:
-    """With 200 rows a run. Of a lever near its jam these rows alone gave two thirds of the load; racks were refused."""
+    """With 200 rows in a run. Earlier, these rows alone gave two thirds of the load of a lever near its jam, and racks were
+    refused."""
     scene = crossed(family, seed)
     until = min(scene.simulation.until or 1.0, 1.0)
     r = simulate(scene, until=until, every=until / 200, rtol=1e-8)

@@ -1,4 +1,4 @@
-"""Derivatives through a run: those of closed forms, and of differences, away from events and across them."""
+"""Derivatives along a run, compared with closed forms and with differences, away from events and across them."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply, list_parameters
 
 SMOOTH, ACROSS = 1e-7, 1e-5
-"""What is asked of gradients away from events and across them, relative."""
+"""Required relative precision of gradients, away from events and across them."""
 WEIGHTS = ((-3, -1 / 60), (-2, 3 / 20), (-1, -3 / 4), (1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 
 
 def differences(scene: Scene, name: str, outputs: list[str], until: float, every: float) -> np.ndarray:
-    """d(outputs)/d(parameter) over time by differences of order six between runs at 1e-12: good to about 1e-9."""
+    """d(outputs)/d(parameter) over time, by differences of order six between runs at 1e-12: precise to about 1e-9."""
     value = {p.path: p.value for p in list_parameters(scene)}[name]
     h = 2e-3 * (abs(value) or 1.0)
     total: np.ndarray | float = 0.0
@@ -49,7 +49,7 @@ def off(scene: Scene | str, names: list[str], outputs: list[str], until: float, 
 
 
 def test_a_pendulum_of_small_swing_has_the_derivative_of_its_closed_form() -> None:
-    """Linear spring: x = cos(t √(k/m)), d/dk = −t/(2√(k m)) sin(t √(k/m)), to the run's own tolerance."""
+    """Linear spring: x = cos(t √(k/m)), dx/dk = −t/(2√(k m)) sin(t √(k/m)), to the run's own tolerance."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
@@ -65,7 +65,7 @@ def test_a_pendulum_of_small_swing_has_the_derivative_of_its_closed_form() -> No
 
 
 def test_a_run_that_stays_at_rest_has_accurate_derivatives() -> None:
-    """The run has no error, so it makes one long step. d x/d x₀ = cos(t √(k/m)) needs shorter ones."""
+    """The run has no error, so that it makes one long step. The derivative dx/dx₀ = cos(t √(k/m)) needs shorter ones."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
@@ -96,7 +96,7 @@ def test_reactions_and_contacts_have_derivatives_too() -> None:
 
 
 def test_kinks_of_the_regularised_law_cost_nothing() -> None:
-    """Its friction is continuous where the branches meet, so S is too; three stops lie in the run."""
+    """Its friction is continuous where the branches meet, and so is S; the run contains three stops."""
     scene = apply(load_scene("spherical_pendulum"), {"friction.law": "regularized", "friction.v_eps": 1e-2})
     names = ["joints.ball.friction.mu", "joints.ball.friction.radius"]
     assert off(scene, names, ["pendulum.position[1]", "pendulum.position[3]", "ball.qd[2]"], 3.1) < ACROSS
@@ -142,7 +142,8 @@ class TestCoulomb:
         assert off(scene, names, ["guide.q*", "guide.friction.force"], 0.5) < ACROSS
 
     def test_at_rest_nothing_moves_with_friction_any_more(self) -> None:
-        """A block that slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)), its derivative by μ in closed form."""
+        """A block that slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)), and its derivative with respect to μ in closed
+        form."""
         g, mu, v = 9.81, 0.3, 2.0
         scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
             "schema": 1, "name": "block", "gravity": [0, -g, 0], "friction": {"law": "coulomb"},
@@ -181,7 +182,7 @@ def test_all_mistakes_are_told_at_once() -> None:
 
 @pytest.mark.slow
 def test_a_reaction_that_is_not_unique_has_no_derivative() -> None:
-    """Bricard's loop is redundant: its motion is unique, its reactions are a choice."""
+    """Bricard's loop is redundant: its motion is unique, its reactions are not."""
     with pytest.raises(SceneError, match="not unique"):
         trunnion.sensitivity("bricard", ["bodies.bar1.mass"], ["j2.reaction.force[*"], until=0.05)
     s = trunnion.sensitivity("bricard", ["bodies.bar1.mass"], ["bar3.end.position[*"], until=0.05)
@@ -204,7 +205,8 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_measured_curves_give_back_the_friction_they_were_made_with() -> None:
-    """Synthetic data of known truth: within four standard deviations, which are themselves honest (noise of 1 mrad)."""
+    """Synthetic data of known friction: the fit is within four standard deviations, which are themselves right (noise of 1
+    mrad)."""
     law = {"friction.law": "regularized", "friction.v_eps": 1e-3}
     truth = {"joints.ball.friction.mu": 0.45}
     r = trunnion.simulate("spherical_pendulum", 3.0, 0.02, rtol=1e-9, overrides=law | truth, outputs=["pendulum.position[1]"])
@@ -217,7 +219,8 @@ def test_measured_curves_give_back_the_friction_they_were_made_with() -> None:
 
 
 def test_derivatives_that_grow_without_bound_end_by_a_name() -> None:
-    """A pendulum that stands upright: the motion is one long step, and its derivative by the start angle is cosh(99 t)."""
+    """A pendulum that stands upright: the motion is one long step, and its derivative with respect to the start angle is cosh(99
+    t)."""
     body = {"mass": 1.0, "inertia": [1e-9] * 3, "center": [0, 0, 1e-3]}
     joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "top", "start": {"q": 0.0}}
     scene = {"schema": 1, "gravity": [0, 0, -9.81], "bodies": {"top": body}, "joints": {"pivot": joint}}

@@ -1,4 +1,4 @@
-"""The example model: what it was made with comes back, and its README says what its script says."""
+"""The example model: the fit finds the numbers with which its data were made, and its README agrees with its script."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ def measured(mu: float, drag: float = 0.02) -> tuple[np.ndarray, dict[str, np.nd
 
 
 def test_a_search_that_would_leave_the_valid_range_stays_inside_it() -> None:
-    """Data of hardly any friction, first guess ten times what stops the arm: the first steps of the search point below zero."""
+    """Data with almost no friction, and a first guess ten times the friction that stops the arm. The first steps of the search
+    would lead below zero."""
     time, curves = measured(1e-3)
     found = trunnion.fit("friction_identification", [MU], time, curves, overrides={MU: 0.5})
     assert found.converged
@@ -69,8 +70,8 @@ def test_a_search_that_would_leave_the_valid_range_stays_inside_it() -> None:
 
 
 def test_a_bound_that_the_data_point_beyond_is_where_the_search_ends() -> None:
-    """With more dry friction than the arm has, the drag would have to drive it: the answer is the bound, not an abort, though the
-    search begins there."""
+    """With more dry friction than the arm has, the drag would have to drive the arm. The answer is the bound, not an abort,
+    although the search begins there."""
     time, curves = measured(0.05, 1e-6)
     found = trunnion.fit("friction_identification", [DRAG], time, curves, overrides={MU: 0.2, DRAG: 0.0})
     assert 0.0 <= found.values[DRAG] < 1e-4

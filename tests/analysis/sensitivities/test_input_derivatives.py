@@ -1,4 +1,4 @@
-"""Derivatives of scenes that something acts on from outside: inputs as efforts and as motions, tables, and all of them at once."""
+"""Derivatives of scenes with external actions: inputs as efforts and as motions, tables, and all of them at once."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_how_fast_a_motion_follows_an_input_that_stays_does_not_matter() -> None
 
 
 def test_the_kink_of_a_ramp_is_no_event_beside_an_input() -> None:
-    """Where a drive's acceleration jumps at a time of its own, derivatives go on unbroken: nothing is noted or shifted."""
+    """Where a drive's acceleration jumps at a fixed time, derivatives are continuous: no note and no shift occurs."""
     ramp = {"ramp": {"start": 0.0, "end": 3.0, "begin": 0.1, "duration": 0.05}}
     scene = arms({"effort": {"input": "torque"}}, {"drive": ramp}, **TORQUE)
     s = trunnion.sensitivity(scene, [SECOND], ["shoulder.q[1]"], 0.3)

@@ -1,4 +1,5 @@
-"""Derivatives across the instant at which the hook of a latch lets go under load: too great a force, or a signal that lifts it."""
+"""Derivatives across the instant at which a latch's hook releases its part under load: by too large a force, or by a signal that
+lifts the hook."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ OUTPUTS = ["r.q[1]", "r.qd[1]"]
 
 
 def thrown(seed: int, lets_go: str, **more: Any) -> Scene:
-    """A wheel thrown past a hook, onto which a steady torque turns it back."""
+    """A wheel that is thrown past a hook; a steady torque turns it back onto the hook."""
     rng = np.random.default_rng(seed)
     at, inertia = rng.uniform(0.2, 0.35), rng.uniform(0.15, 0.25)
     back = 0.5 * inertia * 5.0**2 / (at + 0.12)  # it turns round beyond the hook by this
@@ -62,7 +63,8 @@ def test_a_shaft_that_rubs_too(lets_go: str) -> None:
 @pytest.mark.default_cases(7)
 @pytest.mark.parametrize("seed", range(8))
 def test_an_end_stop_is_no_unknown_cause(seed: int) -> None:
-    """Its force is continuous; round-off of where it is met counted as a jump, and nothing after it as reliable."""
+    """The stop's force is continuous. Earlier, round-off of the instant of contact counted as a jump, and all later derivatives as
+    unreliable."""
     rng = np.random.default_rng(seed)
     stop = {"stiffness": 10 ** rng.uniform(2.0, 6.0), "upper": rng.uniform(0.3, 0.7), "damping": rng.uniform(0.0, 0.4)}
     joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "start": {"qd": 3.0}, "end_stops": stop}

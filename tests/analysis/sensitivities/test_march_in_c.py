@@ -1,4 +1,4 @@
-"""The march of tangents solves the multipliers in C, with the results of Python's solver."""
+"""The integration of tangents solves the multipliers in C, with the results of Python's solver."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import trunnion
 from trunnion.analysis.sensitivities import tangent_march
 
 ROUND_OFF = 1e-10
-"""Relative to the largest derivative: multipliers settle to 1e-13, and events amplify the difference."""
+"""Allowed difference relative to the largest derivative: multipliers converge to 1e-13, and events amplify the difference."""
 CASES = {
     "a ball that comes to rest": ("spherical_pendulum", ["joints.ball.friction.mu", "gravity[3]"], "ball.qd[2]", 2.0),
     "a loop with a driven crank": ("crank_slider", ["joints.slider_pin.friction.mu"], "slider_pin.friction.torque[1]", 0.2),

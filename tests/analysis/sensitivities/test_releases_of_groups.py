@@ -1,4 +1,4 @@
-"""Derivatives across the instant at which several pairs at rest let go together."""
+"""Derivatives across the instant at which several pairs at rest are released together."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_train_of_shafts_that_let_go_together_has_the_derivative_of_its_closed
 
 
 def loop(seed: int) -> Scene:
-    """A slider-crank that rests by friction in its three pins and its guide until a torque grows too large."""
+    """A slider-crank that friction in its three pins and its guide holds until a torque grows too large."""
     rng = np.random.default_rng(seed)
     a = rng.uniform(0.08, 0.12)
     b, angle = a * rng.uniform(2.0, 3.0), rng.uniform(0.6, 1.2)

@@ -1,11 +1,12 @@
-"""Mechanisms at rest whose bounds follow by hand."""
+"""Mechanisms at rest with hand-calculated bounds."""
 
 from __future__ import annotations
 
 from typing import Any
 
 WEIGHT, ARM, SPACING, RADIUS, HALF, THRUST, MU = 300.0, 0.45, 1.5, 0.006, 0.03, 0.008, 0.15
-"""Door: N; m from the hinges to its mass centre; between the hinges; pin radius, half length, thrust radius, m; friction."""
+"""Of the door: weight, N; distance of its mass centre from the hinges, distance of the hinges, pin radius, half length, thrust
+radius, m; friction coefficient."""
 
 
 def inertia() -> dict[str, Any]:
@@ -27,7 +28,7 @@ def door() -> dict[str, Any]:
 
 
 def walls() -> dict[str, Any]:
-    """A block of 50 N between two walls that it slides along, pushed along them."""
+    """A block of 50 N between two walls along which it can slide; a force pushes it along them."""
     sizes = {"mu": 0.2, "half_length": 0.06, "half_width": 0.01, "half_height": 0.01}
     sleeve = {"type": "prismatic", "axis": "x", "reference": "y", "friction": sizes}
     points = {"left": [0, 0.2, 0], "right": [0, -0.2, 0]}
@@ -70,7 +71,7 @@ def four_bar(
 
 
 def guide(height: float) -> dict[str, Any]:
-    """A sleeve of 20 N with half length 60 mm, pushed along its guide ``height`` above it."""
+    """A sleeve of 20 N with half length 60 mm; a force pushes it along its guide at ``height`` above it."""
     sizes = {"mu": 0.2, "half_length": 0.06, "half_width": 0.01, "half_height": 1e-6}
     return {
         "schema": 1, "gravity": [0, 0, -10],
@@ -93,8 +94,8 @@ def rod(offset: float = 1e-3, torque: float = 0.01) -> dict[str, Any]:
 
 
 def beam() -> dict[str, Any]:
-    """A beam of 100 N, its mass centre at 1.2 m, on guides at 0, 1 and 2 m, of half length 0.05 m, that it slides along with μ
-    0.1, 0.5 and 0.2."""
+    """A beam of 100 N, its mass centre at 1.2 m, which can slide along guides at 0, 1 and 2 m, of half length 0.05 m, with μ 0.1,
+    0.5 and 0.2."""
     joints: dict[str, Any] = {}
     points = {f"p{k}": [k, 0, 0] for k in range(3)}
     for k, mu in enumerate((0.1, 0.5, 0.2)):

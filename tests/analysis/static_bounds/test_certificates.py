@@ -1,4 +1,4 @@
-"""What is called certain rests on a state that exists, and what is called open changes a force."""
+"""A result that is called certain is based on an existing state; a load that is called open can change a force."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from trunnion import hold, scene_from_dict
 
 
 def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
-    """A body that hangs on a ball with friction and is pushed off its middle. Any push has a torque about the contact's normal."""
+    """A body that hangs on a ball with friction; a force pushes it off its middle. Any such force has a torque about the contact's
+    normal."""
     center, point = rng.uniform(0.001, 0.02, 3) * (1, 1, -1), rng.uniform(0.001, 0.02, 3)
     body = {"mass": 2, "inertia": [0.02] * 3, "center": center.tolist(), "points": {"p": (center + point).tolist()}}
     joint = {"type": "spherical", "inboard": "ground", "outboard": "b", "friction": {"mu": 0.5, "radius": 0.1}}
@@ -23,7 +24,8 @@ def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
 
 @pytest.mark.parametrize("seed", sampled(range(8), 1))
 def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: int) -> None:
-    """A state counts with forces wrong by 1e-9 of the load of 20 N; the radius is up to 100 times the lever of the push."""
+    """A state is accepted if its forces are wrong by at most 1e-9 of the load of 20 N; the radius is up to 100 times the lever arm
+    of the force."""
     load = hold(scene_from_dict(pushed_ball(np.random.default_rng(seed))), bounds=True, cells=3).load("inputs.u")
     assert max(abs(load.less.guaranteed.certified), abs(load.more.guaranteed.certified)) <= 100 * 1e-9 * 20
 
@@ -70,7 +72,7 @@ def nut_on_rail(pitch: float, mu: float, cut: str) -> dict[str, Any]:
 @pytest.mark.parametrize("pitch", [0.002, 0.008, 0.08])
 @pytest.mark.parametrize("mu", [0.05, 0.5])
 def test_equilibrium_leaves_nothing_open_in_a_thread_that_carries_a_weight(pitch: float, mu: float, cut: str) -> None:
-    """Flanks without lean: the nut holds where tan λ < μ."""
+    """With flanks that are not inclined, the nut holds where tan λ < μ."""
     found = hold(scene_from_dict(nut_on_rail(pitch, mu, cut)), bounds=True)
     assert found.open == 0
     assert found.holds == ("certain" if pitch / (2 * np.pi * 0.005) < mu else "no")

@@ -1,4 +1,4 @@
-"""Chains on which statics leaves nothing open: bounds say what the one answer says, and runs just inside of them do not move."""
+"""Statically determinate chains: bounds equal the only solution, and runs just within them do not move."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FRICTION: dict[str, tuple[str, dict[str, float]]] = {
 
 
 def chain(seed: int, first: str, gravity: float = -9.81) -> Scene:
-    """One or two bodies that hang on joints in any direction; an input pushes the last one."""
+    """One or two bodies that hang on joints in any direction; an input pushes the last body."""
     rng = np.random.default_rng(seed)
     bodies, joints, before = {}, {}, "ground"
     kinds = [first, *rng.choice(sorted(FRICTION), int(rng.integers(0, 2)))]
@@ -62,7 +62,7 @@ def moves(scene: Scene, push: float) -> bool:
 
 
 def check(seed: int, kind: str) -> bool:
-    """Hold a chain against its bounds; whether it holds."""
+    """Compare a chain with its bounds; returns whether it holds."""
     scene = chain(seed, kind)
     one, all_states = hold(scene), hold(scene, bounds=True, cells=60)
     assert all_states.open == 0
@@ -100,7 +100,8 @@ def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [3, 17, 24, 25, 27, 30, 34, 36])
 def test_the_share_of_a_shaft_lies_between_those_by_both_bounds_of_its_capacity(seed: int) -> None:
-    """The largest share followed from the upper bound: 0.552 for 0.580. The state at each end has the kernel's share, too."""
+    """Earlier, the largest share followed from the upper bound: 0.552 instead of 0.580. The state at each end has the kernel's
+    share, too."""
     scene = chain(seed, "cylindrical")
     one, bounds = hold(scene).pairs[0], hold(scene, bounds=True, cells=20).pairs[0]
     normal = one.capacity / 0.5
@@ -114,7 +115,7 @@ def test_the_share_of_a_shaft_lies_between_those_by_both_bounds_of_its_capacity(
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])
 def test_what_nothing_pushes_holds(kind: str) -> None:
-    """Its pairs carry nothing and could resist nothing: "possible", with shares from inf to -inf, was said of it."""
+    """Its pairs carry no load and could not resist any. Earlier, the result was "possible", with shares from inf to -inf."""
     scene = chain(3, kind, gravity=0.0)
     scene = replace(scene, joints={n: replace(j, friction=scene.joints["j0"].friction) for n, j in list(scene.joints.items())[:1]},
                     bodies={"b0": scene.bodies["b0"]}, forces={"f": replace(scene.forces["f"], on="b0.p")})  # fmt: skip

@@ -1,4 +1,5 @@
-"""Bounds at rest: five mechanisms by hand, sampled states judged by the kernel's own laws, and today's one answer inside them."""
+"""Bounds at rest: five hand-calculated mechanisms, sampled states that the kernel's own laws check, and today's single answer
+within the bounds."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
-"""Relative; searches close to 1e-9 of the loads."""
+"""Relative gap of closed bounds; searches close to 1e-9 of the loads."""
 
 
 def sine(mu: float) -> float:
@@ -28,7 +29,7 @@ def sine(mu: float) -> float:
 
 
 def load_alone(scene: dict[str, Any], name: str, cells: int = CELLS, self_stress: float | None = None) -> LoadBounds:
-    """One load of ``trunnion.hold``'s bounds, without those of every joint, which take several times as long."""
+    """One load of ``trunnion.hold``'s bounds, without the bounds of every joint, which take several times as long."""
     st = statics(scene_given(scene))
     drive = name in [load.name for load in st.drives]
     k = [load.name for load in (st.drives if drive else st.loads)].index(name)
@@ -46,8 +47,8 @@ def test_a_load_asked_for_alone_is_that_of_all_bounds() -> None:
 
 
 def test_a_door_is_sure_to_hold_what_its_four_contacts_carry_with_the_longest_arms() -> None:
-    """Radial loads f_i at heights ±s/2 ± c carry the moment M = W·arm with Σ|f| ≥ M over the largest height, 2 M/(s + 2c); thrust
-    rubs with all of the weight. Couples inside the pins may press as they like, so that no torque is sure to turn the door."""
+    """Radial loads f_i at heights ±s/2 ± c carry the moment M = W·arm, with Σ|f| ≥ M over the largest height, 2 M/(s + 2c). Thrust
+    friction acts on the whole weight. Couples inside the pins are arbitrary, so that no torque certainly turns the door."""
     moment = scenes.WEIGHT * scenes.ARM
     radial = 2.0 * moment / (scenes.SPACING + 2.0 * scenes.HALF)
     held = scenes.RADIUS * sine(scenes.MU) * radial + scenes.THRUST * scenes.MU * scenes.WEIGHT
@@ -75,15 +76,15 @@ def test_without_self_stress_a_door_holds_what_four_equal_springs_make_its_conta
 
 
 def test_a_block_between_walls_is_sure_to_hold_its_weights_friction_and_may_hold_anything() -> None:
-    """Ends press with at least the weight together; walls that press against each other are self-stress without end."""
+    """The ends' forces sum to at least the weight; walls that press against each other have unlimited self-stress."""
     load = load_alone(scenes.walls(), "forces.push", 8)
     assert load.more.guaranteed.value == pytest.approx(0.2 * 50.0, rel=CLOSED)
     assert load.more.possible.value == math.inf
 
 
 def test_a_four_bar_rests_while_lines_of_force_keep_within_its_friction_circles() -> None:
-    """The coupler pulls with T along its line, at distances h from the pins, whose reactions keep within circles ρ = r sin φ about
-    them: both T (h_a ± ρ_a) about the one and T (h_d ± ρ_d) about the other pin."""
+    """The coupler pulls with T along its line, at distances h from the pins. The pins' reactions stay within circles ρ = r sin φ
+    about the pins: T (h_a ± ρ_a) about one pin, and T (h_d ± ρ_d) about the other."""
     torque, held = 4.5, 13.5
     rho_a, rho_d = 0.01 * sine(0.2), 0.012 * sine(0.3)
     h_a, h_d = 0.1 * 0.4 / math.hypot(0.4, 0.2), 0.3 * 0.4 / math.hypot(0.4, 0.2)
@@ -109,15 +110,15 @@ def test_a_four_bar_rests_while_lines_of_force_keep_within_its_friction_circles(
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("height", "held"), [(0.15, 4.0), (0.29, 4.0), (0.31, math.inf)])
 def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float) -> None:
-    """Its ends press with max(W, P h/c): it holds P ≤ μ W, and any P where μ h/c ≥ 1 (h = 0.3 m)."""
+    """The guide's ends press with max(W, P h/c). It holds P ≤ μ W, and any P where μ h/c ≥ 1 (h = 0.3 m)."""
     load = load_alone(scenes.guide(height), "forces.push")
     assert load.more.guaranteed.certified == pytest.approx(held, rel=CLOSED)
     assert load.more.possible.certified == pytest.approx(held, rel=CLOSED)
 
 
 def test_a_beam_on_three_supports_is_sure_to_hold_what_the_smoothest_of_them_do() -> None:
-    """Least Σ μ_i |f| over forces at the ends of all guides with Σ f = W, Σ x f = 1.2 m W: most of it on the smoothest, at x =
-    0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold any push."""
+    """Least Σ μ_i |f| over forces at the ends of all guides with Σ f = W, Σ x f = 1.2 m W. Most of the load is on the smoothest
+    guide, at x = 0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold any push."""
     load = load_alone(scenes.beam(), "joints.s0.effort", 8)
     assert load.more.guaranteed.value == pytest.approx(15.75, rel=1e-6)  # friction has an arm of 1e-6 m
     assert load.more.guaranteed.certified == pytest.approx(15.75, rel=1e-6)
@@ -125,7 +126,7 @@ def test_a_beam_on_three_supports_is_sure_to_hold_what_the_smoothest_of_them_do(
 
 
 def test_a_rod_that_hangs_from_a_ball_holds_the_torque_of_its_friction_either_way() -> None:
-    """The ball carries W and holds r W sin φ; the mass centre takes W·offset of that."""
+    """The ball carries W and holds r W sin φ; the mass centre takes W·offset of this torque."""
     load = load_alone(scenes.rod(), "forces.turn")
     held, lean = 0.01 * 20.0 * sine(0.2), 20.0 * 1e-3
     ends = [load.less.guaranteed, load.less.possible, load.more.guaranteed, load.more.possible]

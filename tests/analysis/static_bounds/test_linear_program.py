@@ -1,4 +1,4 @@
-"""Linear programs against their dual: values that bound each other from both sides."""
+"""Linear programs compared with their dual: the two values bound each other from both sides."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from trunnion.analysis.static_bounds.linear_program import LinearProgram
 
 CLOSE = 1e-9
-"""Ten times the tolerances of the solver; all numbers are of size 1."""
+"""Allowed difference: ten times the tolerances of the solver; all numbers are of size 1."""
 
 
 def least(cost: np.ndarray, rows: np.ndarray, right: np.ndarray, equal: int) -> float:

@@ -1,4 +1,4 @@
-"""Self-stress of opposed joints, bounded by how far they are from fitting: what it holds has an end."""
+"""Self-stress of opposed joints, bounded by their misfit: the torque that it can hold is finite."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
 from trunnion.scene.overrides import scene_given
 
 MISFIT = 2e-6
-"""m."""
+"""Misfit, m."""
 
 
 def weightless() -> dict[str, Any]:
-    """The door, weighing nothing: its hinges press only against each other."""
+    """The door without weight: its hinges press only against each other."""
     return scenes.door() | {"gravity": [0, 0, 0]}
 
 
@@ -35,8 +35,8 @@ def torque(stress: Stress, cells: int) -> tuple[float, float]:
 
 
 def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_misfit() -> None:
-    """Couples at both hinges, opposed: forces L, −L, −L, L at heights ±s/2 ± c balance, as do two faces that press with L against
-    each other."""
+    """Opposed couples at both hinges: forces L, −L, −L, L at heights ±s/2 ± c balance, and so do two faces that press with L
+    against each other."""
     most = 30.0
     held = scenes.RADIUS * scenes.MU / (1.0 + scenes.MU**2) ** 0.5 * 4.0 * most + scenes.THRUST * scenes.MU * 2.0 * most
     assert torque(most, 8) == pytest.approx((held, held), rel=1e-8)
@@ -44,7 +44,8 @@ def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_mi
 
 @pytest.mark.slow
 def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
-    """Bounds by joint lie between those of the softer and of the stiffer for both; faces press no more than the softer's."""
+    """Bounds for a joint lie between those with the softer and with the stiffer stiffness in both; faces press no more than the
+    softer one."""
     soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))
     assert soft < both < stiff
     assert both <= stiff - scenes.THRUST * scenes.MU * 2.0 * (30.0 - 10.0) + 1e-9

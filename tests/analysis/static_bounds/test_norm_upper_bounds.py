@@ -1,4 +1,4 @@
-"""How far friction can move what presses: no admissible state lies beyond, and searches begin within it."""
+"""Largest change of contact forces that friction can cause: no admissible state lies beyond it, and searches begin within it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.analysis.static_bounds.slip_onset_constraints import limit_self_st
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
-"""Relative; searches close to 1e-9 of the loads."""
+"""Relative gap of closed bounds; searches close to 1e-9 of the loads."""
 
 
 @pytest.mark.slow
@@ -65,8 +65,8 @@ def test_a_loop_with_a_ball_that_nothing_holds_is_told_at_once() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_a_search_attains_what_it_certifies_where_ten_directions_are_open(seed: int) -> None:
-    """Self-stress loads every pin of a press to its capacity. A search that took a relaxation without all tangents for exact
-    attained between 0.0005 and 1, by chance."""
+    """Self-stress loads every pin of a press to its capacity. Earlier, a search regarded a relaxation without all tangents as
+    exact, and reached a random value between 0.0005 and 1."""
     mu = np.random.default_rng(seed).uniform(0.05, 0.4, 4)
     pins = {f"joints.{j}.friction.mu": float(x) for j, x in zip(("head", "knee_upper", "knee_lower", "wrist"), mu, strict=True)}
     st = statics(scene_given("toggle_press", pins))

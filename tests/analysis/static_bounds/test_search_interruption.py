@@ -1,4 +1,4 @@
-"""Bounds at rest under a budget or Ctrl-C: what is certified by then, no more."""
+"""Bounds at rest under a budget or Ctrl-C: they contain only what is certified at that time."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
-"""Relative; searches close to 1e-9 of the loads."""
+"""Relative gap of closed bounds; searches close to 1e-9 of the loads."""
 
 
 class Interrupted(Effort):
-    """An effort that is over after so many looks at it, for good."""
+    """An effort that ends for good after this number of checks."""
 
     def __init__(self, looks: int) -> None:
         super().__init__(CELLS)
@@ -55,11 +55,12 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
 
 @pytest.mark.slow
 def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wherever that comes, in the midst of the first cones too: no more than those of one vector and one of the next question."""
+    """This holds wherever the end occurs, also during the first cones. The solved programs are at most those of one vector and one
+    of the next question."""
     st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._solve
 
     class Until(Effort):
-        """An effort that is over after so many linear programs."""
+        """An effort that ends after this number of linear programs."""
 
         solved, most = 0, 0
 
@@ -88,7 +89,7 @@ def test_a_spent_budget_says_what_is_certain_and_what_it_left() -> None:
 
 @pytest.fixture(scope="module")
 def whole() -> trunnion.HoldBounds:
-    """What a search finds that nothing ends."""
+    """The result of a search that is not interrupted."""
     return trunnion.hold(scenes.four_bar(), bounds=True)
 
 

@@ -1,4 +1,4 @@
-"""Studies of functions in the place of mechanisms: the best is found, and jumps; cases follow from results alone."""
+"""Studies of functions in place of mechanisms: they find the optimum and jumps, and their cases follow only from results."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ PLACES: dict[str, tuple[Optimisation, Of, list[float]]] = {
 
 @pytest.mark.parametrize("name", PLACES)
 def test_the_best_is_found_to_the_tolerance(name: str) -> None:
-    """To twice the tolerance of the ranges (4), along which a valley is flat ten times that."""
+    """The precision is twice the tolerance of the ranges (4); along a flat valley it is ten times that."""
     study, of, true = PLACES[name]
     follow = followed(study, of)
     assert follow.answer["feasible"]
@@ -141,8 +141,8 @@ def test_jumps_and_changes_of_outcome_are_found_as_narrow_as_asked() -> None:
 
 
 def test_cases_are_added_where_a_result_bends_until_lines_between_them_are_good() -> None:
-    """A narrow hill: nowhere are lines between its cases off by more than they were allowed to be, with a tenth of the cases that
-    even spacing takes."""
+    """A narrow hill: the error of lines between its cases is nowhere more than allowed, with a tenth of the cases that even spacing
+    needs."""
 
     def hill(x: np.ndarray) -> np.ndarray:
         return np.exp(-(((x - 0.31) / 0.02) ** 2))
@@ -158,7 +158,7 @@ def test_cases_are_added_where_a_result_bends_until_lines_between_them_are_good(
 
 
 def test_a_boundary_in_two_numbers_is_covered_by_its_boxes() -> None:
-    """A quarter of a circle: each of its points lies in a box that is told."""
+    """A quarter of a circle: each of its points lies in a reported box."""
     study = BoxRefinement(("a", "b"), ("1", "1"), (0.0, 0.0), (1.0, 1.0), "outcome", most=2000, tolerance=0.02)
     follow = followed(study, lambda x: {}, lambda x: (x**2).sum(1) > 0.5)
     boxes = follow.answer["boundaries"]

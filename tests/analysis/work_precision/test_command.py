@@ -1,4 +1,4 @@
-"""``trunnion chart`` as its user runs it."""
+"""``trunnion chart`` as its users run it."""
 
 from __future__ import annotations
 

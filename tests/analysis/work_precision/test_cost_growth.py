@@ -1,4 +1,4 @@
-"""Cost against size: the exponents are those of the numbers, the families are what they say."""
+"""Cost as a function of size: the exponents agree with the numbers, the families with their description."""
 
 from __future__ import annotations
 

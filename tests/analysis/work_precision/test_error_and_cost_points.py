@@ -1,4 +1,4 @@
-"""Charts: errors are true errors, failures are points, files hold what was measured."""
+"""Charts: errors are true errors, failures are points, files hold the measured values."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_the_error_that_a_run_states_of_itself_is_the_true_one(swing: WorkPrecis
 
 
 def test_the_reference_is_the_closed_form() -> None:
-    """After one period the pendulum is back at (−1, 0)."""
+    """After one period the pendulum has returned to (−1, 0)."""
     scene = load_scene("simple_pendulum")
     study = measure_work_precision(
         scene, WorkPrecisionRequest(rtols=(1e-6,), methods=("rk8",), until=PERIOD, samples=1, repeats=1, fixed=False, solvers=False)
@@ -105,7 +105,7 @@ def test_tighter_tolerances_give_smaller_errors_until_the_references_own(swing: 
 
 
 def test_a_fixed_step_halved_divides_the_error_by_the_order(swing: WorkPrecision) -> None:
-    """A method of order 5 divides it by 32, where steps are small enough and the error is not yet round-off."""
+    """A method of order 5 divides the error by 32, where steps are small enough and the error is not yet round-off."""
     steps = next(c for c in group_into_curves(swing.points) if c.fixed and c.method == "rk5").points
     ratios = [a.error / b.error for a, b in pairwise(steps) if 1e-11 < b.error < 1e-5]
     assert ratios
@@ -114,7 +114,7 @@ def test_a_fixed_step_halved_divides_the_error_by_the_order(swing: WorkPrecision
 
 
 def test_the_regularised_law_has_an_error_of_its_own_that_no_tolerance_removes(rubbing: WorkPrecision) -> None:
-    """First order in v_eps: measured against v_eps 1e-3, the law with 1e-2 stays off by the same amount at 1e-7 and 1e-10."""
+    """The error is of first order in v_eps. Compared with v_eps 1e-3, the law with 1e-2 has the same error at 1e-7 and 1e-10."""
     rough = [p for p in rubbing.points if p.v_eps == 1e-2 and not p.fixed and p.rtol <= 1e-7]
     assert all(p.error < 1e-5 for p in rough)
     floor = {round(p.model_error, 6) for p in rough}

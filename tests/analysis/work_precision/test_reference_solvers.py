@@ -1,4 +1,4 @@
-"""Other programs agree with us where they can: the same mechanism, built from the same numbers, moves the same way."""
+"""Other programs agree with us where they can: they move the same mechanism, built from the same numbers, in the same way."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def truth(r: BenchmarkModel) -> np.ndarray:
 def off(
     kind: type[ReferenceSolver], scene: Scene, setting: Setting, until: float = 1.0, law: FrictionVariant | None = None
 ) -> float:
-    """Relative distance of a peer's run from ours."""
+    """Relative distance of another program's run from ours."""
     r = ready(scene, law or FrictionVariant(), until)
     data, seconds = kind(r, take_snapshot(r)).run(setting)
     assert seconds > 0
@@ -77,7 +77,7 @@ def test_scipy_on_our_equations_is_our_motion(spatial: Scene) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider_free", "n_four_bar", "simple_pendulum"])
 def test_closed_forms_are_our_motion(name: str) -> None:
-    """0.6 s lies before the first reversal of 8.1, after which kinks that SciPy does not locate cost digits."""
+    """0.6 s is before the first reversal of 8.1. After it, kinks that SciPy does not locate reduce precision."""
     law = FrictionVariant("regularized", 1e-2) if name == "spherical_pendulum" else FrictionVariant()
     assert off(ScipyOnClosedForm, load_scene(name), Setting("DOP853", 1e-11), 0.6, law) < 1e-8
 

@@ -26,13 +26,13 @@ HEAD = """# Stability gallery
 
 Most places have a threshold known in closed form, such as the steepest angle at which a pendulum still holds. There the scene runs
 twice, one part in a million below the threshold and one part above, and both answers must be right. The table has the threshold and
-**both answers**, or the one answer of a scene without threshold. Each file is just beyond the first threshold of its row. A
-[test](../../tests/stability/test_gallery.py) checks all answers, also with the world turned at random and in other units of length,
-mass and time. *Right* means that the run is done, with energy balanced to 1e-5 and loops closed to 1e-9.
+**both answers**, or the one answer of a scene without threshold. The numbers in each file are just beyond the first threshold of
+its row. A [test](../../tests/stability/test_gallery.py) checks all answers, also with the world turned at random and in other units
+of length, mass and time. *Right* means that the run is done, with energy balanced to 1e-5 and loops closed to 1e-9.
 
-Results *in italics* are those of {peers}, with their defaults unless noted. The script that writes this table measured them:
-`python -m tests.benchmarks.stability_gallery.gallery_table --write`. "Regularised" is friction that grows with speed up to v_eps.
-MuJoCo's joints have a constant friction loss, which does not depend on the load; it has the right value for the start.
+Results *in italics* are those of {peers}, with their defaults unless noted. The script that writes this table measured
+them: `python -m tests.benchmarks.stability_gallery.gallery_table --write`. "Regularised" is friction that grows with speed up to
+v_eps. MuJoCo's joints have a constant friction loss, which does not depend on the load; here its value is right for the start.
 
 | | where methods fail | scene | threshold: below / beyond it, here | elsewhere |
 |---|---|---|---|---|

@@ -77,7 +77,7 @@ def no_reaction() -> str:
     data.qvel[0] = 20.0
     mujoco.mj_step(model, data, nstep=200)
     right = torque * 0.1 / inertia
-    return f"friction loss does not follow the load: {20 - data.qvel[0]:.2f} rad/s lost instead of {right:.2f}"
+    return f"friction loss does not depend on the load: {20 - data.qvel[0]:.2f} rad/s lost instead of {right:.2f}"
 
 
 def spin_about_force() -> str:
@@ -99,7 +99,8 @@ def parallel_cross() -> str:
     mujoco.mj_forward(model, data)
     rates = np.abs(data.qacc).max()
     mujoco.mj_step(model, data, nstep=2000)
-    return f"two hinges 1e-6 rad apart are taken: {rates:.0e} rad/s² at the start, {np.abs(data.qvel).max():.0f} rad/s after 0.2 s"
+    after = np.abs(data.qvel).max()
+    return f"two hinges 1e-6 rad apart are accepted: {rates:.0e} rad/s² at the start, {after:.0f} rad/s after 0.2 s"
 
 
 def wedge() -> str:

@@ -76,7 +76,7 @@ def marginal() -> str:
         half = math.pi * math.sqrt(BLOCK / SPRING)
         mujoco.mj_step(model, data, nstep=round(1000 * (half + 10.0)))
         ends.append(1000 * (data.qpos[0] + most))
-    return f"on both sides it creeps on, {ends[0]:.2f} and {ends[1]:.2f} mm in 10 s"
+    return f"on both sides it continues to creep, {ends[0]:.2f} and {ends[1]:.2f} mm in 10 s"
 
 
 def stepped(scene: sm.Scene, until: float, load: tuple[str, np.ndarray, np.ndarray] | None = None):
@@ -104,7 +104,7 @@ def wishbone() -> str:
     bare = replace(scene, forces={n: f for n, f in scene.forces.items() if n != "road"})
     _, data = stepped(bare, 1.0, ("knuckle", np.array([0.0, 0.0, -0.33]), force))
     turned = f"{abs(data.qpos[0]):.2g} rad after 1 s"
-    return f"no friction that follows loads; without any the corner, which should rest, has turned by {turned}"
+    return f"no friction that depends on loads; without friction the corner, which should rest, has turned by {turned}"
 
 
 def stewart() -> str:
@@ -118,7 +118,7 @@ def stewart() -> str:
     model, data = stepped(replace(scene, joints=joints, forces=forces), 0.3)
     ours = simulate(scene, until=0.3, every=0.3)["platform.position[3]"][-1]
     off = 1e3 * abs(data.xipos[model.body("platform").id][2] - ours)
-    return f"no friction that follows loads; without any the platform is {off:.2g} mm off after 0.3 s"
+    return f"no friction that depends on loads; without friction the platform is {off:.2g} mm off after 0.3 s"
 
 
 def toggle() -> str:
@@ -139,7 +139,7 @@ def toggle() -> str:
     rows, past = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY, data.qpos[0] - CHANGE
     gap = float(np.abs(data.efc_pos[rows]).max())
     return (
-        "no friction that follows loads; without any the press, which should jam before its change point, is "
+        "no friction that depends on loads; without friction the press, which should jam before its change point, is "
         f"{past:.2g} rad past it after 20 ms, its loop open by {gap:.1g} m"
     )
 

@@ -76,7 +76,7 @@ def painleve() -> str:
         return -1
 
     counts = [(s, steps(s)) for s in (0.5, 0.9, 1 + EDGE)]
-    words = ", ".join(f"{k} steps" if k >= 0 else "no end in 2000 steps" for _, k in counts)
+    words = ", ".join(f"{k} steps" if k >= 0 else "no convergence in 2000 steps" for _, k in counts)
     return f"fixed point for the friction at 0.5, 0.9 and 1.000001 of the threshold: {words}; " + wrong_root()
 
 
@@ -88,7 +88,8 @@ def wrong_root() -> str:
     root = (q * q * L * s - INERTIA * M * L * s + q * math.sqrt(e * e + a * c * c)) / a
     torque = reach * M * math.hypot(c, L * root + s)
     ratio = (INERTIA * root + M * L * s) / torque
-    return f"the squared equation, as benchmarks integrate it, goes on with {root:.2g} rad/s², friction {ratio:.0f} times the law's"
+    ends = f"{root:.2g} rad/s², friction {ratio:.0f} times the law's"
+    return f"the squared equation, as benchmarks integrate it, continues with {ends}"
 
 
 def creep(acceleration: Callable[[float], float]) -> float:
@@ -188,7 +189,8 @@ def sticking_loop() -> str:
         return float(np.max(np.abs(moments) / (reach * np.hypot(*F.T)))) - 1.0
 
     most = loop.most(1.0)
-    return f"friction of least norm lets go at {100 * brentq(need, 1e-3 * most, 2 * most) / most:.0f} % of the torque it can hold"
+    share = 100 * brentq(need, 1e-3 * most, 2 * most) / most
+    return f"friction of least norm slips at {share:.0f} % of the torque that the joints can hold"
 
 
 def fast_spin() -> str:

@@ -36,7 +36,7 @@ def fold() -> str:
         if code != 1:
             left = abs(found["fvec"][0]) / torque
             at = f"{torque / GRIPS:.4f} of the threshold"
-            return f"fsolve, following the root: none from {at} on (code {code}, {left:.1g} of the torque left)"
+            return f"fsolve, following the root: no root from {at} on (code {code}, {left:.1g} of the torque left)"
     return "fsolve, following the root, goes over to the other one without a word"
 
 
@@ -57,7 +57,7 @@ def marginal() -> str:
         s = solve_ivp(rate, (0.0, half + 10.0), [3 * (1 + beyond) * most, 0.0], "Radau", rtol=1e-8, atol=1e-12)
         ends.append(1000 * (s.y[0, -1] + most))
     crept = f"has crept {ends[0]:.2f} and {ends[1]:.2f} mm in 10 s"
-    return f"regularised at 1e-4 m/s: on both sides it neither stops nor turns, and {crept}"
+    return f"regularised at 1e-4 m/s: on both sides it neither stops nor reverses, and {crept}"
 
 
 def smoothed(scene: sm.Scene) -> sm.Scene:
@@ -101,9 +101,9 @@ def toggle() -> str:
 
         try:
             s = solve_ivp(noted, (0.0, 1.0), start, method, rtol=1e-6, atol=1e-9)
-            ends.append(f"{method} has no step left at {s.t[-1]:.4f} s ({s.nfev} evaluations)")
+            ends.append(f"{method} cannot shorten its step further at {s.t[-1]:.4f} s ({s.nfev} evaluations)")
         except RuntimeError:
-            ends.append(f"{method} comes upon a state without friction at {last:.4f} s")
+            ends.append(f"{method} reaches a state without a friction solution at {last:.4f} s")
     return f"our equations, right end 0.5378 s: {'; '.join(ends)}"
 
 

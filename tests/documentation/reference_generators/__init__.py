@@ -1,1 +1,1 @@
-"""The programs that write the generated pages of the reference, one a file."""
+"""The programs that write the generated pages of the reference, one in each file."""

@@ -42,7 +42,7 @@ def members(kind: type) -> Iterator[str]:
 
 
 def signature(name: str, function: Callable[..., Any]) -> str:
-    """A function's signature as a block of code, one parameter a line where it is long."""
+    """A function's signature as a block of code, with one parameter in each line if it is long."""
     line = f"{name}{parameters(function)}"
     if len(line) > 100:
         inside = [plain(str(p)) for p in inspect.signature(function).parameters.values()]
@@ -63,7 +63,7 @@ def plain(text: str) -> str:
 
 
 def text_of(found: Any) -> str:
-    """A docstring as Markdown; "" for the signature that ``dataclass`` writes in place of one."""
+    """A docstring as Markdown; "" for the signature that ``dataclass`` writes in place of a docstring."""
     text = inspect.getdoc(found) or ""
     if dataclasses.is_dataclass(found) and text.startswith(f"{getattr(found, '__name__', '')}("):
         return ""

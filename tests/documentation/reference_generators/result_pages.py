@@ -23,7 +23,7 @@ STANDING_FOR = {
     "NUMBERRADIUS": "NUMBER",
     " (SENSE)": "",
 }
-"""Words of declarations that a scene replaces by one of several texts."""
+"""Words of declarations that stand for one of several texts in a scene."""
 EVENTS = """# Events
 
 A run reports these kinds of events: `result.events` in Python, the list in the summary, `events.*` in tables and FMUs. Each has a
@@ -52,12 +52,12 @@ DETAILS = {
     "not_finite": "the joint that moves fastest",
     "inaccurate": "the joint of an event just before most of the error; `energy` (J, gained), `turned_over`, `share`",
 }
-"""Which joint an outcome names, and the numbers it reports."""
+"""The joint that an outcome names, and the numbers that it reports."""
 OUTCOMES_END = """
-A contact that separates does not end a run: it goes on at the other side of its clearance, as the event `separation`. A decision
-that several sets of modes satisfy prefers sticking; a note and `certificate.indeterminate` say so. [End of
-reach](../theory/loops.md#end-of-reach) explains `open_loop` and `gimbal_lock`, [Jams](../theory/friction.md#jams) explains
-`jammed`. """
+A contact that separates does not end a run: the contact continues at the other side of its clearance, with the event
+`separation`. If several sets of modes satisfy the friction laws, the decision prefers sticking; a note and
+`certificate.indeterminate` say so. [End of reach](../theory/loops.md#end-of-reach) explains `open_loop` and `gimbal_lock`,
+[Jams](../theory/friction.md#jams) explains `jammed`. """
 
 
 def columns_text() -> str:
@@ -69,7 +69,7 @@ def columns_text() -> str:
 
 
 def readable(row: str) -> str:
-    """A row with the words that stand for several texts replaced by what they stand for."""
+    """A row in which words that stand for several texts are replaced by these texts."""
     for word, meaning in STANDING_FOR.items():
         row = row.replace(word, meaning)
     return row

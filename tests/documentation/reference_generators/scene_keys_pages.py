@@ -22,9 +22,9 @@ from trunnion.scene.findings.findings_and_paths import Path
 EXAMPLES = FilePath(json_schema.__file__).with_name("key_examples")
 """Folder of the scene of examples and of the files that it names."""
 RUBS: Path = ("joints", "axle", "friction")
-"""Place in that scene of a friction that any law suits."""
+"""Place in that scene of a friction that is valid for any law."""
 LONGEST = 110
-"""Characters of an example, at most."""
+"""Largest number of characters of an example."""
 PAGES = {
     "scene_keys": ("Scene keys", "Scene", "Simulation", "RealTime", "Input", "Ground", "FrictionDefaults"),
     "scene_keys_bodies_joints": (

@@ -1,4 +1,5 @@
-"""The engine's contact forms as functions of numbers: many random states at a time, modes chosen as the runtime does at a start."""
+"""The engine's contact forms as functions of numbers, for many random states at a time. Modes are chosen as the runtime chooses
+them at a start."""
 
 from __future__ import annotations
 
@@ -73,7 +74,7 @@ class States:
 
 
 def random_states(element: str, law: str, n: int, seed: int = 0) -> States:
-    """Forces and moments of every direction, sizes over five decades; sliding slow and fast, either way."""
+    """Forces and moments of every direction, with sizes over five decades; slow and fast sliding in both directions."""
     rng = np.random.default_rng([seed, *map(ord, element + law)])
     size = 10 ** rng.uniform(-2, 3, n)
     wrench = np.vstack([rng.normal(size=(3, n)) * size, rng.normal(size=(3, n)) * size * 0.2])
@@ -96,7 +97,7 @@ def random_states(element: str, law: str, n: int, seed: int = 0) -> States:
 
 
 def modes(s: States, adams: bool, pin: int) -> np.ndarray:
-    """Flags and frozen directions as the runtime sets them where a run starts."""
+    """Flags and frozen directions, set as the runtime sets them where a run starts."""
     n, pairs = s.wrench.shape[1], PAIRS[s.element]
     mode = np.zeros((MODE * pairs, n))
     for i in range(pairs):
@@ -111,7 +112,8 @@ def modes(s: States, adams: bool, pin: int) -> np.ndarray:
 
 
 def evaluated(s: States, adams: bool, pin: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(friction along the freedoms, its derivative by the wrench, contacts: force and vector each); columns are states."""
+    """(friction along the freedoms, its derivative with respect to the wrench, contacts: force and vector each); columns are
+    states."""
     mode = modes(s, adams, pin)
     _, friction, contacts = functions(s.element, s.law, adams, pin)
     eta, derivative = (x.full() for x in friction(s.wrench, s.rates, s.numbers, mode))
@@ -141,7 +143,7 @@ def reference(s: States, i: int, adams: bool, pin: int) -> tuple[np.ndarray, lis
 
 
 def _universal(w, rates, g, law, adams, pin) -> tuple[np.ndarray, list[ct.Contact]]:
-    """Two journals on a massless cross: the second is pressed by the opposite wrench."""
+    """Two journals on a massless cross; the opposite wrench loads the second."""
     friction, seen = np.zeros(2), []
     for k, turn in enumerate(([0, 1, 2], [1, 2, 0])):
         sign = pin * (1.0 if k == 0 else -1.0)

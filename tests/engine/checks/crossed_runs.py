@@ -1,4 +1,4 @@
-"""Runs of one scene at five settings, and how they differ: outcome, events, end state, works."""
+"""Runs of one scene at five settings, and their differences in outcome, events, end state and works."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ ROWS = 50
 COLUMNS = ["*.q*", "energy.*"]
 """Rows and columns of a run."""
 APART = 1e-3
-"""Relative difference of end states and works up to which runs are alike: a thousand times the tolerance, for errors that stops,
-hooks and onsets of sliding amplify."""
+"""Largest relative difference of end states and works for runs that are alike. It is a thousand times the tolerance, because stops,
+hooks and onsets of sliding amplify errors."""
 TIGHTER, TIGHTEST = 1e-3, 1e-11
-"""Factor on the tolerances at which runs that differ are repeated, and the least tolerance of these runs, which must agree as
-closely as asked before."""
+"""Factor on the tolerances at which differing runs are repeated, and the least tolerance of these repeated runs. They must agree
+within the same difference as before."""
 MANY = 20.0
-"""So many times the steps of the run with the fewest are worth a look."""
+"""A run with this many times the steps of the run with the fewest is reported."""
 
 
 @dataclass(frozen=True)
 class Runs:
-    """The runs of a scene, in the order of the settings, and what differs between them."""
+    """The runs of a scene, in the order of the settings, and the differences between them."""
 
     results: tuple[Result, ...]
     differences: tuple[str, ...]
     marginal: bool
-    """Whether a run has an event that its own tolerance does not decide."""
+    """Whether a run has an event that its own tolerance leaves undecided."""
     amplified: tuple[str, ...] = ()
-    """Differences that are gone at tighter tolerances: the mechanism amplifies the error that the tolerance allows."""
+    """Differences that vanish at tighter tolerances: the mechanism amplifies the error that the tolerance allows."""
 
     @property
     def outcomes(self) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ class Runs:
 
     @property
     def alike(self) -> bool:
-        """Whether nothing differs."""
+        """Whether there is no difference."""
         return not self.differences
 
 
@@ -66,7 +66,7 @@ def runs(scene: Scene, settings: tuple[tuple[str, float, str], ...] = SETTINGS) 
 
 
 def _runs(scene: Scene, models: dict[str, Model], settings: tuple[tuple[str, float, str], ...], allowed: float = 1.0) -> Runs:
-    """The runs at all settings. Times of events may differ by ``allowed`` times what they may at the tolerances."""
+    """The runs at all settings. Allowed differences of event times are multiplied by ``allowed``."""
     until = scene.simulation.until
     found = tuple(run(models[k], until, until / ROWS, Settings(rtol, m, max_steps=STEPS)) for m, rtol, k in settings)
     exact = found[-1]
@@ -80,7 +80,7 @@ def _runs(scene: Scene, models: dict[str, Model], settings: tuple[tuple[str, flo
 
 
 def _told(r: Result, exact: Result, rtol: float) -> list[str]:
-    """What differs between a run and the exact one."""
+    """The differences between a run and the exact one."""
     if r.outcome.name != exact.outcome.name:
         return [f"{r.outcome.name} at {r.outcome.time:.6g} s, not {exact.outcome.name} at {exact.outcome.time:.6g} s"]
     duration = float(exact.settings["until"])
@@ -107,7 +107,7 @@ def _near(a: float, b: float) -> bool:
 
 
 def _apart(r: Result, exact: Result, names: list[str]) -> tuple[float, str]:
-    """The largest difference of last values, over the range that values of its kind have in the run."""
+    """The largest difference of last values, relative to the range of values of their kind in the run."""
     worst = (0.0, "")
     for name in names:
         kind = name.split(".")[-1].split("[")[0] if ".q" in name else "energy"

@@ -1,4 +1,4 @@
-"""A debug build of the runtime, which tests use in the place of the runtime. It has functions that reach inside."""
+"""A debug build of the runtime, which tests use in place of the runtime. It has functions that give access to internal data."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def built() -> Path:
 
 @contextmanager
 def in_place_of_the_runtime() -> Iterator[ctypes.CDLL]:
-    """The debug build, which blocks made inside use."""
+    """The debug build; blocks that are made within this context use it."""
     monkeypatch = pytest.MonkeyPatch()
     made = ctypes.CDLL(str(built()))
     made.tr_failed_check.restype = ctypes.c_long

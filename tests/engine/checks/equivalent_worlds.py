@@ -30,10 +30,10 @@ def directions(axis: sm.Direction | None, reference: sm.Direction | None) -> tup
 
 
 def image(scene: sm.Scene, Q: np.ndarray) -> sm.Scene:
-    """The scene with all its points and directions, of bodies too, mapped by an orthogonal matrix Q, a reflection if det Q = -1.
+    """The scene with all its points and directions, those of bodies included, mapped by an orthogonal matrix Q; it is a reflection
+    if det Q = -1.
 
-    Angles keep their numbers. So do travels of prismatic joints; other travels change their sign in a mirror.
-    """
+    Angles keep their numbers. So do travels of prismatic joints; other travels change their sign in a mirror."""
     sense = float(np.sign(np.linalg.det(Q)))
     joints = {n: _joint(scene, j, Q, sense) for n, j in scene.joints.items()}
     forces: dict[str, Any] = {}
@@ -86,7 +86,7 @@ def _joint(scene: sm.Scene, j: sm.Joint, Q: np.ndarray, sense: float) -> sm.Join
 
 
 def _other_sense(scene: sm.Scene, j: sm.Joint, which: list[int], n: int) -> sm.Joint:
-    """The joint with other signs of all numbers along these of its n freedoms. ValueError for devices without such a rule."""
+    """The joint with changed signs of all numbers along these of its n freedoms. ValueError for devices without such a rule."""
     if j.latch is not None or j.motor is not None or j.drive is not None:
         raise ValueError("drives, motors and latches of joints that slide and turn")
 
@@ -108,7 +108,7 @@ def _other_sense(scene: sm.Scene, j: sm.Joint, which: list[int], n: int) -> sm.J
 
 
 def _load(scene: sm.Scene, name: str, f: Any, Q: np.ndarray, sense: float) -> dict[str, Any]:
-    """The image of a load. A force that varies becomes one load for each component, because signals cannot be added."""
+    """The image of a load. A varying force becomes one load for each component, because signals cannot be added."""
     if f.type == "spring_damper":
         return {name: f}
     if f.type == "bushing":
@@ -134,13 +134,14 @@ def powers(unit: str) -> np.ndarray:
 
 
 def factor(unit: str, length: float, mass: float, time: float) -> float:
-    """The factor of a number of this unit where lengths, masses and times have these."""
+    """The factor of a number of this unit when lengths, masses and times have these factors."""
     a, b, c = powers(unit)
     return length**a * mass**b * time**c
 
 
 def scaled(scene: sm.Scene, length: float, mass: float, time: float) -> sm.Scene:
-    """The scene with every length, mass and time multiplied by these factors, and every other number by its dimension."""
+    """The scene with every length, mass and time multiplied by these factors, and every other number multiplied according to its
+    dimension."""
 
     def walk(value: Any, path: tuple[str | int, ...]) -> Any:
         if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""Whether runs of one scene tell the same events: kinds, joints and parts at the same times, up to the first marginal one."""
+"""Whether runs of one scene report the same events: kinds, joints and parts at the same times, up to the first marginal one."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from trunnion.simulation.results.result import Result
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 TIMES = 100.0
-"""Times the tolerance and the duration: so far the time of an event may be off."""
+"""Allowed difference of an event's time, in multiples of the tolerance and the duration."""
 OWN_ERROR = 10.0
-"""Times the tolerance: the run's own error, below which a margin is marginal."""
+"""The run's own error in multiples of the tolerance; an event with a smaller margin is marginal."""
 
 
 UNLOCATED = "separation"
-"""Kind of event by which a force is said to pass near nothing between two steps: whether it does hangs on how long they are."""
+"""Kind of event that reports a force which nearly vanishes between two steps. Whether a run reports it depends on the length of
+these steps."""
 
 
 def times(r: Result) -> dict[tuple[str, int, str], list[float]]:
@@ -30,8 +31,8 @@ def times(r: Result) -> dict[tuple[str, int, str], list[float]]:
 
 
 def differences(r: Result, exact: Result, may: float) -> Iterator[tuple[float, str]]:
-    """Differences between two lists of events of one kind of one joint. Times may differ by ``may``, s; events closer than that
-    may change their order."""
+    """Differences between two lists of events of one kind of one joint. Times may differ by ``may``, s; events closer to each other
+    than this may have another order."""
     run, other = times(r), times(exact)
     for what in run.keys() | other.keys():
         name = f"{what[2]} of {what[0]}[{what[1]}]"

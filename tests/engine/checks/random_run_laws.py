@@ -18,31 +18,31 @@ from trunnion.simulation.run import simulate
 from trunnion.system.construction.start_values_and_scales import length_scale, rate_scale
 
 SETTINGS = (("auto", 1e-4), ("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6), ("rk8", 1e-8))
-"""The method that runs choose by themselves at a loose and at its usual tolerance, and each method by itself: they differ in where
-steps end, what stages pass through and how well the state is known. Fixed steps and Moreau's impulses locate nothing."""
+"""The default method of runs at a loose and at its usual tolerance, and each method by itself. They differ in the ends of their
+steps, the states of their stages and the accuracy of the state. Fixed steps and Moreau's impulses locate no event."""
 JAMS = ("jammed", "no_solution", "inconsistent")
 NO_ANSWER = "no answer"
-"""How a run ended that ended by one of these names where enumeration finds no answer."""
+"""The result of a run that ended by one of these names where enumeration finds no solution."""
 ENERGY, CONE = 1e-3, 1e-6
-"""What a run may have of energy that is unaccounted for, over what was turned over, and if it is done of friction beyond a cone."""
+"""Allowed energy error of a run, relative to the energy converted, and, for a finished run, allowed friction beyond a cone."""
 MOST_PAIRS = 8
-"""Pairs at rest up to which all their choices are tried."""
+"""Largest number of pairs at rest for which all combinations of their modes are tried."""
 INSTANT = 1e-6
-"""Part of the time scale after the last row at which a way on is sought: two answers that meet and vanish are both still there at
-the row itself."""
+"""Part of the time scale after the last row at which the search for a continuation takes place. Two solutions that meet and vanish
+both still exist at the row itself."""
 JUMP = 2.0
-"""By this factor friction does not change over an instant, unless it is about to grow without bound."""
+"""Largest factor by which friction changes over an instant, unless it is about to grow without bound."""
 STEPS = 40000
-"""Steps a run may take: explicit methods need many where a pair of several components creeps at a speed near nothing."""
+"""Most steps of a run. Explicit methods need many where a pair of several components creeps at a speed near zero."""
 SLOW = 1e-8
-"""Part of the fastest speed below which a pair is at rest where a run ends."""
+"""Part of the fastest speed below which a pair counts as at rest at the end of a run."""
 ROWS = 40
-"""Rows of a run whose cones are looked at."""
+"""Number of rows of a run whose cones are checked."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: what became of it, its energy error over what has been turned over, and by how much a cone was broken at most."""
+    """One run: its outcome, its energy error relative to the energy converted, and the largest violation of a cone."""
 
     setting: tuple[str, float]
     result: Result
@@ -57,7 +57,7 @@ def time_scale(case: Case) -> float:
 
 
 def made(case: Case, setting: tuple[str, float]) -> Run:
-    """Run a case for three of its time scales; a row for each step."""
+    """Run a case for three of its time scales, with a row for each step."""
     method, rtol = setting
     span = 3.0 * time_scale(case)
     r = simulate(case.scene, until=span, every=0, method=method, rtol=rtol, max_steps=STEPS, outputs=wanted(case.scene))
@@ -65,7 +65,7 @@ def made(case: Case, setting: tuple[str, float]) -> Run:
 
 
 def energy_error(r: Result) -> float:
-    """Largest residual of the energy, over what has been turned over."""
+    """Largest residual of the energy, relative to the energy converted."""
     if not len(r.time):
         return 0.0
     turned = np.ptp(r["energy.kinetic"]) + np.ptp(r["energy.potential"]) + r["energy.dissipated"][-1]
@@ -105,8 +105,8 @@ def ways_on(case: Case, r: Result | None) -> list[dict[str, str]] | None:
 
 
 def _bounded(here: Answer, later: Answer) -> bool:
-    """Whether friction is continuous over an instant. At a dead centre of a pair that stops all else, its friction grows as the
-    inverse of the distance, which is round-off."""
+    """Whether friction is continuous over an instant. At a dead centre of a pair that stops all other motion, its friction grows as
+    the inverse of the distance, which is round-off."""
     first, then = (float(np.abs(a.eta).max(initial=0.0)) for a in (here, later))
     return max(first, then) <= JUMP * min(first, then)
 
@@ -133,7 +133,7 @@ def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], t
 
 
 def figures(found: dict[int, tuple[dict[tuple, str], tuple[str, ...]]]) -> str:
-    """A summary of all seeds: outcomes, whether they agree, and every seed with a defect."""
+    """A summary of all seeds: outcomes, whether they agree, and the seeds with defects."""
     ended = Counter(end for _, ends in found.values() for end in ends)
     alike = sum(len(set(ends)) == 1 for _, ends in found.values())
     lines = [f"{len(found)} mechanisms, {alike} end alike at all settings; runs: {dict(ended)}"]

@@ -38,7 +38,7 @@ def some_load(holds: Callable[[Any], Any]) -> Property:
 
 
 def rubs(j: sm.Joint, pin: str | None = None, law: str | None = None, normal: str | None = "any") -> bool:
-    """Whether a joint has friction: with the pin on that part, of that law, its normal force found that way."""
+    """Whether a joint has friction, with the pin on that part, of that law, and with that way of finding its normal force."""
     return (
         j.friction is not None
         and pin in (None, j.pin)

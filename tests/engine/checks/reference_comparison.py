@@ -1,4 +1,4 @@
-"""The engine's columns in the reference's table form, so that the two can be laid side by side."""
+"""The engine's columns in the form of the reference's table, so that both can be compared."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def results(model: Model, row: Mapping[str, float]) -> Table:
 
 
 def motion(model: Model, row: Mapping[str, float]) -> Table:
-    """Where everything is and how fast it moves, from a row of the engine; quaternions as matrices (their sign is free)."""
+    """Positions and velocities of all bodies and joints, from a row of the engine; quaternions as matrices (their sign is free)."""
     out: Table = {}
     for j in model.system.joints:
         q = take(row, f"{j.name}.q")
@@ -106,8 +106,8 @@ def reference_motion(model: Model, state: State) -> Table:
 
 def worst(expected: Table, got: Table, without: tuple[str, ...] = ()) -> tuple[float, tuple[str, str] | None]:
     """Largest difference over all of ``expected`` but the quantities ``without``, relative to the largest entry of the quantity,
-    and where. Angles by sine and cosine. NaN in ``expected`` means undefined there; NaN or nothing in ``got`` is infinitely wrong.
-    """
+    and its place. Angles are compared by sine and cosine. NaN in ``expected`` means undefined there; NaN or a missing value in
+    ``got`` counts as an infinite difference."""
     size: dict[str, float] = {}
     for (_, quantity), value in expected.items():
         if quantity != "angle":

@@ -12,7 +12,7 @@ from trunnion.simulation.settings.run_settings import KERNELS
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 ENERGY = ("energy.*",)
-"""Columns that need every integral: with them a block has all that right-hand sides can have, and little else to compile."""
+"""Columns that need every integral. With them a block has all that right-hand sides can have, and little other code to compile."""
 
 
 def block_at(case: Case, outputs: tuple[str, ...] = ENERGY, kernel: str = KERNELS[0]) -> bl.Block:
@@ -45,8 +45,8 @@ def block_after(scene: Scene, t: float, rtol: float = 1e-10, kernel: str = KERNE
 
 
 def rate(block: bl.Block, y: np.ndarray | None = None, t: float | None = None) -> np.ndarray:
-    """d/dt of [states, integrals] at (t, y). Friction modes are kept. With a time given, modes are decided as at the start of a
-    run."""
+    """d/dt of [states, integrals] at (t, y). The function keeps friction modes; with a time given, it decides modes as at the start
+    of a run."""
     keep, n = block.y.copy(), block.ny + block.kernel.sizes["works"]
     if y is not None:
         block.y[: block.ny] = y[: block.ny]

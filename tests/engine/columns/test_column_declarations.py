@@ -1,5 +1,5 @@
-"""A column is declared once. Both kernels make it from its declaration, exports, derivatives and comparisons read the
-declaration, and an incomplete declaration is refused."""
+"""A column is declared once. Both kernels create it from its declaration; exports, derivatives and comparisons read the
+declaration. An incomplete declaration is refused."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def told() -> dict[str, object]:
 
 
 def test_an_fmu_tells_what_changes_at_events_alone(told) -> None:
-    """In FMI 2.0 these are the discrete variables: they change at events only."""
+    """In FMI 2.0 these variables are the discrete ones: they change only at events."""
     discrete = {n for n, v in told.items() if v.causality == "output" and v.variability == "discrete"}
     assert discrete == {n for n in told if n.startswith("events.") or ".state" in n or n == "audit.verdict"}
     assert {"events.count", "events.last.time", "events.last.turn", "ball.friction.state[1]", "ball.contact[1].state"} <= discrete

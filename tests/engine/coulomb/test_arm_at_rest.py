@@ -1,4 +1,5 @@
-"""A spatial arm of six joints held up by friction: it stays for ever, and lets go at the limit that independent statics gives."""
+"""A spatial arm of six joints that friction holds. It stays at rest for ever, and slips at the limit that independent statics
+gives."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def shares(tilt: float, mu: float = MU, load: float = 0.0) -> np.ndarray:
-    """Friction needed over friction available for every joint, from sums of weights and moments, and from numerical roots of the
-    journal's contact equations. load: force along x at the tip, N."""
+    """Required over available friction of every joint, from sums of weights and moments, and from numerical roots of the journal's
+    contact equations. load: force along x at the tip, N."""
     R, at, joints, centres = np.eye(3), np.zeros(3), [], []
     for k, axis in enumerate(arm_axes()):
         R = R @ rotation_about(AXES[axis], tilt * (-1) ** k)

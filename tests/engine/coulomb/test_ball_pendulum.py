@@ -1,4 +1,5 @@
-"""Example 8.1 with dry friction (theory, "Reference numbers", F1): every stop, the rest at the end, holding in its cone."""
+"""Example 8.1 with dry friction (theory, "Reference numbers", F1): every stop, the rest at the end, and stick within the friction
+cone."""
 
 from __future__ import annotations
 
@@ -62,13 +63,15 @@ def test_its_error_falls_with_the_tolerance() -> None:
 
 @pytest.mark.parametrize(("stop", "turn"), [(1, 58.8975), (5, 57.610)])
 def test_its_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
-    """By 2 atan μ less the jump of the reaction (theory, "Turns of normals"), in degrees, to the digits printed."""
+    """The normal turns by 2 atan μ less the jump of the reaction (theory, "Turns of normals"), in degrees, to the digits
+    printed."""
     (found,) = swing(1e-12).events[stop - 1].turn
     assert math.degrees(found) == pytest.approx(turn, abs=5e-4)
 
 
 def test_with_adams_friction_it_stops_when_that_program_says() -> None:
-    """Friction r μ |f| instead of r μ |f|/√(1+μ²) (151): a stop at 7.719710 s; the paper reads 7.7 s off its figure."""
+    """With Adams' friction r μ |f| instead of r μ |f|/√(1+μ²) (151), the ball stops at 7.719710 s. The paper reads 7.7 s off its
+    figure."""
     r = run("spherical_pendulum", 8.0, 1.0, 1e-11, friction__normal_force="adams")
     assert min(abs(t - 7.719710) for t in stops(r)) <= 1e-6
 
@@ -91,7 +94,7 @@ def test_outside_its_friction_cone_it_slips(angle: float) -> None:
 
 
 def test_static_friction_holds_what_sliding_friction_would_not() -> None:
-    """μ_static 0.8 holds up to asin(r 0.8/√1.64/l) = 3.5808 degrees; once it slides it is 0.6 that counts."""
+    """A μ_static of 0.8 holds up to asin(r 0.8/√1.64/l) = 3.5808 degrees. Once the ball slides, its friction coefficient is 0.6."""
     limit = math.degrees(math.asin(RADIUS * 0.8 / math.sqrt(1.64) / ARM))
     held = pendulum_at(limit - 1e-6, 10.0, 100.0, mu_static=0.8)
     assert np.ptp(pendulum_angle(held)) == 0.0

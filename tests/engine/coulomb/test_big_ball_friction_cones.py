@@ -1,4 +1,4 @@
-"""Big, rough balls reach their friction cones again and again. Under a law with a kink they pass them as under Coulomb's law, and
+"""Big, rough balls reach their friction cones repeatedly. Under the regularised law they pass the cones as under Coulomb's law, and
 the motion converges to Coulomb's."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 
 STARTS_ELSEWHERE = (3, 19, 24, 29)
-"""Seeds of two balls in which sliding does not start where the turning about the contact ends."""
+"""Seeds of two balls in which sliding does not start at the point where the turning about the contact ends."""
 
 
 def places(r: Result) -> np.ndarray:
@@ -25,7 +25,7 @@ def places(r: Result) -> np.ndarray:
 
 
 def converges(count: int, seed: int) -> None:
-    """The regularised law passes all cones, and its motion is Coulomb's but for what is of first order in v_eps."""
+    """The regularised law passes all cones, and its motion differs from Coulomb's by an amount of first order in v_eps."""
     exact = simulate(big_balls(count, seed, "coulomb"), until=1.0, every=1.0, rtol=1e-9)
     assert exact.outcome.ok
     off = []
@@ -51,8 +51,9 @@ def test_two_big_balls_pass_their_cones_and_converge_to_coulombs(seed: int) -> N
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-6), ("rk5", 1e-5), ("rosenbrock", 1e-6), ("rk8", 1e-8)])
 def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, float]) -> None:
-    """Two balls at their cones at 0.262 s: of four roots one is left a moment later. It is found, and kept: the look ahead for a
-    first step's length came to another, from which the step then began."""
+    """Two balls reach their cones at 0.262 s, where friction has four roots; a moment later one of them exists. The engine finds
+    this root and keeps it. Earlier, the estimate of a first step's length converged to another root, and the step began from
+    there."""
     method, rtol = setting
     r = simulate(big_balls(2, 42, "coulomb"), until=1.0, every=1.0, method=method, rtol=rtol, outputs=["energy.*"])
     assert r.outcome.ok
@@ -66,7 +67,7 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
 ])  # fmt: skip
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
     """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. Friction at the end of each
-    branch is that of the branch before the event. Rows once showed the far side, 6e-5 beyond the cone."""
+    branch is that of the branch before the event. Rows once showed the branch after it, 6e-5 beyond the cone."""
     scene = rubbing("loop", 247).scene
     r = simulate(scene, until=0.046856, every=0, method=method, rtol=1e-6, outputs=wanted(scene), kernel=kernel)
     assert r.outcome.ok
@@ -76,7 +77,8 @@ def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", [*STARTS_ELSEWHERE, 38])
 def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int) -> None:
-    """Sliding at the kink would take it back below: it hopped over the kink up to 9,000 times, until the steps were used up."""
+    """Sliding at the kink would take the ball back below the kink. Earlier, the ball passed the kink up to 9,000 times, until no
+    steps were left."""
     exact = simulate(big_balls(2, seed, "coulomb"), until=1.0, every=1.0, rtol=1e-6)
     for v_eps in (1e-4, 1e-5):
         r = simulate(big_balls(2, seed, "regularized", v_eps), until=1.0, every=1.0, rtol=1e-6, max_steps=10000)
@@ -89,7 +91,7 @@ def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int
 @pytest.mark.parametrize("law", ["coulomb", "regularized"])
 @pytest.mark.parametrize("turned", [tightened, loosened])
 def test_a_ball_whose_branch_folds_away_tells_so_once_by_every_method_and_tolerance(turned, law: str) -> None:
-    """A brake well beyond its thresholds: forces jump, velocities do not, at the time that is known in closed form."""
+    """A brake well beyond its thresholds: at a time known in closed form, forces jump and velocities do not."""
     scene = turned(0.3, law)
     until = float(scene.simulation.until)
     share = (1.0 - 0.5) / (1.3 - 0.5) if turned is tightened else (1.2 * LEAVES - GRIPS) / (1.2 * LEAVES - 0.7 * GRIPS)

@@ -1,4 +1,4 @@
-"""Sliding with dry friction is what one dense solve in absolute coordinates says; a joint that sticks is one that is locked."""
+"""Sliding with dry friction agrees with one dense solve in absolute coordinates. A joint that sticks acts like a locked joint."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from trunnion.simulation.run import Model
 from trunnion.system.construction.system_builder import build
 
 TOLERANCE = 1e-9
-"""The agreement that is asked for; both sides solve to about 1e-13 times the condition of the mechanism."""
+"""Required agreement. Both sides solve to about 1e-13 times the condition of the mechanism."""
 
 
 def dry(case: Case, normal_forces: tuple[str, ...] = ("exact",)) -> Case:
-    """The case with dry friction in every joint that rubs, and these kinds of normal forces in turn."""
+    """The case with dry friction in every joint that has friction, and these kinds of normal forces in turn."""
     joints, forces = {}, cycle(normal_forces)
     for name, j in case.scene.joints.items():
         force = next(forces)
@@ -35,12 +35,12 @@ def dry(case: Case, normal_forces: tuple[str, ...] = ("exact",)) -> Case:
 
 
 def sliding_speeds(case: Case) -> list[float]:
-    """Largest rate of every joint that rubs (m/s, rad/s); what a loop leaves no freedom is at rest, and sticks."""
+    """Largest rate of every joint with friction (m/s, rad/s). A joint without freedom in its loop is at rest, and sticks."""
     return [float(np.abs(case.qd[n]).max()) for n, j in case.scene.joints.items() if rubs(j)]
 
 
 def compared(case: Case, here: Case) -> None:
-    """Everything that both formulations say of the case (free joints have no reaction columns)."""
+    """All quantities of the case that both formulations give (free joints have no reaction columns)."""
     free = {n for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 6}
     expected = {k: v for k, v in table(solve(case.state())).items() if k[0] not in free or k[1] == "qdd"}
     gap, where = worst(expected, engine_table(here), ("angular_acceleration",))
@@ -49,8 +49,8 @@ def compared(case: Case, here: Case) -> None:
 
 @lru_cache(maxsize=12)
 def sliding_tree(seed: int) -> Case:
-    """Three bodies; joints with exact contacts and with Adams' normal force beside each other, every other tree without joints that
-    do not rub."""
+    """Three bodies whose joints have exact contacts or Adams' normal force, both kinds in one tree. In every other tree all joints
+    have friction."""
     types = USUAL_TYPES if seed % 2 else RUBBING_TYPES
     turn = ("adams", "exact") if seed // 2 % 2 else ("exact", "adams")
     return dry(random_tree(seed, 3, types=types, friction=1.0, drives=0.0, t=0.3, laws=("regularized",)), turn)
@@ -70,7 +70,7 @@ def test_the_sliding_trees_have_every_joint_with_either_normal_force() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", ["revolute", "cylindrical", "universal"])
 def test_a_sliding_loop_accelerates_as_the_dense_solve_says(kind: str) -> None:
-    """Cut at a joint of the type that rubs; others on the loop rub too."""
+    """The loop is cut at a joint of the type that has friction; other joints of the loop have friction, too."""
     case = first(
         f"a loop cut at a {kind} joint that rubs, others on it rubbing too, all of them sliding",
         lambda c: some_cut(lambda j: j.type == kind and rubs(j))(c) and len(slides := sliding_speeds(c)) > 1 and min(slides) > 0.1,
@@ -85,8 +85,8 @@ def test_a_sliding_loop_accelerates_as_the_dense_solve_says(kind: str) -> None:
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_joint_that_sticks_is_one_that_is_locked(seed: int) -> None:
-    """The journal is wide enough to hold any load (its friction is at most r |F|), and one joint is at rest. The others
-    accelerate as with a fixed joint there."""
+    """The journal is wide enough to hold any load (its friction is at most r |F|), and one joint is at rest. The other joints
+    accelerate as if a fixed joint were there."""
     from tests.engine.coulomb.test_random_chains import chain
 
     scene = chain((40, 41, 42, 43, 44, 47)[seed])

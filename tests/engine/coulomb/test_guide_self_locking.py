@@ -1,7 +1,7 @@
-"""Wedging (theory, "Reference numbers", F5).
+"""Wedging (theory, "Reference numbers", F5). A push parallel to a guide at offset e presses on each of its ends with F e/(2c). The
+guide holds for any F when e ≥ c/μ.
 
-A push parallel to a guide at offset e presses its ends with F e/(2c) each; the guide holds, whatever F,
-when e ≥ c/μ. And sliding along and about an axis at once."""
+The last tests are about simultaneous sliding along and about an axis."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EXACT = 1e-9
 
 
 def pushed(kind: str, force: float, offset: float, pin: str = "inboard", angle: float = 0.0, **rub) -> sm.Scene:
-    """A carriage on a guide along x, pushed along x at a point ``offset`` beside the axis, turned by ``angle`` about it."""
+    """A carriage on a guide along x. The push along x acts at a point ``offset`` beside the axis, turned by ``angle`` about it."""
     point = (0.0, offset * math.cos(angle), offset * math.sin(angle))
     carriage = sm.Body(box=(0.1, 0.1, 0.1), mass=MASS, points={"push": point})
     friction = sm.Friction(**{"mu": MU, **GUIDES[kind], **rub})
@@ -63,7 +63,7 @@ def test_a_guide_that_static_friction_holds_lets_go_at_static_friction(kind: str
 
 
 def test_a_guide_pushed_ever_harder_lets_go_where_weight_and_push_say() -> None:
-    """Weight across the guide and a ramp of push through the mass centre: slip when F = μ m g."""
+    """The weight acts across the guide, and a growing push acts through the mass centre. The guide slips when F = μ m g."""
     scene = pushed("cylindrical", 1.0, 0.0)
     ramp = sm.Signal(table=sm.Table((0.0, 10.0), (0.0, 20.0)))
     push = sm.Force("force", "carriage", (ramp, 0.0, 0.0))
@@ -75,8 +75,8 @@ def test_a_guide_pushed_ever_harder_lets_go_where_weight_and_push_say() -> None:
 
 
 def test_travel_and_turn_share_one_friction() -> None:
-    """A loaded shaft, pushed along and turned about its axis, slips where sliding in that direction would begin. The limit comes
-    from numerical roots of the contact equations."""
+    """A loaded shaft that is pushed along its axis and turned about it slips where sliding in that direction would begin. The limit
+    comes from numerical roots of the contact equations."""
     radius, direction = 0.02, 0.6
     load, spin, slide = np.array([0.0, 0.0, -MASS * 9.81]), math.sin(direction) / radius, math.cos(direction)
     out = journal(load, np.zeros(3), spin, slide, radius, HALF_LENGTH, Law("coulomb", MU))
@@ -94,8 +94,8 @@ def test_travel_and_turn_share_one_friction() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-7, 1e-9])
 def test_friction_follows_the_sliding_that_turns_right_behind_a_reversal(rtol: float) -> None:
-    """A cylindrical guide on a loop with one freedom comes to rest at 0.792 s and goes back along a line that turns at once. The
-    step from there on was made along the line, 6 ms of it, and friction was off by 5e-4 of itself at any tolerance."""
+    """A cylindrical guide on a loop with one freedom comes to rest at 0.792 s. It reverses along a line whose direction changes at
+    once. Earlier, the next step followed the first line for 6 ms, and friction was wrong by 5e-4 of its value at any tolerance."""
     scene = random_loop("nov24b14", laws=("coulomb", "stribeck", "regularized", "lugre", "viscous")).scene
     how = {"until": 0.81, "every": 1e-3, "outputs": ("j2.friction.*", "j2.qd[1]")}
     r, exact = simulate(scene, rtol=rtol, method="rk8", **how), simulate(scene, rtol=1e-12, method="rk5", **how)

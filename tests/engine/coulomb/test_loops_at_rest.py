@@ -1,5 +1,5 @@
-"""Closed loops held by friction in every joint: released exactly where plane statics with friction cones says; friction not
-unique."""
+"""Closed loops that friction holds in every joint. They are released exactly where plane statics with friction cones says so,
+although their friction is not unique."""
 
 from __future__ import annotations
 
@@ -62,12 +62,13 @@ def test_a_sticking_loop_stays_for_ever() -> None:
 
 
 ARM, SHARE = 1e-6, 0.9
-"""Mass of an arm, kg, that loads no joint of a loop by more than 1e-5 of what is there, and the share of what its pin can hold."""
+"""Mass of an arm, kg, that loads no joint of a loop by more than 1e-5 of its load, and the share of its pin's capacity that the arm
+needs."""
 
 
 @pytest.mark.parametrize("extra", [0.3, 0.8])
 def test_what_a_loop_shares_does_not_hang_on_a_pair_that_rests_beside_it(extra: float) -> None:
-    """A light arm on the coupler holds another share than the loop's joints do among themselves."""
+    """A light arm on the coupler holds a different share of its capacity than the loop's joints hold of theirs."""
     alone = FOUR_BAR.scene(extra * most("four-bar", 1.0))
     d, reach = FOUR_BAR.link(1), FOUR_BAR.reach()[0]
     arm = sm.Body(mass=ARM, inertia=(ARM, ARM, ARM), center=(SHARE * reach, 0.0, 0.0))
@@ -79,11 +80,11 @@ def test_what_a_loop_shares_does_not_hang_on_a_pair_that_rests_beside_it(extra: 
 
 
 LOCKS = brentq(lambda h: h * math.sqrt(1 - CIRCLE**2 / (LINK**2 - h**2)) - CIRCLE, 0.1 * CIRCLE, 2 * CIRCLE, rtol=1e-14)
-"""Height (m) of a press's knee above its foot, links folded on each other, up to which a load on its foot cannot fold or open it:
-the links carry it along one line through the friction circles of all three pins, that between those of crown and foot which touches
-the knee's. No weight."""
+"""Height (m) of a press's knee above its foot, links folded on each other. Up to this height a load on its foot cannot fold or open
+the press. The links carry the load along one line through the friction circles of all three pins; the line between those of crown
+and foot touches the knee's circle. There is no weight."""
 NEARLY = 1e-4
-"""A group is let go where no sharing holds it by a ten-thousandth."""
+"""A group is released where every distribution of its load lacks at least a ten-thousandth."""
 
 
 @pytest.mark.default_cases(2)
@@ -97,6 +98,7 @@ def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_ru
 
 
 def test_numbers_of_a_trial_step_that_are_not_finite_end_no_process() -> None:
-    """Pairs at rest whose responses were not numbers made a group without any rank, which reached beyond its members."""
+    """Earlier, pairs at rest whose responses were not numbers made a group of rank zero, and the code read beyond the group's
+    members."""
     scene = random_loop("diag17f14", laws=("coulomb", "stribeck", "regularized", "lugre", "viscous")).scene
     assert simulate(scene, until=3.0, rtol=1e-6, method="rk8").outcome.ok

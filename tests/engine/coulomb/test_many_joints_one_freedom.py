@@ -1,5 +1,5 @@
-"""Many rubbing joints on one freedom have common events, which do not depend on method or tolerance. The motion is the limit of a
-smooth law made steep."""
+"""Many joints with friction on one freedom have common events, which do not depend on method or tolerance. The motion is the limit
+of a smooth law that becomes steeper."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 UNTIL = 1.0
 ALL = {"lower_in", "upper_in", "lower_ball", "upper_ball", "steer"}
 FEWEST = {"lower_in", "lower_ball"}
-"""The smallest set of joints whose friction once made events without end."""
+"""The smallest set of joints whose friction once caused events without end."""
 
 CORNER = """
 schema: 1
@@ -48,7 +48,7 @@ forces:
 
 
 def corner(rub: set[str], law: str = "law: coulomb") -> Scene:
-    """The corner of a car with friction in these joints, under a wheel's load that comes and goes."""
+    """The corner of a car with friction in these joints. Its wheel's load comes and goes."""
     lines = []
     for line in CORNER.splitlines():
         head, found, sizes = line.partition(", RUB ")
@@ -87,7 +87,8 @@ def test_joints_on_one_freedom_turn_stop_and_let_go_at_one_time(rub: set[str]) -
 
 
 def test_the_motion_is_what_a_steep_law_without_rest_tends_to() -> None:
-    """The regularised law decides nothing: it has no modes, no shares, no events. Its error is of first order in its speed."""
+    """The regularised law decides nothing: it has no modes, no distribution of loads and no events. Its error is of first order in
+    its speed."""
     exact = run(frozenset(ALL), "rk8", 1e-9)
     off = []
     for speed in (4e-6, 2e-6, 1e-6):

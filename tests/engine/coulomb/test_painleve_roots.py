@@ -19,7 +19,7 @@ from tests.stability.scene_verdicts import ran
 STATES = ((0.4, 1.0), (-1.2, 3.0), (1.0, -2.0), (0.3, -0.5))
 BELOW = [(*state, share) for state, share in zip(STATES, (0.5, 0.9, 0.99, 0.99), strict=True)]
 ABOVE = [(*state, share) for state, share in zip(STATES, (1.01, 1.1, 1.1, 1.01), strict=True)]
-"""States and radii over the threshold's that run by default."""
+"""States, and radii relative to the threshold's, that run by default."""
 
 
 def product_of(states: tuple, shares: tuple) -> list[tuple]:
@@ -28,7 +28,7 @@ def product_of(states: tuple, shares: tuple) -> list[tuple]:
 
 
 def independent(radius: float, angle: float, rate: float) -> int:
-    """Roots found from many starts by the formulation that shares no code."""
+    """Roots that the formulation without shared code finds from many starts."""
     state = forward(ball_pendulum(mu=MU, radius=radius, law="coulomb"), *pendulum_start(angle, rate))
     return len(every_root(state, starts=25, spread=20.0))
 

@@ -27,13 +27,14 @@ def test_the_slider_pin_reverses_when_the_crank_stands_across_the_guide() -> Non
 
 
 def test_the_slider_pins_normals_turn_as_computed() -> None:
-    """By 33.083° and 33.029° in turn, to the digits printed (theory, "Turns of normals")."""
+    """The normals turn by 33.083° and 33.029° in turn, to the digits printed (theory, "Turns of normals")."""
     for e, expected in zip(crank().events, (33.083, 33.029) * 3, strict=True):
         assert np.degrees(e.turn) == pytest.approx([expected] * 2, abs=5e-4)
 
 
 def lean(t: float) -> float:
-    """Degrees from the reaction on the pin to the normal of its contact, about the pin's axis. Both contacts carry half of it."""
+    """Angle from the reaction on the pin to the normal of its contact, about the pin's axis, degrees. Each of the two contacts
+    carries half of the reaction."""
     r = crank(t, t)
     n = [r[f"slider_pin.contact[1].normal[{k}]"][-1] for k in (2, 3)]
     f = [-r[f"slider_pin.reaction.force[{k}]"][-1] for k in (2, 3)]
@@ -84,7 +85,8 @@ def test_the_double_pendulum_starts_as_computed() -> None:
 
 
 def test_its_events_converge_as_the_tolerance_falls() -> None:
-    """Times of the first stops against those at 1e-11; the motion is sensitive: 30 times the tolerance over two seconds."""
+    """Times of the first stops compared with those at 1e-11. The motion is sensitive: the errors are up to 30 times the tolerance
+    over two seconds."""
     every = {r: run("double_pendulum", 2.0, 1.0, r).events for r in (1e-6, 1e-8, 1e-11)}
     runs = {r: [e.time for e in events if e.kind != "contact_jump"] for r, events in every.items()}
     truth = runs.pop(1e-11)
@@ -97,7 +99,8 @@ def test_its_events_converge_as_the_tolerance_falls() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 def test_with_fixed_steps_the_pivot_comes_through_its_stops_and_the_error_falls_with_the_step(method: str) -> None:
-    """The guide of 8.3 stops in two components inside a step, which is then made in parts: a few steps more than time over step."""
+    """The guide of 8.3 stops in two components inside a step, and the engine makes this step in parts. A run therefore takes a few
+    steps more than time over step."""
     fine, errors = run("double_pendulum", 4.0, 0.1, rtol=1e-10), []
     for step in (4e-3, 2.5e-4):
         r = simulate("double_pendulum", until=4.0, every=0.1, method=method, step=step)

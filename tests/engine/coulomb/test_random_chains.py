@@ -1,5 +1,5 @@
-"""Random chains that rub at every joint, from rest and in motion, lose energy only to friction and do not chatter. They end early
-only where there is no solution."""
+"""Random chains with friction at every joint, from rest and in motion, lose energy only to friction and do not chatter. They end
+early only where there is no solution."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def chain(seed: int, balls: float = 0.0) -> sm.Scene:
 
 
 COLUMNS = ("energy.*", "*.friction.work", "*.q[1]", "*.qd[1]", "*.qdd[1]")
-"""Columns that the tests need; contacts and reactions would take longer to compile than all else."""
+"""Columns that the tests need. Contacts and reactions would take longer to compile than all others."""
 INSTANT = 1e-8
-"""Seconds beyond the end at which answers are sought. A run ends so close (1e-12 s) to where two answers meet and vanish that both
-are still there at its end; where there is none may itself be as short as 1e-7 s (seed 1144)."""
+"""Seconds beyond a run's end at which the search for solutions begins. A run ends so close (1e-12 s) to where two solutions meet
+and vanish that both still exist at its end. The interval without a solution may be as short as 1e-7 s (seed 1144)."""
 
 
 def has_no_answer(scene: sm.Scene, until: float) -> None:
@@ -68,12 +68,12 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [1060, 1122, slow(1144), slow(1166), 1215])
 def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
-    """The first two end at the start, the others on their way, the last where a joint has just come to rest."""
+    """The first two chains end at the start, the others during the motion, the last one where a joint has just come to rest."""
     has_no_answer(chain(seed), 3.0)
 
 
 def test_a_chain_that_goes_on_has_an_answer() -> None:
-    """The independent search finds an answer where one exists: at the starts of chains that run."""
+    """The independent search finds a solution where one exists: at the starts of chains whose runs finish."""
     for seed in (2, 3, 5):
         scene = chain(seed)
         starts = {n: j.start for n, j in scene.joints.items() if j.start is not None}
@@ -82,7 +82,7 @@ def test_a_chain_that_goes_on_has_an_answer() -> None:
 
 
 def checked(seed: int, until: float, balls: float = 0.0) -> int:
-    """Run a chain, hold it against the claims, and return the number of its events."""
+    """Run a chain, check it against the claims, and return the number of its events."""
     scene = chain(seed, balls)
     r = simulate(scene, until=until, every=until / 50, rtol=1e-7, max_steps=100_000, outputs=COLUMNS)
     if not r.outcome.ok and not balls:

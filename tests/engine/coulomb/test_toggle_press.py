@@ -22,8 +22,8 @@ PUSH_TIMES, PUSH = [0, 0.5, 1.0, 1.01, 2.0], [500, 800, 800, 0, 0]
 OTHERS = [(0.05, 20, 1100), (0.1, 20, 1100), (0.1, 10, 800), (0.2, 20, 1100)]
 """Other presses that jam on their way back: μ, radius of the pins in mm, largest push in N."""
 CROSSING = {"auto": 2e-7, "rk5": 2e-7, "rk8": 2e-7, "rosenbrock": 2e-7, "moreau": 4e-5}
-"""How far the passage through the change point may put what follows off, s: its row of the loops is given up for 4e-5 s there,
-and forces jump where that begins and ends."""
+"""Error in time, s, that the passage through the change point may cause in later events. There the engine leaves out one row of the
+loops for 4e-5 s, and forces jump where this interval begins and ends."""
 
 TOGGLE = """
 schema: 1
@@ -54,12 +54,12 @@ def run(method: str, rtol: float, mu: float = 0.1, radius: float = 20, push: flo
 
 
 def told(r: Result) -> list[Event]:
-    """Its events without separations. The instant at which pin and bearing part depends on the steps."""
+    """The run's events without separations. The instant at which pin and bearing separate depends on the steps."""
     return [e for e in r.events if e.kind != "separation"]
 
 
 def sprung(stiffness: float, begin: float, end: float):
-    """The motion of the press with its foot held by a spring, from ours at `begin`."""
+    """The motion of the press with its foot on a spring, from our state at `begin`."""
     ours = run("rk8", 1e-10)
     at = int(np.searchsorted(ours.time, begin - 1e-9))
     model = SprungToggle(stiffness, 100 * np.sqrt(stiffness), partial(np.interp, xp=PUSH_TIMES, fp=PUSH))
@@ -83,7 +83,7 @@ PRESSES = [(*press, half) for press in OTHERS for half in (0, 1)]
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("mu", "radius", "push", "half"), sampled(PRESSES, lambda p: p[3] == OTHERS.index(p[:3]) % 2))
 def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radius: float, push: float, half: int) -> None:
-    """Every other setting by default, by turns: each occurs in two of the presses."""
+    """By default each press runs at every other setting, in turn, so that each setting occurs in two of the presses."""
     exact = run("rk8", 1e-10, mu, radius, push)
     for method, rtol in list(product(("rk5", "rk8", "rosenbrock"), TOLERANCES))[half::2]:
         r, off = run(method, rtol, mu, radius, push), 100 * rtol + CROSSING[method]
@@ -106,7 +106,8 @@ def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -
 
 @pytest.mark.slow
 def test_on_its_way_back_a_stiff_foot_stops_where_ours_jams() -> None:
-    """Its force grows beyond all bounds, and with it friction, within less and less of the way, the stiffer the foot is held."""
+    """The force on the foot, and with it friction, grows beyond all bounds. The stiffer the foot's spring, the shorter is the
+    travel within which this happens."""
     end = run("rk8", 1e-10).outcome.time
     for stiffness, late in ((1e17, 2e-4), (1e19, 8e-5)):
         motion = sprung(stiffness, 0.53, end + late)

@@ -1,4 +1,5 @@
-"""Bushings hold, swing and keep energy as their closed forms say; both kernels and a dense solve in absolute coordinates agree."""
+"""Bushings hold, oscillate and conserve energy according to their closed forms. Both kernels and a dense solve in absolute
+coordinates agree."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ def bush(a: str, b: str, **more) -> sm.Bushing:
 
 
 def held(**more) -> sm.Scene:
-    """A body in space on one bushing at its eye."""
+    """A body in space, held by one bushing at its eye."""
     body = sm.Body(mass=MASS, inertia=(0.2, 0.3, 0.4), points={"eye": (0.1, 0.05, -0.02)})
     joint = sm.Joint("free", "ground", "b", start=sm.Start(q=(-0.1, -0.05, 0.02, 1.0, 0.0, 0.0, 0.0), **more.pop("start", {})))
     return sm.Scene({"b": body}, {"j": joint}, "held", gravity=more.pop("gravity", (0.0, 0.0, -G)),
@@ -38,7 +39,7 @@ def held(**more) -> sm.Scene:
 
 @cache
 def with_bushings(make, seed: int) -> Case:
-    """A random mechanism with bushings from the ground, between its bodies and of scalar stiffness."""
+    """A random mechanism with bushings of scalar stiffness, from the ground and between its bodies."""
     case = make(seed, t=TIME, bodies=4) if make is random_tree else make(seed, t=TIME)
     names = list(case.scene.bodies)
     forces = {
@@ -61,7 +62,8 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
 
 
 def test_it_gives_by_the_load_over_its_stiffness() -> None:
-    """At rest under a force through its point and a torque about one axis: m g/k along each axis, asin(T/k) about it."""
+    """At rest under a force through its point and a torque about one axis, a bushing yields by m g/k along each axis, and by
+    asin(T/k) about it."""
     push, twist = (30.0, -40.0, 0.0), 5.0
     scene = held()
     weight = sm.Force("force", "b.eye", (0.0, 0.0, MASS * G))
@@ -99,7 +101,7 @@ def test_small_swings_have_the_six_frequencies_of_its_stiffnesses() -> None:
 
 
 def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
-    """Tumbling through whole turns about all axes, which no order of angles would survive."""
+    """The body tumbles through whole turns about all axes, where any sequence of angles would be singular."""
     start = {"start": {"qd": (0.5, -0.7, 0.3, 18.0, -16.0, 14.0)}}
     r = simulate(held(**start), until=3.0, every=0.01, rtol=1e-11)
     assert np.abs([r[f"bush.turn[{k}]"] for k in (1, 2, 3)]).max() > 2.5
@@ -116,7 +118,7 @@ def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
 
 
 def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
-    """A tilted arm on the ground: axes are the world's, and nothing pulls until it moves."""
+    """A tilted arm on the ground: the bushing's axes are the world's, and it exerts no force until the arm moves."""
     tilt = sm.Turn(axis="y", angle=0.4)
     arm = sm.Body(mass=MASS, inertia=(0.2, 0.3, 0.4), points={"eye": (0.3, 0.0, 0.0)}, position=(0.2, 0.1, 0.5), orientation=tilt)
     pull = sm.Force("force", "arm.eye", (0.0, 0.0, 12.0))
@@ -130,7 +132,7 @@ def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
 
 
 def test_what_it_does_can_be_differentiated() -> None:
-    """x = (m g/k)(1 − cos t √(k/m)) on a rail, by k."""
+    """x = (m g/k)(1 − cos t √(k/m)) on a rail; its derivative with respect to k."""
     k, rail = SIX["stiffness"][2], sm.Joint("prismatic", "ground", "b", axis="z")
     scene = sm.Scene({"b": sm.Body(mass=MASS, inertia=(1.0, 1.0, 1.0))}, {"rail": rail}, "down",
                      forces={"bush": bush("ground", "b")})  # fmt: skip

@@ -1,4 +1,5 @@
-"""Columns of springs, dampers, stops, efforts and drives say what those do, and together all that gives and takes energy."""
+"""Columns of springs, dampers, stops, efforts and drives give their forces and powers. Together they include every source and sink
+of energy."""
 
 from __future__ import annotations
 
@@ -85,7 +86,7 @@ def test_a_spring_between_points_tells_its_length_force_and_power() -> None:
 
 
 def test_powers_and_friction_are_all_that_changes_energy() -> None:
-    """Kinetic energy and gravity's, against the integral of all columns of power, where they are smooth."""
+    """Changes of kinetic and gravitational energy, compared with the integral of all columns of power, where these are smooth."""
     body = sm.Body(box=(0.6, 0.05, 0.05), mass=2.0, center=(0.3, 0.0, 0.0))
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02)
     motor = sm.Signal(harmonic=sm.Harmonic(3.0, 0.6, 0.0, 4.0))

@@ -1,4 +1,4 @@
-"""Prescribed motion is exact, and the effort it takes is what the energy says."""
+"""Prescribed motion is exact, and its effort agrees with the balance of energy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DRIVES = {"slide": CONSTANT, "first": RAMP, "second": HARMONIC, "shaft": TABLE}
 
 
 def scene() -> sm.Scene:
-    """A chain with one drive of each kind; the shaft is driven along and free about its axis."""
+    """A chain with one drive of each kind; a drive moves the shaft along its axis, and the shaft is free to turn about it."""
     joints = {
         "slide": sm.Joint("prismatic", "ground", "b1", axis="x", drive=sm.Drive(constant=CONSTANT)),
         "first": sm.Joint("revolute", "b1.e", "b2", axis="z", drive=sm.Drive(ramp=RAMP)),
@@ -42,7 +42,7 @@ def constant(t: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def ramp(t: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The rate goes from start to end; the coordinate starts at origin."""
+    """The rate changes from start to end; the coordinate begins at origin."""
     s = np.clip((t - RAMP.begin) / RAMP.duration, 0.0, 1.0)
     rate = RAMP.start + (RAMP.end - RAMP.start) * s
     before, within, after = np.minimum(t, RAMP.begin), RAMP.duration * s, np.maximum(t - RAMP.begin - RAMP.duration, 0.0)
@@ -57,7 +57,7 @@ def harmonic(t: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def table(t: np.ndarray) -> tuple[np.ndarray, ...]:
-    """(q, q̇, q̈) of a natural spline that goes straight on outside its points."""
+    """(q, q̇, q̈) of a natural spline that continues straight outside its points."""
     s, first, last = CubicSpline(TABLE.time, TABLE.value, bc_type="natural"), TABLE.time[0], TABLE.time[-1]
     inside = np.clip(t, first, last)
     return s(inside) + s(inside, 1) * (t - inside), s(inside, 1), np.where((t > first) & (t < last), s(t, 2), 0.0)
@@ -68,7 +68,7 @@ MOTIONS = {"slide": constant, "first": ramp, "second": harmonic, "shaft": table}
 
 @cache
 def driven() -> Result:
-    """Rows fall between the kinks of ramp and table, where accelerations jump."""
+    """Rows lie between the kinks of ramp and table, where accelerations jump."""
     r = simulate(scene(), until=2.0, every=0.004, rtol=1e-10)
     assert r.outcome.ok
     return r
@@ -86,7 +86,8 @@ def test_a_drive_follows_its_data(joint: str) -> None:
 
 
 def test_efforts_of_drives_are_what_changes_the_energy() -> None:
-    """Kinetic and potential energy against the integral of Σ effort · rate, by Simpson over the rows of smooth stretches."""
+    """Kinetic and potential energy compared with the integral of Σ effort · rate, by Simpson's rule over the rows of smooth
+    intervals."""
     r = driven()
     power = sum(r[f"{j}.drive.effort[1]"] * r[f"{j}.qd[1]"] for j in DRIVES)
     energy = r["energy.kinetic"] + r["energy.potential"]
@@ -104,7 +105,7 @@ def test_the_free_freedom_beside_a_driven_one_moves_freely() -> None:
 
 
 def test_a_mechanism_without_any_freedom_left_runs() -> None:
-    """All motion prescribed: no state at all, statics and inertia only."""
+    """All motion is prescribed: there are no states, only statics and inertia."""
     joint = sm.Joint("revolute", "ground", "b", axis="y", drive=sm.Drive(harmonic=HARMONIC))
     r = simulate(sm.Scene({"b": LINK}, {"j": joint}), until=1.0, every=0.01)
     q, _, qdd = harmonic(r.time)
@@ -131,7 +132,7 @@ def test_a_drive_overrides_start_values_of_its_freedom() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "cylindrical", "planar", "free"])
 def test_a_driven_joint_of_a_loop_is_driven(kind: str) -> None:
-    """The ties of two bodies to the ground have more devices, so that the driven joint would be the one to cut."""
+    """The joints of two bodies to the ground have more devices, so that the rule would cut the driven joint."""
     count = REGISTRY[kind].nv
     drive = sm.Drive(constant=sm.Constant(rate=0.5, start=0.1))
     ties = {f"tie_{n}": sm.Joint("free", "ground", n, damping=(1.0,) * 6, effort=(0.0,) * 6) for n in "bc"}

@@ -1,4 +1,4 @@
-"""Freewheels overrun one way and hold the other, up to what they can, exactly as set-valued friction of two sizes."""
+"""Freewheels turn freely one way and hold the other, up to their capacity, exactly like set-valued friction of two sizes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ def test_it_overruns_and_holds_up_to_what_it_can(kernel: str, law: str) -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_driven_to_and_fro_it_turns_one_way(kernel: str) -> None:
-    """A swinging torque below the grip: it starts where the torque exceeds the drag, and stops where its impulse is used up."""
+    """An oscillating torque below the capacity: the wheel starts where the torque exceeds the drag, and stops where its impulse is
+    used up."""
     swing = sm.Signal(harmonic=sm.Harmonic(amplitude=10.0, frequency=1.0))
     r = simulate(wheel(swing), until=3.0, kernel=kernel, rtol=1e-10)
     assert np.diff(r["hub.q[1]"]).min() >= 0.0
@@ -63,7 +64,7 @@ def test_beyond_its_grip_it_slips_back() -> None:
 
 
 def test_a_bar_on_a_ratchet_without_teeth_stays_where_it_was_lifted_to() -> None:
-    """A push lifts it, and it stays; an input lets it go."""
+    """A push lifts the bar, and it stays; an input releases it."""
     scene = bar(0.0, back_torque=sm.FromInput("pawl"))
     joint = replace(scene.joints["joint"], axis="-y", start=sm.Start(q=0.3))
     up = sm.Signal(table=sm.Table((0.0, 0.3, 0.35, 5.0), (0.7 * WEIGHT * LENGTH, 0.7 * WEIGHT * LENGTH, 0.0, 0.0)))
@@ -86,7 +87,7 @@ def test_on_a_guide_too_and_both_kernels_agree() -> None:
 
 
 def test_bounds_know_both_senses() -> None:
-    """A torque of 20 N m one way, 0.1 the other: the shares are those of what holds there."""
+    """A torque of 20 N m acts one way, 0.1 N m the other. The shares are relative to the friction that holds in each direction."""
     for effort, share in ((-20.0, 20.0 / GRIP), (0.1, 0.1 / DRAG)):
         found = trunnion.hold(wheel(effort), bounds=True)
         assert found.holds

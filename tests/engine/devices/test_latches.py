@@ -22,7 +22,7 @@ CLOSE = 1e-9
 
 
 def thrown(latch: sm.Latch, speed: float = 3.0, pull: float = PULL, **more) -> sm.Scene:
-    """A block on a rail thrown up against a constant pull, past a latch."""
+    """A block on a rail that is thrown past a latch against a constant pull."""
     rail = sm.Joint("prismatic", "ground", "b", axis="x", latch=latch, effort=-pull, start=sm.Start(q=0.0, qd=speed))
     return sm.Scene({"b": sm.Body(mass=MASS, inertia=(1.0, 1.0, 1.0))}, {"j": rail}, "latch", gravity=(0.0, 0.0, 0.0), **more)
 
@@ -34,7 +34,7 @@ def kinds(r: Result) -> list[tuple[str, float]]:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(kernel: str) -> None:
-    """The body flies up and down freely, meets the latch with its first speed, swings half a period on the latch's spring, and
+    """The body moves up and down freely, reaches the latch with its first speed, swings half a period on the latch's spring, and
     rises again."""
     r = simulate(thrown(sm.Latch(at=AT, stiffness=STIFF)), until=6.0, rtol=1e-10, kernel=kernel)
     a = PULL / MASS
@@ -56,7 +56,7 @@ def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(ke
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(kernel: str) -> None:
-    """There the hook carries the pull; let go, it falls from where it was as it would without."""
+    """There the hook carries the pull. After the release the block falls from its place as without a hook."""
     let_go = sm.Signal(table=sm.Table((0.0, 20.0, 21.0), (0.0, 0.0, 1.0)))
     r = simulate(thrown(sm.Latch(AT, STIFF, damping=5.0, release=let_go)), until=21.0, every=0.01, rtol=1e-10, kernel=kernel)
     latched, unlatched = kinds(r)
@@ -72,7 +72,7 @@ def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(ker
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_it_lets_go_of_what_is_too_heavy(kernel: str) -> None:
-    """A pull that grows by 1 N/s releases it at 10 N, except for the swing on the hook: 1 N/s over √(k/m)."""
+    """A pull that grows by 1 N/s releases the hook at 10 N, apart from the oscillation on the hook: 1 N/s over √(k/m)."""
     grows = sm.Signal(ramp=sm.Ramp(0.0, -100.0, duration=100.0))
     scene = thrown(sm.Latch(AT, STIFF, damping=5.0, holds=10.0))
     scene = replace(scene, joints={"j": replace(scene.joints["j"], effort=grows, start=sm.Start(q=AT))})
@@ -117,7 +117,7 @@ def test_in_a_loop_and_in_both_kernels() -> None:
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, method: str) -> None:
-    """From then on J q̈ = effort − friction, or friction holds what is left."""
+    """From then on the equation is J q̈ = effort − friction, or friction holds the remaining load."""
     rng = np.random.default_rng(seed)
     effort, friction, inertia = rng.uniform(1.0, 3.0), rng.uniform(0.05, 0.9), rng.uniform(1e-4, 1e-2)
     lifts = {"ramp": {"start": 0, "end": 1, "duration": 0.2, "begin": 0.3}}
@@ -132,7 +132,7 @@ def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, m
 
 
 def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
-    """A slider that passes a hook shortly after a signal let it fall, or during a dip of the signal below its release."""
+    """A slider that passes a hook shortly after a signal lowered it, or during a dip of the signal below its release."""
     speed, passes = rng.uniform(0.5, 2.0), rng.uniform(0.3, 0.7)
     falls = passes - rng.uniform(1e-3, 0.08)
     if kind == "ramp":

@@ -1,4 +1,5 @@
-"""Motors by their line of torque over speed: run-up, working point, braking, power; in the tree, at cuts, in both kernels."""
+"""Motors with a linear curve of torque over speed: run-up, working point, braking and power, in the tree, at cuts and in both
+kernels."""
 
 from __future__ import annotations
 

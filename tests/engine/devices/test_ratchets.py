@@ -1,5 +1,5 @@
 """A latch with a pitch is a ratchet. It falls behind every tooth that passes and gives back at most one pitch. Under too large a
-load it slips to the tooth before. Latches of any mechanism keep what they have caught."""
+load it slips to the tooth before. Latches of any mechanism keep the parts that they have caught."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOP = 3.0**2 / (2 * RATE)
 
 
 def passes(height: np.ndarray) -> np.ndarray:
-    """When what is thrown up at 3 m/s comes to a height."""
+    """Time at which a body thrown up at 3 m/s reaches a height."""
     return (3.0 - np.sqrt(9.0 - 2 * RATE * height)) / RATE
 
 
@@ -35,7 +35,8 @@ def times(r: Result, kind: str) -> list[float]:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_it_falls_behind_every_tooth_that_passes_and_catches_at_the_last(kernel: str) -> None:
-    """Up as a stone, a click at each tooth; down by less than a pitch, onto the last, with the speed of that fall."""
+    """The body moves up freely, past a tooth at each pitch. It falls by less than a pitch, onto the last tooth, with the speed of
+    this fall."""
     r = simulate(thrown(TEETH), until=2.0, every=1e-3, rtol=1e-10, kernel=kernel)
     teeth = AT + PITCH * np.arange(int((TOP - AT) / PITCH) + 1)
     assert times(r, "latch") == pytest.approx(passes(teeth), abs=1e-9)
@@ -50,7 +51,8 @@ def test_it_falls_behind_every_tooth_that_passes_and_catches_at_the_last(kernel:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_too_strong_a_pull_slips_tooth_by_tooth_and_below_the_first_it_is_free(kernel: str) -> None:
-    """The pull alone presses more than a tooth holds: it slips at that depth on each, and what each took in goes with it."""
+    """The pull alone exceeds the capacity of a tooth. The body slips at the corresponding depth on each tooth, and loses the energy
+    that the tooth stored."""
     holds = 0.9 * PULL
     r = simulate(thrown(replace(TEETH, holds=holds)), until=4.0, rtol=1e-9, kernel=kernel)
     caught = int((TOP - AT) / PITCH) + 1
@@ -91,7 +93,7 @@ def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
 
 
 def test_what_rests_on_a_tooth_rests_and_swings_there() -> None:
-    """The same holds where an analysis of rest restarts from there. A start behind several teeth is behind the last of them."""
+    """The same is true where an analysis of rest restarts from there. A start behind several teeth is behind the last of them."""
     scene = thrown(replace(TEETH, damping=1.0))
     joint = replace(scene.joints["j"], effort=None)
     hung = replace(scene, joints={"j": replace(joint, start=sm.Start(q=AT + 3.4 * PITCH))}, gravity=(-RATE, 0.0, 0.0))
@@ -108,7 +110,7 @@ def test_both_kernels_agree_about_teeth() -> None:
 
 
 def hooked(seed: int, pitch: float | None) -> tuple[sm.Scene, str, float]:
-    """A random tree of sliding and turning parts with a latch just ahead of one of them; which, and which way it goes."""
+    """A random tree of sliding and turning parts with a latch just ahead of a random one, in a random direction."""
     types = ("revolute", "prismatic", "spherical", "universal")
     case = random_tree(f"hook{seed}", types=types, friction=0.0, devices=0.0, drives=0.0)
     name = next((n for n, j in case.scene.joints.items() if j.type in ("revolute", "prismatic")), "")
@@ -128,7 +130,7 @@ def hooked(seed: int, pitch: float | None) -> tuple[sm.Scene, str, float]:
 @pytest.mark.parametrize("seed", range(6))
 def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(seed: int, pitch: float | None) -> None:
     """In every row the tooth is the last one passed so far. The coordinate is never further back than the spring of that tooth
-    allows, and the tooth presses by that depth. The energy is that of the start."""
+    allows, and the tooth presses in proportion to this depth. The energy is that of the start."""
     scene, name, way = hooked(seed, pitch)
     latch = scene.joints[name].latch
     r = simulate(scene, until=0.6, every=2e-4, rtol=1e-9, kernel="parts")
@@ -148,8 +150,8 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("seed", [0, 3])
 def test_in_a_loop_a_pawl_passes_every_tooth_once(seed: int, method: str) -> None:
-    """Closing the loop moves the state of an event by the step's error, also to before the tooth. The pawl was lifted and fell
-    again on the tooth that it was on, or was pressed at once."""
+    """Closing the loop moves the state of an event by the step's error, possibly to before the tooth. Earlier, the pawl was lifted
+    and fell again on the tooth on which it was, or was pressed at once."""
     r = simulate(crossed("ratchets_in_loops", seed), method=method, outputs=["j3.q*", "j3.latch.state*"])
     assert r.outcome.ok
     clicks = [e.time for e in r.events if e.joint == "j3" and (e.kind in ("latch", "unlatch") or e.kind.startswith("end_stop"))]

@@ -1,4 +1,4 @@
-"""Drives from rest to rest: where, how fast and how suddenly they go, by the textbook's formulas of each profile."""
+"""Drives from rest to rest: their positions, rates and accelerations agree with the textbook's formulas of each profile."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def moved(profile: str, kernel: str = "parts", kind: str = "revolute", **more: f
 
 
 def first_half(profile: str, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Share of the way, its rate and acceleration up to u = 1/2, written down per phase."""
+    """Share of the distance, its rate and acceleration up to u = 1/2, written out for each phase."""
     if profile == "polynomial":
         return u**3 * (10 - 15 * u + 6 * u**2), 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
     if profile == "trapezoid":  # peak speed 3/2, acceleration 9/2
@@ -40,7 +40,7 @@ def first_half(profile: str, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def textbook(profile: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The whole: the second half is the first, mirrored."""
+    """The whole motion: the second half mirrors the first."""
     u = np.clip((t - BEGIN) / TIME, 0.0, 1.0)
     early, inside = u <= 0.5, (t > BEGIN) & (t < BEGIN + TIME)
     x, v, a = first_half(profile, np.where(early, u, 1 - u))
@@ -63,7 +63,7 @@ def test_a_way_is_that_of_its_profile(profile: str, kind: str, kernel: str) -> N
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_what_the_drive_gives_is_what_friction_takes(profile: str) -> None:
-    """From rest to rest, level: the drive's work is that of friction, whose torque is given."""
+    """The motion is level and goes from rest to rest, so that the drive's work is that of friction, whose torque is given."""
     r = moved(profile)
     assert r["energy.dissipated"][-1] == pytest.approx(0.5 * abs(WAY), rel=1e-6)
     assert abs(r["energy.residual"]).max() < 1e-6

@@ -1,4 +1,4 @@
-"""Springs, dampers, stops, applied forces and inputs do what their formulas say, in time."""
+"""Springs, dampers, stops, applied forces and inputs act during runs as their formulas say."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.simulation.run import simulate
 
 RTOL = 1e-10
 ERROR = 1e-7
-"""What the errors of steps at RTOL add up to over a hundred oscillations."""
+"""Accumulated errors of steps at RTOL over a hundred oscillations."""
 BALL = sm.Body(sphere=0.1, mass=2.0)
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
@@ -56,7 +56,7 @@ def test_a_joint_spring_and_damper_make_the_damped_oscillator() -> None:
 
 
 def test_springs_and_damping_act_on_each_freedom_by_itself() -> None:
-    """Universal joint at small angles: two oscillators of their own."""
+    """A universal joint at small angles is two separate oscillators."""
     body = sm.Body(mass=2.0, inertia=(0.2, 0.3, 0.4))
     joint = sm.Joint(
         "universal",
@@ -89,7 +89,7 @@ def test_a_stop_without_damping_gives_back_all_energy() -> None:
 
 
 def test_a_bouncing_body_touches_and_leaves_when_it_must() -> None:
-    """Free flight of √(2 h/g), then half a swing on the spring, again and again."""
+    """Free flight of √(2 h/g), then half an oscillation on the spring, repeatedly."""
     g, k, m, h = 9.81, 1e4, 2.0, 0.5
     w, v = np.sqrt(k / m), np.sqrt(2 * g * h)
     contact = (np.pi + 2 * np.arctan(g / (w * v))) / w
@@ -104,7 +104,7 @@ def test_a_bouncing_body_touches_and_leaves_when_it_must() -> None:
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 5.0])
 def test_a_stop_never_pulls(damping: float) -> None:
-    """Hunt and Crossley: stiffness·depth·(1 + damping·depth rate) while that pushes."""
+    """Hunt and Crossley: the force is stiffness·depth·(1 + damping·depth rate) while this is positive."""
     r = bouncing(damping)
     depth, rate = -0.5 - r["rail.q[1]"], -r["rail.qd[1]"]
     push = -r["rail.reaction.force[1]"]  # the force of the stop on the ball
@@ -118,7 +118,7 @@ def test_a_stop_never_pulls(damping: float) -> None:
 
 
 def test_a_stop_lets_go_of_what_leaves_faster_than_it_can_follow() -> None:
-    """Only an outside push can do that: dropped into the stop, a body never leaves faster than 1/damping."""
+    """Only an external force can cause this: a body dropped into the stop never leaves faster than 1/damping."""
     stops = sm.EndStops(stiffness=1e4, lower=-0.5, damping=5.0)
     r = run(slider(end_stops=stops, start=sm.Start(-0.6, 3.0)), until=0.1, every=0.001)
     assert r["rail.q[1]"] == pytest.approx(-0.6 + 3.0 * r.time, abs=1e-12)
@@ -132,7 +132,7 @@ def test_an_upper_stop_is_a_lower_one_seen_in_a_mirror() -> None:
 
 
 def test_a_spring_damper_between_two_free_bodies() -> None:
-    """Along their line they are one damped oscillator of the reduced mass; their centre moves on uniformly."""
+    """Along their line both bodies are one damped oscillator of the reduced mass; their centre continues uniformly."""
     a, b = BALL, replace(BALL, mass=3.0)
     way = np.array([2.0, -1.0, 2.0]) / 3.0
     joints = {
@@ -196,7 +196,7 @@ def test_inputs_drive_forces_and_efforts_and_can_be_set() -> None:
 
 @pytest.mark.parametrize("kind", ["harmonic", "table", "ramp"])
 def test_efforts_follow_their_signal(kind: str) -> None:
-    """Tables of loads are straight between their points and constant outside."""
+    """Tables of loads are linear between their points and constant outside."""
     signal = {
         "harmonic": sm.Signal(harmonic=sm.Harmonic(amplitude=3.0, frequency=0.7, phase=0.4, offset=1.0)),
         "table": sm.Signal(table=sm.Table((0.5, 1.0, 2.0), (1.0, 4.0, -2.0))),
@@ -217,7 +217,8 @@ def test_efforts_follow_their_signal(kind: str) -> None:
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("short", [0.1, 1e-2, 1e-3, 1e-4])
 def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: float, method: str) -> None:
-    """A throw of 1 m/s rises 1/(2 g). At the stop it swings half a period of its spring and weight, and flies down again."""
+    """A throw of 1 m/s rises 1/(2 g). At the stop the body swings half a period on its spring under its weight, and moves down
+    again."""
     weight, stiffness = 9.81, 1e5
     at, rate = (1.0 - short) / (2 * weight), math.sqrt(stiffness)
     speed = math.sqrt(short)  # at the stop

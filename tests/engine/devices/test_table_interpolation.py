@@ -1,4 +1,4 @@
-"""Tables as curves: the run against SciPy's own interpolation, ends at rest, statics at the run's place, long tables."""
+"""Tables as curves: the run compared with SciPy's own interpolation, ends at rest, statics at the run's position, long tables."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def table(shift: float = 0.0, **more: object) -> dict:
 
 
 def driven(drive: dict, **more: object) -> sm.Scene:
-    """A scene of one link whose drive turns it; gravity acts across its axis."""
+    """A scene of one link that a drive turns; gravity acts across its axis."""
     joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "link.a", "drive": drive}
     bodies = {"link": LINK}
     given = {"schema": 1, "name": "driven", "gravity": [0, -9.81, 0], "bodies": bodies, "joints": {"j": joint}}
@@ -44,7 +44,7 @@ def driven(drive: dict, **more: object) -> sm.Scene:
 
 
 def pushed(load: dict) -> sm.Scene:
-    """A mass of 2 kg on a rail, free of gravity, that a force moves: its acceleration shows the force."""
+    """A mass of 2 kg on a rail without gravity, under a force. Its acceleration shows the force."""
     joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "effort": {"table": load}}
     bodies = {"m": {"mass": 2.0, "inertia": [1, 1, 1]}}
     return scene_from_dict({"schema": 1, "name": "pushed", "gravity": [0, 0, 0], "bodies": bodies, "joints": {"j": joint}})
@@ -142,7 +142,7 @@ def test_a_ramp_that_begins_before_the_run_starts_at_its_origin() -> None:
 
 
 def test_twenty_thousand_samples_need_no_square_matrix() -> None:
-    """A dense matrix of that order takes 3.2 GB; the bands take a megabyte."""
+    """A dense matrix of this order takes 3.2 GB; the banded matrix takes a megabyte."""
     t = np.linspace(0.0, 20.0, 20_000)
     given = sm.Table(tuple(t.tolist()), tuple(np.sin(t).tolist()), interpolation="clamped", end_rates=(1.0, float(np.cos(20.0))))
     tracemalloc.start()
@@ -186,7 +186,7 @@ def test_cases_with_other_ends_do_not_share_a_table() -> None:
 
 
 def test_signals_of_a_block_are_those_of_its_tables() -> None:
-    """Sensitivities evaluate signals this way, at times that no run has reached."""
+    """Sensitivities evaluate signals this way, at times beyond the run."""
     model = Model(driven({"table": table(interpolation="clamped")}))
     exact = WAYS["clamped"][1]
     x = np.zeros(model.system.external.size)

@@ -1,5 +1,5 @@
-"""Contact with an end stop within a step is found for any step size, for a body thrown slightly into a stop and one that almost
-stays in it."""
+"""Every step size finds a contact with an end stop that is shorter than a step. One body is thrown slightly into a stop, another
+almost stays in it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ METHODS = ("rk5", "rk8", "rosenbrock")
 
 
 def thrown(way: float, speed: float, start: float, stops: sm.EndStops, method: str, rtol: float, until: float = 1.0) -> Result:
-    """A body on a vertical guide, thrown against gravity (way: 1 up, −1 down with gravity turned round)."""
+    """A body on a vertical guide, thrown against gravity. way: 1 up; −1 down, with gravity reversed."""
     joint = sm.Joint("prismatic", "ground", "body", axis="y", start=sm.Start(q=way * start, qd=way * speed), end_stops=stops)
     scene = sm.Scene({"body": sm.Body(mass=MASS, inertia=(0.1, 0.1, 0.1))}, {"guide": joint}, gravity=(0.0, -way * G, 0.0))
     return simulate(scene, until=until, rtol=rtol, method=method)
@@ -39,7 +39,7 @@ def test_a_stop_that_is_touched_inside_a_step_is_found_at_its_time(method: str, 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_stop_that_is_left_for_a_part_of_a_step_is_left(method: str, rtol: float) -> None:
-    """A body that swings in its stop with an amplitude a thousandth more than what its weight presses it in by."""
+    """A body oscillates in its stop. Its amplitude is a thousandth more than the depth to which its weight presses it in."""
     rest, rate = MASS * G / STIFF, math.sqrt(STIFF / MASS)
     swing = 1.001 * rest
     r = thrown(1.0, 0.0, -rest - swing, sm.EndStops(lower=0.0, stiffness=STIFF), method, rtol, until=1.5 * math.pi / rate)

@@ -1,5 +1,5 @@
-"""Passes whose peak is slightly above a threshold are found by every method at every tolerance, and peaks slightly below cause no
-event. The answers are closed formulas."""
+"""Every method at every tolerance finds passes whose peak is slightly above a threshold; peaks slightly below it cause no event.
+Closed formulas give the answers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 MOREAU = 1e-6
 """Tolerance of `moreau`, which is of first order."""
 FAILED = (2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
-"""Seeds of the small law; an earlier version missed events of most."""
+"""Seeds of the small law; an earlier version missed events in most of them."""
 MANY = 1500
 """Seeds of the large law."""
 INACCURATE = ("rosenbrock", 1e-3)
@@ -25,7 +25,8 @@ INACCURATE = ("rosenbrock", 1e-3)
 
 
 def wrong(case: BriefPass, run: Result, rtol: float) -> list[str]:
-    """What differs from the answer: events, their times to 100 tolerances, and coordinates at the end to 1,000 tolerances."""
+    """Differences from the answer: events, their times (beyond 100 tolerances), and coordinates at the end (beyond 1,000
+    tolerances)."""
     found = []
     for name, part in case.parts.items():
         want, got = case.events(name), [(e.kind, e.time) for e in run.events if e.joint == name and e.kind in part.kinds]
@@ -44,7 +45,7 @@ def settings(case: BriefPass, rtols: tuple[float, ...]) -> list[tuple[str, float
 
 
 def examined(seed: int, rtols: tuple[float, ...]) -> tuple[int, list[str]]:
-    """Number of peaks of a scene in all runs, and what is wrong."""
+    """Number of peaks of a scene in all runs, and the differences from the answer."""
     case = brief_pass(seed)
     scene = scene_from_dict(case.scene)
     found, peaks = [], 0

@@ -1,4 +1,4 @@
-"""Separations of a driven slider-crank's guide against the zeros of its normal force by hand."""
+"""Separations of a driven slider-crank's guide, compared with hand-calculated zeros of its normal force."""
 
 import math
 
@@ -15,7 +15,8 @@ METHODS = ["auto", "rk5", "rk8", "rosenbrock"]
 
 
 class SliderCrank:
-    """Crank `a` driven at the rate `w`, rod `b` with its centre at `c`, slider; the guide rubs, the pins do not."""
+    """Crank `a` driven at the rate `w`, rod `b` with its centre at `c`, and a slider; the guide has friction, the pins have
+    none."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -49,10 +50,9 @@ class SliderCrank:
         )  # fmt: skip
 
     def lacking_moment(self, t: float) -> float:
-        """Moment about the crank pin that the rod lacks if the guide does not press: zero where the contact separates.
+        """Moment about the crank pin that the rod lacks if the guide does not press; it is zero where the contact separates.
 
-        Without pressure the guide does not rub, so that the slider needs (m a, m g) from the rod.
-        """
+        Without pressure the guide has no friction, so that the slider needs (m a, m g) from the rod."""
         a, b, c, w = self.a, self.b, self.c, self.w
         crank = np.array([math.cos(w * t), math.sin(w * t)])
         sine = -a * crank[1] / b
@@ -72,10 +72,9 @@ class SliderCrank:
         return moment(c, self.rod * of_rod - weight) + self.inertia * turning + moment(b, force)
 
     def unloaded_end(self, t: float) -> float:
-        """Zero where the inner end of the guide is unloaded, m.
+        """Distance, m, that is zero where the inner end of the guide is unloaded.
 
-        The slider's force and its friction, which acts half a height off the axis, meet at that end.
-        """
+        There the slider's force meets its friction, which acts half a height off the axis."""
         angle = self.w * t
         x = self.a * math.cos(angle) + math.sqrt(self.b**2 - (self.a * math.sin(angle)) ** 2)
         inward = 1.0 if math.sin(angle) > 0.0 else -1.0

@@ -1,5 +1,5 @@
-"""Scenes in which devices meet end alike at every setting: the same outcome, the same events at the same times, the same end state
-and works."""
+"""Scenes in which devices interact end alike at every setting: the same outcome, the same events at the same times, the same end
+state and works."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from tests.reference.scenes.crossed_scenes import FAMILIES, crossed
 SEEDS = 118
 """Seeds of each family in the study: 2,006 scenes of 17 families."""
 ALIKE = 0.99
-"""Part of the scenes whose runs are alike. The aim of the study; ends by name that all settings share count as alike."""
+"""Required share of scenes whose runs are alike, as aimed at in the study. Named outcomes that all settings share count as
+alike."""
 QUICK: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "auto"), ("rosenbrock", 1e-6, "auto"), ("auto", 1e-9, "auto"))
 """Settings of the small law, on one kernel."""
 ONE_KERNEL = tuple((m, rtol, "auto") for m, rtol, _ in SETTINGS)
 FAILED = {"ratchets_in_loops": (0, 3), "hooks_in_loops": (6,), "planets": (0, 4), "stops_beside_sticking_pairs": (10,)}
 CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
-"""Seeds of the small law; those of planets, hooks, ratchets and stops failed."""
+"""Seeds of the small law; earlier, those of planets, hooks, ratchets and stops failed."""
 
 
 @pytest.mark.default_cases(1)
@@ -32,7 +33,7 @@ def test_crossed_scenes_end_alike_at_every_setting(family: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_crossed_scenes_end_alike_at_every_setting(family: str) -> None:
-    """The last kernel is compiled for every tenth seed. Lists the scenes that differ or end by a name (``-rP``)."""
+    """Compiles the last kernel for every tenth seed. Lists the scenes that differ or have a named outcome (``-rP``)."""
     different, named = [], []
     for seed in range(SEEDS):
         found = runs(crossed(family, seed), SETTINGS if seed % 10 == 0 else ONE_KERNEL)

@@ -1,4 +1,5 @@
-"""End stops of a slider that a driven crank moves: their instants and loss by hand, wherever the loop is cut."""
+"""End stops of a slider that a driven crank moves: the instants of contact and the energy loss agree with hand calculation,
+wherever the loop is cut."""
 
 from __future__ import annotations
 
@@ -17,11 +18,11 @@ from trunnion.scene import scene_from_dict
 JOINTS = ("main", "crankpin", "gudgeon", "guide")
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 STEPS = 400
-"""More than twice the steps of any method; a run that stood still made 40,000."""
+"""More than twice the steps of any method; a run that made no progress took 40,000."""
 
 
 class DrivenCrank:
-    """Crank `a` turned at the rate `w` through two turns, rod `b`, a damped stop at the slider's travel −`limit`."""
+    """Crank `a` turned at the rate `w` through two turns, rod `b`, and a damped stop at the slider's travel −`limit`."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -42,7 +43,7 @@ class DrivenCrank:
         return -self.a * self.w * math.sin(angle) * (1.0 + self.a * math.cos(angle) / root)
 
     def engaged(self) -> list[float]:
-        """Instants at which the slider comes to its stop, s."""
+        """Instants at which the slider reaches its stop, s."""
         turn = 2.0 * math.pi / self.w
         first = brentq(lambda t: self.travel(t) + self.limit, 0.0, 0.5 * turn, xtol=1e-15)
         return [first, first + turn]
@@ -81,7 +82,8 @@ class DrivenCrank:
 @pytest.mark.parametrize("cut", JOINTS[1:])  # a driven joint is never cut
 @pytest.mark.parametrize("seed", range(6))
 def test_a_stop_beside_a_drive_acts_as_by_hand_wherever_the_loop_is_cut(seed: int, cut: str) -> None:
-    """The depth of a cut joint's stop depends on the drives. It was taken at another instant, and steps shrank to nothing."""
+    """The depth of a cut joint's stop depends on the drives. Earlier, the depth was computed for another instant, and steps shrank
+    to zero."""
     crank, rtol = DrivenCrank(seed), 1e-8
     for method in METHODS:
         result = trunnion.simulate(crank.scene(cut), method=method, rtol=rtol, outputs=["energy.dissipated"])

@@ -1,4 +1,5 @@
-"""Damped stops that let go inside their reach: steps end at that corner, and what follows is right to the tolerance."""
+"""Damped stops whose force ends while the body is still within them. Steps end at this discontinuity, and the following motion is
+accurate to the tolerance."""
 
 from __future__ import annotations
 
@@ -13,12 +14,13 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 
 MASS, SPRING, STIFF, DAMPING, THROWN = 1.0, 40.0, 900.0, 0.8, 1.0
-"""kg, N/m (of a spring at rest 1 m outside the stop at 0), N/m and s/m of the stop, m/s towards it."""
+"""Mass, kg; stiffness, N/m, of a spring that is relaxed 1 m outside the stop at 0; stiffness, N/m, and damping, s/m, of the stop;
+speed towards the stop, m/s."""
 UNTIL = 0.6
 
 
 def thrown(**stop: float) -> sm.Scene:
-    """A block that a spring pulls out of the stop into which it is thrown faster than the stop follows."""
+    """A block is thrown into a stop, and a spring pulls it out faster than the stop follows."""
     stops = sm.EndStops(STIFF, **{"lower": 0.0, "damping": DAMPING} | stop)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", spring=sm.Spring(SPRING, rest=1.0), end_stops=stops,
                      start=sm.Start(q=0.02, qd=-8.0 * THROWN))  # fmt: skip
@@ -28,7 +30,7 @@ def thrown(**stop: float) -> sm.Scene:
 
 def pieces() -> tuple[list[float], np.ndarray]:
     """(times at which the block reaches the stop, the stop's force ends inside, and the block leaves the stop; place and rate at
-    the end). Each phase is one solve_ivp with its own force."""
+    the end). One solve_ivp with its own force integrates each phase."""
 
     def spring(x: float) -> float:
         return -SPRING * (x - 1.0)
@@ -73,7 +75,8 @@ def test_a_step_ends_where_a_stop_lets_go_and_what_follows_is_right(kernel: str,
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_corners_of_any_joint_are_the_same_to_parts_and_to_compiled_kernels(seed: int) -> None:
-    """Trees and loop joints, driven or free, take the same steps, with stops whose force ends at small outward rates."""
+    """Trees and loop joints, driven or free, with stops whose force ends at small outward rates. Both kinds of kernel take the same
+    steps."""
     scene = (random_loop if seed % 2 else random_tree)(f"corners{seed}", devices=1.0, friction=0.0).scene
     joints = {n: replace(j, end_stops=_soon(j.end_stops)) for n, j in scene.joints.items()}
     scene = replace(scene, joints=joints)

@@ -16,16 +16,17 @@ from trunnion.simulation.run import simulate
 
 SEEDS = 200
 EXACT = 1e-11
-"""Tolerance of what runs are held against: at 1e-10 it would be as far off as they; at 1e-12 steps of two loops end in round-off
-on the way into a jam."""
+"""Tolerance of the reference runs. At 1e-10 their error would be as large as that of the compared runs. At 1e-12 steps of two loops
+end in round-off just before a jam."""
 ALIKE, MARKED = 0.94, 0.09
-"""Part of the runs of random loops that tell the same events, and of the loops that have a marginal one at any setting. The aim is
-1 and 0.02; measured on loops 0 to 73, 75 to 92 and 17 later ones: 0.950 and 0.083. Left are loads that pairs at rest share in a
-way that hangs on the steps, so that they are let go at other times (87, 153) and contacts turn (58, 66, 83); a ball's excursion
-from its cone that long steps pass by (0); and times off by 100 to 400 x rtol x duration, where contacts separate (15, 55)."""
+"""Required share of runs of random loops that report the same events, and allowed share of loops that have a marginal event at any
+setting. The aim is 1 and 0.02; loops 0 to 73, 75 to 92 and 17 later ones have 0.950 and 0.083. Three causes are left. Pairs at rest
+share loads in a way that depends on the steps, so that they are released at other times (87, 153) and contacts turn (58, 66, 83).
+Long steps pass a ball's excursion from its cone (0). Times differ by 100 to 400 x rtol x duration where contacts separate (15,
+55)."""
 PLATFORMS = 0.8
-"""Part of the runs of a platform whose times agree, too. The aim is 1; left are times off by 100 to 200 x rtol x duration at 1e-9
-and below."""
+"""Required share of runs of a platform whose times agree, too. The aim is 1; at 1e-9 and below some times differ by 100 to 200 x
+rtol x duration."""
 
 
 PLATFORM = ["platform.position[*]", "energy.residual", "energy.dissipated"]
@@ -33,18 +34,18 @@ PLATFORM = ["platform.position[*]", "energy.residual", "energy.dissipated"]
 
 
 ROUND_OFF = (3, 6, 128)
-"""Loops whose rows below were measured on the compiled kernel: on parts round-off closes loop 3 at its start in another position,
-and a time of a run of 128 is off by 590 x rtol x duration. Runs by rk5 are at the limit of 100, or beyond it: a stop of loop 6 is
-off by 80 to 150 x rtol x duration at 1e-8 to 1e-10 as code is compiled, a slip late in that of loop 3 by 6,000 at 1e-10."""
+"""Loops whose rows below were measured on the compiled kernel. On parts, round-off closes loop 3 at its start in another position,
+and a time of loop 128 differs by 590 x rtol x duration. Runs by rk5 are at the limit of 100 or beyond it. A stop of loop 6 differs
+by 80 to 150 x rtol x duration at 1e-8 to 1e-10, depending on the compilation; a late slip of loop 3 differs by 6,000 at 1e-10."""
 
 
 def duration(seed: int) -> float:
-    """Three time scales of a random loop, s: tolerances of its times are parts of this."""
+    """Three time scales of a random loop, s: tolerances of its times are relative to this duration."""
     return 3.0 * time_scale(rubbing("loop", seed))
 
 
 def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float = 1.0) -> Result:
-    """A random loop that rubs in every joint, for its duration or a part of it."""
+    """A run of a random loop with friction in every joint, for its duration or a part of it."""
     case, until = rubbing("loop", seed), part * duration(seed)
     return simulate(case.scene, until=until, every=until, method=method, rtol=rtol, outputs=["energy.kinetic"], kernel=kernel)
 
@@ -84,7 +85,7 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
     ],
 )
 def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, settings: list[tuple[str, float]]) -> None:
-    """Up to a part of the run."""
+    """Compares events up to a part of the run."""
     kernel = "compiled" if seed in ROUND_OFF else "auto"
     exact, until = run(seed, "rk8", 1e-10, kernel, part), duration(seed)
     for method, rtol in settings:
@@ -94,9 +95,9 @@ def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, set
 
 @pytest.mark.slow
 def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_every_setting() -> None:
-    """All pairs reverse within 3e-5 s and come to rest at one time. Legs 2 and 3 are mirror images. At loose tolerances an almost
-    resting ball stopped on the way, and one ball stopped before the others: 47 events became 59 to 845. Small motions are known
-    better than large ones; otherwise 10 to 18 events were marked as marginal."""
+    """All pairs reverse within 3e-5 s and come to rest at one time. Legs 2 and 3 are mirror images. At loose tolerances a ball that
+    almost rested stopped too early, and one ball stopped before the others: 47 events became 59 to 845. The engine knows small
+    motions more precisely than large ones; otherwise it marked 10 to 18 events as marginal."""
     exact: Counter[tuple[str, int, str]] = Counter()
     for method, rtol in (("rk8", 1e-9), ("rk8", 1e-7), ("rk8", 1e-5), ("rk5", 1e-5)):
         r = simulate(stewart(6), until=0.3, every=0.01, method=method, rtol=rtol, outputs=PLATFORM)
@@ -115,7 +116,7 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
 
 @pytest.mark.slow
 def test_a_scissor_lift_has_the_same_events_at_every_setting() -> None:
-    """It turns round twice and comes to rest, each time with all of its ten pairs."""
+    """The lift reverses twice and comes to rest, each time in all of its ten pairs."""
     scene = scissor(3, 0.03)
     runs = {(m, rtol): simulate(scene, until=2.0, every=2.0, method=m, rtol=rtol) for m in METHODS for rtol in TOLERANCES}
     exact = runs["rk8", min(TOLERANCES)]

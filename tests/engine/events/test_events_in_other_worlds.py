@@ -1,4 +1,4 @@
-"""Events, work and verdicts of a run are the same in a turned world and in other units, where what is zero is round-off."""
+"""Events, work and verdicts of a run do not change in a turned world or in other units, where zero values become round-off."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ def changes(r: Result, time: float = 1.0) -> list[tuple[str, str, float]]:
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_crank_passes_its_dead_centres_in_all_units(seed: int, method: str) -> None:
-    """The guide, where the loop is cut, turns back at each dead centre and takes nothing from the crank. The speed up to which it
-    counted as at rest was in rad/s; in long units, friction stopped the crank with it and took all the energy, unnoticed."""
+    """The guide, where the loop is cut, reverses at each dead centre and takes no energy from the crank. Earlier, the speed below
+    which it counted as at rest was in rad/s. With a long unit of length, friction stopped the crank together with the guide and
+    took all the energy, unnoticed."""
     told = slider_crank(np.random.default_rng(seed), {"force": 1.0}, pins=False)
     joints = {n: told["joints"][n] | {"cut": n == "guide"} for n in CUTS}
     scene = scene_from_dict(told | {"joints": joints})
@@ -41,7 +42,7 @@ def test_a_crank_passes_its_dead_centres_in_all_units(seed: int, method: str) ->
 
 
 def geared_shafts(seed: int) -> dict[str, Any]:
-    """Two geared shafts that coast to rest: one is held by a seal, the other is free, so that their teeth carry nothing."""
+    """Two geared shafts coast to rest: a seal holds one, and the other is free, so that their teeth carry no load."""
     rng = np.random.default_rng(seed)
     teeth, module = [int(x) for x in rng.integers(15, 40, 2)], 4e-3
     apart = sum(teeth) * module / 2
@@ -62,7 +63,7 @@ def geared_shafts(seed: int) -> dict[str, Any]:
 
 
 def planar_crank(seed: int) -> dict[str, Any]:
-    """A driven slider-crank whose guide could carry loads across its plane, where there are none."""
+    """A driven slider-crank. Its guide could carry loads across its plane, but there are none."""
     sleeve = {"mu": 0.2, "half_width": 0.02, "half_height": 0.02, "half_length": 0.05}
     told = slider_crank(np.random.default_rng(seed), sleeve, pins=True)
     main = {k: v for k, v in told["joints"]["main"].items() if k not in ("effort", "start")}
@@ -73,7 +74,7 @@ def planar_crank(seed: int) -> dict[str, Any]:
 
 
 def hanging(seed: int) -> dict[str, Any]:
-    """A pendulum at rest where nothing turns it."""
+    """A pendulum at rest in its equilibrium position."""
     length = float(np.random.default_rng(seed).uniform(0.05, 0.5))
     pin = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "a", "friction": {"torque": 0.9}}
     body = {"mass": 1.0, "inertia": [0.01, 0.01, 0.01], "center": [0, -length, 0]}
@@ -84,7 +85,7 @@ def hanging(seed: int) -> dict[str, Any]:
 @pytest.mark.parametrize("make", [geared_shafts, planar_crank, hanging])
 @pytest.mark.parametrize("seed", range(4))
 def test_forces_that_are_round_off_make_no_events_and_no_notes(seed: int, make: Any) -> None:
-    """In the plane of the axes such forces are exactly zero; in a turned world they have random directions."""
+    """In a plane of the axes such forces are exactly zero; in a turned world they are round-off in random directions."""
     scene = scene_from_dict(make(seed))
     own = simulate(scene)
     assert own.audit.verdict == "within"

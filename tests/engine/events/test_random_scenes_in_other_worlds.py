@@ -16,7 +16,7 @@ from trunnion.simulation.results.result import Result
 COMPARED = (".q[", ".qd[", "friction.torque", "friction.force", "end_stop.effort", "latch.effort", "kinetic", "dissipated")
 LARGER = (1e3, 1.0, 1e3**0.5)
 CLOSE = 1e-5
-"""Of the largest value of a column: runs at 1e-9, whose last steps before events differ."""
+"""Allowed difference, relative to the largest value of a column. Runs at 1e-9 differ in their last steps before events."""
 KINDS: dict[str, dict[str, Any]] = {
     "revolute": {"friction": {"mu": 0.2, "radius": 0.01, "half_length": 0.03}, "start": {"q": 0.1, "qd": 3.0},
                  "end_stops": {"stiffness": 200.0, "upper": 0.5, "lower": -0.4, "damping": 0.1},
@@ -34,7 +34,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 def tree(seed: int) -> Scene:
-    """Two or three bodies in a row, with a bushing, a spring, and loads in the world's and the body's axes."""
+    """Two or three bodies in a row, with a bushing, a spring, and loads along axes of the world and of the body."""
     rng = np.random.default_rng(seed)
 
     def vector(size: float) -> list[float]:
@@ -63,7 +63,7 @@ def tree(seed: int) -> Scene:
 
 
 def followers(seed: int) -> Scene:
-    """A cam that lifts a follower, and a body whose point keeps to a curve."""
+    """A cam that lifts a follower, and a body with a point that stays on a curve."""
     rng = np.random.default_rng(seed)
     angles = np.linspace(0.0, 2 * np.pi, 13)
     radii = 0.06 + 0.02 * np.sin(angles + rng.uniform(0.0, 6.0))
@@ -94,7 +94,7 @@ def events(r: Result) -> list[tuple[str, str]]:
 
 
 def check(scene: Scene, seed: int) -> None:
-    """The scene in its own world against the three others. In a mirror, some travels and torques change their sign."""
+    """Compares the scene in its own world with the three others. In a mirror, some travels and torques change their sign."""
     own = run(scene)
     assert own.outcome.ok, own.outcome
     Q, mirror = random_rotation(np.random.default_rng(seed)), np.diag([1.0, -1.0, 1.0])

@@ -1,4 +1,5 @@
-"""Reversals of sliding: when, where, how far the contact normals turn; and that finding them is what makes runs accurate."""
+"""Reversals of sliding: their times and places, and the turns of the contact normals. Runs are accurate only if these reversals are
+located."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def reversals(r: Result, joint: str) -> np.ndarray:
 
 
 def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
-    """The regularised law's own stops; those of dry friction are 5e-7 s to 6e-5 s earlier. The eleventh is a creep, no reversal."""
+    """Reversals of the regularised law. Those of dry friction are 5e-7 s to 6e-5 s earlier. The eleventh is a creep, not a
+    reversal."""
     stops, _ = pendulum_run()
     found = reversals(pendulum(), "ball")
     assert len(found) == 10
@@ -53,7 +55,7 @@ def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
 @pytest.mark.default_cases(7)
 @pytest.mark.parametrize("stop", range(10))
 def test_the_pendulum_stops_where_one_freedom_says_so(stop: int) -> None:
-    """A run that ends at the stop stands there: rate zero, angle that of the one freedom's."""
+    """A run that ends at the reversal has rate zero, and the angle of the model with one freedom."""
     stops, _ = pendulum_run()
     r = pendulum(every=0.0, until=float(stops[stop, 0]))
     assert angle(r)[-1] == pytest.approx(np.degrees(stops[stop, 1]), abs=1e-6)  # 2e-8 rad at rtol 1e-9
@@ -68,7 +70,7 @@ def test_the_balls_normal_turns_as_published(stop: int) -> None:
 
 @pytest.mark.parametrize("stop", NORMAL_TURNS)
 def test_the_balls_normal_turns_as_published_between_rows_on_both_sides(stop: int) -> None:
-    """The turn read from rows instead of the event: with v_eps = 1e-6 m/s the normal has turned 1e-5 s after the stop."""
+    """The turn is read from rows instead of the event: with v_eps = 1e-6 m/s the normal has turned 1e-5 s after the reversal."""
     at = pendulum(v_eps=1e-6, until=8.0).events[stop - 1].time
     normals = []
     for t in (at - 1e-5, at + 1e-5):
@@ -85,7 +87,8 @@ def test_the_slider_pin_reverses_where_the_crank_stands_upright() -> None:
 
 
 def test_the_slider_pins_normals_turn_as_published() -> None:
-    """Dry friction turns them by 33.083 and 33.029 degrees; the turns of the regularised law tend to these as v_eps falls."""
+    """Dry friction turns the normals by 33.083 and 33.029 degrees. The turns of the regularised law tend to these as v_eps
+    falls."""
     for v_eps, tolerance in ((1e-6, 4e-3), (1e-8, 1e-3)):
         for e, expected in zip(crank(v_eps).events, (33.083, 33.029, 33.083), strict=True):
             assert np.degrees(e.turn) == pytest.approx([expected, expected], abs=tolerance)
@@ -110,7 +113,8 @@ def test_every_zero_gives_a_row_at_every_event() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_kinks_must_be_located(rtol: float) -> None:
-    """At equal tolerance a run that finds the kinks of the law is far more accurate: without, branches stay as they were."""
+    """At equal tolerance, a run that locates the kinks of the law is far more accurate. Otherwise the law stays on its old branch
+    after a kink."""
     _, truth = pendulum_run()
     with_kinks, without = (pendulum(every=1.0, rtol=rtol, locate=locate) for locate in (True, False))
     errors = [max(abs(np.radians(angle(r)[t]) - truth(float(t))) for t in (1, 2, 5, 7)) for r in (with_kinks, without)]
@@ -119,7 +123,7 @@ def test_kinks_must_be_located(rtol: float) -> None:
 
 
 def test_stops_of_a_table_are_hit_exactly() -> None:
-    """Steps end at every kink of a signal: with them a ramped drive is exact however loose the tolerance."""
+    """Steps end at every kink of a signal. This makes a ramped drive exact at any tolerance."""
     from trunnion.scene.data_classes import scene as sm
 
     drive = sm.Drive(ramp=sm.Ramp(0.0, 2.0, duration=0.7, begin=0.31))

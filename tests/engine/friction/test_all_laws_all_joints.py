@@ -1,4 +1,5 @@
-"""Every friction law in every joint that can rub, on random scenes: the run completes and its energy is accounted for."""
+"""Every friction law in every joint type with friction, on random scenes: the run reaches its end and its energy is accounted
+for."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ ACCOUNT = 1e-6
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("law", "kind"), list(product(REGISTRY, TYPES)))
 def test_energy_is_accounted_for(law: str, kind: str) -> None:
-    """One joint of the type. Each law and each type is seen with exact contacts and with Adams' normal force."""
+    """One joint of the type. Each law and each type is tested with exact contacts and with Adams' normal force."""
     adams = float((list(REGISTRY).index(law) + TYPES.index(kind)) % 2)
     case = random_tree(7, 1, types=(kind,), friction=1.0, devices=0.0, drives=0.0, laws=(law,), adams=adams)
     assert all(j.friction is not None for j in case.scene.joints.values())

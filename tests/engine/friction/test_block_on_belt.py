@@ -16,12 +16,13 @@ MASS, STIFFNESS, BELT, WEIGHT = 1.0, 2.0, 0.1, 10.0
 MU, MU_STATIC = 0.1, 0.15
 SLIPS, STOPS = (7.5, 15.1112592541, 22.7225185082), (10.1112592541, 17.7225185082)
 TOL = 1e-8
-"""The agreement F6 asks for. The reference is given to 1e-10; release is located to 1e-10 of the friction ratio, here 7.5e-10 s."""
+"""The agreement that F6 requires. The reference is given to 1e-10; the engine locates a release to 1e-10 of the friction ratio,
+here 7.5e-10 s."""
 
 
 def belt(**law) -> sm.Scene:
-    """The guide is long enough for every face to be pressed by its share of the weight alone, so that Σ|F| is the weight. It rides
-    with the block (pin outboard): the weight stays at its middle."""
+    """The guide is so long that the weight alone gives every face a load, so that Σ|F| is the weight. The guide moves with the
+    block (pin outboard), so that the weight stays at the guide's middle."""
     guide = sm.Friction(mu=MU, mu_static=MU_STATIC, half_length=0.5, half_width=0.05, half_height=0.05, **law)
     joints = {
         "drive": sm.Joint("prismatic", "ground", "belt", axis="x", drive=sm.Drive(constant=sm.Constant(BELT))),
@@ -63,8 +64,8 @@ def test_stribeck_follows_an_independent_integration(v_stribeck: float, viscosit
 
 
 def by_hand(v_stribeck: float, viscosity: float) -> dict[str, list[float]]:
-    """Times of slip and stick. x is the block's position, and u = ẋ − belt ≤ 0 while it slips. It sticks until the spring pulls
-    with the static friction."""
+    """Times of slip and stick. x is the block's position, and u = ẋ − belt ≤ 0 while the block slips. It sticks until the spring
+    pulls with the static friction."""
 
     def slips(t, y):
         u = y[1] - BELT

@@ -1,4 +1,4 @@
-"""Friction that follows time, an input, a temperature or the sliding speed: brakes, fading linings, measured curves."""
+"""Friction that depends on time, an input, a temperature or the sliding speed: brakes, fading linings, measured curves."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ SPEEDS = sm.BySpeed(speed=(0.0, 0.01, 0.1, 0.5, 2.0), value=(0.30, 0.22, 0.15, 0
 
 
 def braked(signal: object, brake: float = 0.0) -> sm.Scene:
-    """A block on a slope whose guide is held by a brake."""
+    """A block on a slope; a brake holds its guide."""
     return replace(block("prismatic", sm.Friction(force=signal)), inputs={"pedal": sm.Input(start=brake, unit="N")})
 
 
 def guided(mu: object, start: float = 0.0, **more) -> sm.Scene:
-    """A block on a long thin level pin, both ends of which carry it: what slides is its weight."""
+    """A block on a long thin level pin. Both ends of the pin carry the block, so that the normal forces sum to its weight."""
     friction = sm.Friction(mu=mu, radius=1e-3, half_length=50.0, **more)
     guide = sm.Joint("cylindrical", "ground", "block", axis="x", friction=friction, start=sm.Start(q=(0.0, 0.0), qd=(start, 0.0)))
     return sm.Scene({"block": sm.Body(box=(0.1, 0.1, 0.1), mass=MASS)}, {"joint": guide}, "track", gravity=(0.0, 0.0, -GRAVITY))
@@ -48,7 +48,7 @@ def test_a_brake_holds_up_to_its_pull_and_no_further(kernel: str) -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_brake_that_is_let_go_and_put_on_again_slips_and_stops_when_it_must(kernel: str) -> None:
-    """Its force falls and rises along straight lines: slip where it equals the pull; then m v = ∫ (pull − force)."""
+    """The brake's force falls and rises linearly. The block slips where the force equals the pull; then m v = ∫ (pull − force)."""
     most = 4 * PULL
     r = simulate(braked(sm.Signal(table=sm.Table((0.0, 1.0, 2.0), (most, 0.0, most)))), until=2.0, kernel=kernel, rtol=1e-10)
     force = lambda t: most * abs(1.0 - t)  # noqa: E731
@@ -62,7 +62,7 @@ def test_a_brake_that_is_let_go_and_put_on_again_slips_and_stops_when_it_must(ke
 
 
 def test_a_brake_on_a_turning_joint_and_one_that_is_pressed_beside_the_load() -> None:
-    """Constant torque by a ramp; a preload by an input adds μ P r to what the journal carries anyway."""
+    """The brake is a ramp of torque; a preload by an input adds μ P r to the friction from the journal's load."""
     edge = WEIGHT * LENGTH / 2
     ramp = sm.Signal(ramp=sm.Ramp(2 * edge, 0.0, duration=1.0))
     r = simulate(bar(ramp), until=1.0)
@@ -102,7 +102,7 @@ def test_a_lining_fades_with_the_temperature_that_comes_from_outside() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
-    """At the speeds measured it is the coefficient measured, between them no more and no less than these."""
+    """At the measured speeds the coefficient equals the measured one; between two speeds it is between theirs."""
     for v, mu in zip(SPEEDS.speed[1:], SPEEDS.value[1:], strict=True):
         r = simulate(guided(SPEEDS, start=v), until=1e-4, every=1e-4, kernel=kernel)
         assert r["joint.friction.force"][0] == pytest.approx(WEIGHT * mu, rel=1e-9)
@@ -142,7 +142,8 @@ def test_stiff_steps_follow_it_too() -> None:
 
 
 def test_what_it_does_is_known_to_derivatives() -> None:
-    """A sliding block by its brake: dv̇/du = −1/m; a run by the amplitude of its wave: dv/da = −g ∫ sin."""
+    """Derivative of a sliding block's acceleration with respect to its brake: dv̇/du = −1/m. Derivative of a run with respect to
+    the amplitude of its wave: dv/da = −g ∫ sin."""
     scene = braked(sm.FromInput("pedal"), 0.5 * PULL)
     scene = replace(scene, joints={"joint": replace(scene.joints["joint"], start=sm.Start(qd=1.0))})
     found = trunnion.linearize(scene, outputs=("joint.friction.force",))

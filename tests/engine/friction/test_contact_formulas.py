@@ -1,4 +1,4 @@
-"""The closed forms of every contact are the roots of the contact equations, oppose the motion, and have harmless limits."""
+"""The closed forms of every contact are roots of the contact equations, oppose the motion, and have finite limits."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from trunnion.elements.contact.contact_element import COMPONENTS
 STATES = 300
 """Random states for each of the 40 combinations: 12,000 in all."""
 ROOT = 1e-11
-"""The reference's ball is a bracketed root to 1e-15 of a function that is flat near spin along the load; the others are one
-solve."""
+"""The reference finds a ball's root by bracketing, to 1e-15 of a function that is flat near spin along the load; its other contacts
+need one solve."""
 FORMS = list(product(ELEMENTS, ("regularized", "viscous"), (False, True), (1, -1)))
 
 

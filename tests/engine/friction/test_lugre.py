@@ -1,4 +1,5 @@
-"""The LuGre law: bristles are states of the motion; below break-away a spring with hysteresis, in steady sliding Stribeck's law."""
+"""The LuGre law: bristles are states of the motion. Below break-away the law is a spring with hysteresis, in steady sliding it is
+Stribeck's law."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ from trunnion.simulation.run import simulate
 
 BRISTLES = {"law": "lugre", "bristle_stiffness": 1e4, "bristle_damping": 10.0, "v_stribeck": 0.02, "viscosity": 0.1}
 TOL = 1e-8
-"""Agreement asked for over 12 s, with runs at rtol 1e-10 and the independent solver at 1e-11."""
+"""Required agreement over 12 s, with runs at rtol 1e-10 and the independent solver at 1e-11."""
 
 
 def ratio(v: float, z: float, mu: float = 0.1, most: float = 0.15) -> tuple[float, float]:
@@ -46,7 +47,8 @@ def test_a_block_on_a_belt_follows_an_independent_integration(method: str, norma
 
 
 def test_two_components_share_one_friction() -> None:
-    """A wheel on a level shaft slides along and turns; Adams' normal force is its weight, so that two plain equations remain."""
+    """A wheel on a level shaft slides along it and turns. Adams' normal force is the wheel's weight, so that two plain equations
+    remain."""
     rub = sm.Friction(mu=0.1, mu_static=0.15, radius=0.05, half_length=0.2, normal_force="adams", **BRISTLES)
     start = sm.Start((0.0, 0.0), (0.3, -8.0))
     joint = sm.Joint("cylindrical", "ground", "wheel", axis="x", friction=rub, start=start)
@@ -69,7 +71,7 @@ def test_two_components_share_one_friction() -> None:
 
 
 def prescribed(amplitude: float) -> Result:
-    """A block pushed to and fro on its guide: friction as a function of displacement alone."""
+    """A block that a drive moves to and fro on its guide: friction as a function of displacement alone."""
     drive = sm.Drive(harmonic=sm.Harmonic(amplitude, 1.0, phase=-np.pi / 2, offset=amplitude))
     rub = sm.Friction(mu=0.3, law="lugre", bristle_stiffness=1e3, half_length=1.0, half_width=0.05, half_height=0.05)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", pin="outboard", friction=rub, drive=drive)
@@ -81,7 +83,7 @@ def prescribed(amplitude: float) -> Result:
 
 @pytest.mark.parametrize("amplitude", [1e-6, 1e-4, 1e-3])
 def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> None:
-    """Between reversals of the motion z − s g/σ0 falls by exp(−s σ0 Δx/g), whatever the speed (Dahl)."""
+    """Between reversals of the motion z − s g/σ0 falls by exp(−s σ0 Δx/g), at any speed (Dahl)."""
     r, soft = prescribed(amplitude), 0.3 / 1e3
     z, last, expected = 0.0, 0.0, []
     for n, x in enumerate(r["guide.q[1]"]):
@@ -98,7 +100,7 @@ def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> No
 
 @pytest.mark.parametrize("amplitude", [1e-4, 1e-3])
 def test_what_friction_gives_back_is_no_more_than_the_bristles_hold(amplitude: float) -> None:
-    """At a constant normal force work + N σ0 z²/2 never rises; the work itself does, while the bristles relax."""
+    """At a constant normal force, work + N σ0 z²/2 never rises. The work itself rises while the bristles relax."""
     r = prescribed(amplitude)
     kept = r["guide.friction.work"] + WEIGHT * 1e3 * r["guide.friction.bristle[1]"] ** 2 / 2
     assert np.diff(kept).max() <= 1e-12
@@ -109,8 +111,8 @@ def test_what_friction_gives_back_is_no_more_than_the_bristles_hold(amplitude: f
 
 @pytest.mark.slow
 def test_stiff_bristles_are_coulombs_law() -> None:
-    """The ball of 8.1. At each stop the bristles reverse while the ball moves on by g/σ0. With the deceleration there, that takes
-    a time proportional to 1/√σ0, and so is the difference."""
+    """The ball of 8.1. At each stop the bristles reverse while the ball moves on by g/σ0. With the deceleration there, this takes a
+    time proportional to 1/√σ0. The difference from Coulomb's law is proportional to the same number."""
     exact, errors = pendulum("coulomb"), []
     for stiffness in (1e4, 1e6):
         r = pendulum("lugre", bristle_stiffness=stiffness)
@@ -133,7 +135,7 @@ FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
-    """Where the bristles have come to rest (followed at a frozen wrench and velocity) friction is that of sliding."""
+    """Where the bristles are at rest (followed at a constant wrench and velocity), friction is that of sliding."""
     s = random_states(element, "coulomb", 60)
     expected, _, contacts = evaluated(s, adams, pin)
     step, count = stepper(element, adams, pin), RATES[element]
@@ -152,13 +154,13 @@ def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> 
 
 
 def slides(s: States, contacts: np.ndarray, i: int) -> float:
-    """Part of the rotation of ball i that slides: the rest spins about its load."""
+    """Part of the rotation of ball i that slides; the remaining part is spin about its load."""
     n = contacts[1:4, i] / np.linalg.norm(contacts[1:4, i])
     return float(np.linalg.norm(np.cross(s.rates[:, i], n)) / np.linalg.norm(s.rates[:, i]))
 
 
 def stepper(element: str, adams: bool, pin: int) -> ca.Function:
-    """(rates of the states, friction, derivative of the rates by the states) of (wrench, rates, numbers, states)."""
+    """(rates of the states, friction, derivative of the rates with respect to the states) of (wrench, rates, numbers, states)."""
     e, count = CONTACTS[element], RATES[element]
     s = random_states(element, "coulomb", 1)
     w, r, g, b = ca.SX.sym("w", 6), ca.SX.sym("r", count), ca.SX.sym("g", len(s.numbers)), ca.SX.sym("b", count)

@@ -1,4 +1,4 @@
-"""Friction that does not follow the load: what a joint is given holds and drags, whatever it carries."""
+"""Friction that does not depend on the load: a given friction of a joint holds and brakes it under any load."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LENGTH = 1.0
 
 
 def bar(torque: float, **rub: float) -> sm.Scene:
-    """A horizontal bar on a hinge whose friction is given: its weight turns it by m g L/2."""
+    """A horizontal bar on a hinge with given friction. Its weight exerts the torque m g L/2."""
     body = sm.Body(box=(LENGTH, 0.05, 0.05), mass=MASS, center=(LENGTH / 2, 0.0, 0.0))
     hinge = sm.Joint("revolute", "ground", "bar", axis="y", friction=sm.Friction(torque=torque, **rub), start=sm.Start(q=0.0))
     return sm.Scene({"bar": body}, {"joint": hinge}, "bar")
@@ -39,7 +39,7 @@ def block(joint: str, rub: sm.Friction) -> sm.Scene:
 
 
 def seal(joint: str, preload: float, mu: float) -> sm.Scene:
-    """The same on a guide with a seal that presses all around."""
+    """The block on a guide with a seal that presses all around."""
     size = {"half_width": 0.02, "half_height": 0.02} if joint == "prismatic" else {"radius": 0.02}
     return block(joint, sm.Friction(mu=mu, half_length=0.05, preload=preload, **size))
 
@@ -60,7 +60,7 @@ JUST = {
     "shaft with a seal": (lambda press: seal("cylindrical", press, MU), PRESS),
     "cylinder": (lambda force: block("cylindrical", sm.Friction(force=force, torque=0.0)), WEIGHT * np.sin(SLOPE)),
 }
-"""Scenes of one number, and its value at the edge of rest by statics."""
+"""Scenes that depend on one number, and its value at the limit of rest by statics."""
 
 
 @pytest.mark.default_cases(2)
@@ -82,7 +82,7 @@ def test_it_holds_for_a_thousand_seconds(which: str) -> None:
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("joint", ["prismatic", "cylindrical"])
 def test_a_seal_adds_its_preload_to_the_loads(joint: str, kernel: str) -> None:
-    """a = g sin α − μ (g cos α + P/m), and normal forces are those of the loads alone."""
+    """The acceleration is a = g sin α − μ (g cos α + P/m), and normal forces are those of the loads alone."""
     preload, mu = 5.0, 0.1
     r = simulate(seal(joint, preload, mu), until=1.0, kernel=kernel)
     rate = GRAVITY * np.sin(SLOPE) - mu * (GRAVITY * np.cos(SLOPE) + preload / MASS)
@@ -94,7 +94,7 @@ def test_a_seal_adds_its_preload_to_the_loads(joint: str, kernel: str) -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_bar_with_given_friction_swings_by_its_closed_form(kernel: str) -> None:
-    """The energy of one swing gives its end: m g L/2 sin q = T q. Static friction of 1.5 T then holds it or not."""
+    """The energy of one swing gives its end: m g L/2 sin q = T q. Static friction of 1.5 T then holds the bar or not."""
     torque = 3.0
     r = simulate(bar(torque), until=3.0, kernel=kernel)
     first = next(e for e in r.events if e.kind in ("reversal", "stick"))
@@ -122,7 +122,7 @@ def test_every_law_drags_in_proportion_to_what_is_given(law: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_what_efforts_of_the_same_size_do_in_any_tree(seed: int) -> None:
-    """While nothing turns round, given friction is an effort of its size against the motion."""
+    """While no joint reverses, given friction equals an effort of the same size against the motion."""
     types = ("revolute", "prismatic", "cylindrical", "universal", "screw")
     case = random_tree(f"given{seed}", types=types, friction=0.0, loads=False, devices=0.0, drives=0.0)
     rng = np.random.default_rng(seed)

@@ -1,5 +1,5 @@
 """Pairs of two components, one of them driven, slide while the drive moves, however slowly. Along the other component they creep
-under any load (a tight pin comes loose when it is turned). They rest when the drive does. SciPy solves the equation of that
+under any load, as a tight pin comes loose when it is turned. They rest when the drive does. SciPy solves the equation of this
 motion as reference."""
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from trunnion.scene.scene_loader import scene_from_text
 from trunnion.simulation.run import simulate
 
 MASS, G, RADIUS, LONG, UNTIL = 2.0, 9.81, 0.02, 5.0, 1.0
-"""The sleeve is so long that friction on its surface, which tilts it, does not part the loads of its ends: by (radius/length)² of
-2e-5. Its length is also that of which tolerances are parts."""
+"""The sleeve is long: friction on its surface, which tilts it, makes the loads of its ends differ by only (radius/length)², 2e-5.
+Tolerances are relative to its length, too."""
 SETTINGS = [("rk5", 1e-4), ("rk8", 1e-6), ("auto", 1e-4), ("auto", 1e-8), ("rosenbrock", 1e-4), ("rosenbrock", 1e-6)]
 REST = 1e-8
-"""rad/s: SciPy's drives do not go slower, for the equation has no answer at rest."""
+"""Slowest rate of SciPy's drives, rad/s; the equation has no solution at rest."""
 Drive = tuple[str, Callable[[float], float]]
-"""A drive as scenes have it, and its rate, rad/s."""
+"""A drive as in scene files, and its rate, rad/s."""
 
 
 def ramp(first: float, last: float, begin: float, lasts: float) -> Drive:
@@ -32,13 +32,13 @@ def ramp(first: float, last: float, begin: float, lasts: float) -> Drive:
 
 
 def move(size: float, begin: float, lasts: float) -> Drive:
-    """From rest to rest, by the polynomial of fifth order."""
+    """A motion from rest to rest, by the polynomial of fifth order."""
     text = f"{{move: {{start: 0, end: {size}, begin: {begin}, duration: {lasts}}}}}"
     return text, lambda t: size / lasts * 30.0 * (x := np.clip((t - begin) / lasts, 0.0, 1.0)) ** 2 * (1.0 - x) ** 2
 
 
 def swing(size: float, hertz: float) -> Drive:
-    """To and fro."""
+    """A motion to and fro."""
     text = f"{{harmonic: {{amplitude: {size}, frequency: {hertz} Hz}}}}"
     return text, lambda t: size * 2.0 * np.pi * hertz * np.cos(2.0 * np.pi * hertz * t)
 
@@ -50,7 +50,8 @@ DRIVES = {
 
 
 def drawn(drive: str, mu: float, share: float, speed: float) -> str:
-    """A sleeve on a level shaft, pushed along it by ``share`` of what its friction may be, that is turned by a drive."""
+    """A sleeve on a level shaft. A force of ``share`` times its largest friction pushes it along the shaft, and a drive turns
+    it."""
     return f"""
 schema: 1
 gravity: [0, 0, -{G}]
@@ -72,13 +73,14 @@ simulation: {{until: {UNTIL}}}
 
 
 def turned(drive: str, mu: float, share: float, speed: float) -> Scene:
-    """The scene of that."""
+    """The scene of such a sleeve."""
     return scene_from_text(drawn(drive, mu, share, speed))
 
 
 def alone(rate: Callable[[float], float], mu: float, share: float, speed: float, times: np.ndarray) -> np.ndarray:
-    """Its travel and speed. u: the speed at which the drive turns its surface. Where that rubs the normal leans, so that both bear
-    the weight together: N² (1 + (μ u/V)²) = (m g)²; v' = μ (g share - N/m v/V), V² = v² + u²."""
+    """The sleeve's travel and speed. u: the speed at which the drive turns its surface. Where friction acts on this speed, the
+    normals are inclined, so that normal force and friction carry the weight together: N² (1 + (μ u/V)²) = (m g)²; v' = μ (g share -
+    N/m v/V), V² = v² + u²."""
 
     def motion(t: float, x: np.ndarray) -> list[float]:
         u = max(abs(rate(t)), REST) * RADIUS
@@ -133,7 +135,7 @@ CRANK = {
   guide: {type: prismatic, axis: x, inboard: ground, outboard: block}
   wrist: {type: revolute, axis: y, inboard: rod.b, outboard: block}""",
 }
-"""A crank beside the sleeve, which has nothing to do with it: what is said of loops is then asked of the sleeve, too."""
+"""A crank that is not connected with the sleeve. Its loop makes the engine use the code for loops for the sleeve, too."""
 
 
 def any_drive(chance: np.random.Generator) -> Drive:
@@ -145,7 +147,8 @@ def any_drive(chance: np.random.Generator) -> Drive:
 
 
 def moves_alone(seed: int, more: dict[str, str]) -> None:
-    """With any drive the sleeve moves as its equation says, whatever else is in the scene (``more``, behind words of it)."""
+    """With any drive the sleeve moves according to its equation. ``more`` adds devices to the scene, each after a given word of its
+    text."""
     chance = np.random.default_rng(1000 + seed)
     drive, rate = any_drive(chance)
     mu, share, speed = chance.uniform(0.05, 0.5), chance.uniform(-0.9, 0.9), chance.choice([0.0, 1.0, -1.0])

@@ -1,4 +1,5 @@
-"""Stribeck's law: between static and kinetic friction by speed, smooth through a step, Coulomb's law where both are one."""
+"""Stribeck's law: the coefficient falls from static to kinetic friction with speed, is smooth within a step, and is Coulomb's where
+both are equal."""
 
 from __future__ import annotations
 
@@ -48,7 +49,7 @@ def test_friction_never_gives_energy(element: str, adams: bool, pin: int) -> Non
 def test_it_is_coulombs_law_of_kinetic_friction_when_fast_and_of_static_friction_when_slow(
     element: str, adams: bool, pin: int, equal: str
 ) -> None:
-    """With v_stribeck far below or above the sliding speed and no viscous part."""
+    """With v_stribeck far below or above the sliding speed, and without viscous part."""
     s, names = random_states(element, "stribeck", 300), ("mu", "mu_static", "v_stribeck", "viscosity")
     first = len(s.numbers) - len(names)
     s.numbers[first + 2], s.numbers[first + 3] = (1e-9 if equal == "fast" else 1e9), 0.0
@@ -62,7 +63,7 @@ def test_it_is_coulombs_law_of_kinetic_friction_when_fast_and_of_static_friction
 
 @pytest.mark.parametrize("pin", [1, -1])
 def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_across_its_load(pin: int) -> None:
-    """Without the closed form: n from f_c = f_n (κ ω̂ × n − n), the ratio of tangential to normal force at n."""
+    """The test does without the closed form: n from f_c = f_n (κ ω̂ × n − n), then the ratio of tangential to normal force at n."""
     s = random_states("ball", "stribeck", 300, seed=2)
     _, _, contacts = evaluated(s, False, pin)
     get, level, slides = s.number, levels(s), outside_the_cone(s, 1e-3)
@@ -106,7 +107,7 @@ def test_it_holds_up_to_static_friction_and_not_beyond(v_stribeck: float) -> Non
 
 
 def test_steady_sliding_balances_the_law() -> None:
-    """On an incline, with a viscous part, the speed at which friction and weight balance."""
+    """On an incline, with a viscous part, the block moves at the speed at which friction and weight balance."""
     rub = sm.Friction(
         mu=0.3, mu_static=0.5, law="stribeck", v_stribeck=0.05, viscosity=0.4, half_length=1.0, half_width=0.05, half_height=0.05
     )

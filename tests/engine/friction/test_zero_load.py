@@ -1,5 +1,5 @@
-"""A joint that rubs and carries no load stays at rest while nothing demands friction of it, also when a load appears that demands
-none."""
+"""A joint with friction that carries no load stays at rest while no friction is needed. It also stays at rest when a load appears
+that needs none."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AXES = {"spherical": {}, "universal": {"inboard": sm.Side("ground", axis="x"), "
 
 
 def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:
-    """A body at rest whose joint goes through its middle."""
+    """A body at rest whose joint passes through its middle."""
     needed = [s.name for s in CONTACTS[REGISTRY[kind].friction].sizes if s.needed and s.ends != OVERLAP]
     numbers = {name: SIZES.get(name, LENGTH) for name in needed}
     numbers |= {"v_stribeck": 1e-3, "mu_static": 0.2} if law == "stribeck" else {}

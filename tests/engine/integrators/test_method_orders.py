@@ -32,11 +32,12 @@ UNTIL = 1.5
 METHODS = {m.name: m for m in REGISTRY if not isinstance(m, Impulses)}
 """Every registered method that has coefficients."""
 STEPS = {name: (40, 56, 80, 112) if m.order > 6 else (40, 80, 160, 320) for name, m in METHODS.items()}
-"""Numbers of steps, so many that the leading error term decides and so few that round-off (1e-13) does not."""
+"""Numbers of steps. They are large enough for the leading error term to dominate, and small enough for round-off (1e-13) not to
+matter."""
 ORDERS = {name: (m.order, m.dense_order) for name, m in METHODS.items()}
 """Published orders of the solution and of the dense output."""
 SLACK = 0.3
-"""How far the next error term moves a measured order; a wrong coefficient costs an order or more."""
+"""Change of a measured order by the next error term; a wrong coefficient changes it by an order or more."""
 COLUMNS = ("elbow.q[1]", *(f"ball.q[{i}]" for i in range(1, 5)), "elbow.qd[1]", *(f"ball.qd[{i}]" for i in range(1, 4)))
 
 
@@ -72,7 +73,7 @@ def test_rk8_is_scipys_triple() -> None:
 
 
 def spoiled(method, name: str, row: int, column: int | None):
-    """The method with one coefficient wrong by a millionth."""
+    """The method with one coefficient changed by a millionth."""
     value = getattr(method, name)
     if column is None:
         new = tuple(v * (1 + 1e-6) if i == row else v for i, v in enumerate(value))
@@ -126,7 +127,7 @@ def test_there_are_as_many_trees_as_the_books_say() -> None:
 
 
 def symmetry(tree) -> int:
-    """Number of ways a tree is mapped onto itself."""
+    """Number of ways in which a tree can be mapped onto itself."""
     out = 1
     for t in set(tree):
         out *= symmetry(t) ** tree.count(t) * factorial(tree.count(t))
@@ -156,7 +157,8 @@ def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> Non
 
 
 def smooth() -> sm.Scene:
-    """Driven base, arm with spring and damper, ball with a torque that changes with time: every part of a method at work."""
+    """A driven base, an arm with spring and damper, and a ball under a changing torque. Together they use every part of a
+    method."""
     link = sm.Body(box=(0.5, 0.1, 0.08), mass=1.2, center=(0.25, 0.02, 0.01), points={"end": (0.5, 0.0, 0.0)})
     torque = sm.Signal(harmonic=sm.Harmonic(0.03, 0.8, 0.0, 0.01))
     joints = {
@@ -210,7 +212,7 @@ def test_the_error_falls_with_the_order_claimed(method: str, which: str) -> None
 
 
 def pendulum(t: np.ndarray) -> np.ndarray:
-    """Angle from the downward vertical of the point pendulum of 1 m released from the horizontal, exactly."""
+    """Exact angle from the downward vertical of a point pendulum of 1 m that is released from the horizontal."""
     m, w = 0.5, np.sqrt(9.81)
     return 2 * np.arcsin(np.sqrt(m) * ellipj(ellipk(m) - w * t, m)[0])
 
@@ -218,7 +220,8 @@ def pendulum(t: np.ndarray) -> np.ndarray:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_the_error_follows_the_tolerance(method: str) -> None:
-    """Over nine decades, at output times inside the steps too: four swings add up to 250 times the tolerance of a step at most."""
+    """Over nine decades of tolerance, also at output times inside the steps: the errors of four swings are at most 250 times the
+    tolerance of a step."""
     tolerances, errors = 10.0 ** -np.arange(3, 13), []
     for rtol in tolerances:
         r = simulate("simple_pendulum", until=10.0, every=0.1, rtol=rtol, method=method, outputs=["bob.position*"])
@@ -231,7 +234,7 @@ def test_the_error_follows_the_tolerance(method: str) -> None:
 
 
 def test_tighter_tolerances_take_steps_by_the_order() -> None:
-    """h ∝ rtol^(1/p): a method of order 8 pays 10^(1/8) a decade."""
+    """h ∝ rtol^(1/p): a method of order 8 needs 10^(1/8) times the steps for each decade of tolerance."""
     steps = {
         m: [simulate("simple_pendulum", until=10.0, every=10.0, rtol=r, method=m).stats.steps for r in (1e-6, 1e-10)]
         for m in METHODS
@@ -259,7 +262,7 @@ def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) ->
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
-    """Friction beside a drive, whose normal force nearly vanishes twice a turn: nothing of it shows in the motion."""
+    """Friction in a driven joint, whose normal force nearly vanishes twice a turn. This friction does not affect the motion."""
 
     def work(rtol: float) -> np.ndarray:
         r = simulate("crank_slider", until=2.0, every=0.02, rtol=rtol, overrides=PAPER, outputs=["*.work", "energy.dissipated"])
@@ -272,7 +275,7 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])
 def test_what_a_stiff_damper_takes_is_found_at_a_loose_tolerance(method: str) -> None:
-    """0.003 J out of 169 J: measured by itself, not by the energy that goes round."""
+    """The damper takes 0.003 J out of 169 J. The run measures this work by itself, not as a difference of the total energy."""
     taken = [simulate("governor", until=10.0, rtol=r, method=method)["energy.dissipated"][-1] for r in (1e-5, 1e-9)]
     assert taken[0] == pytest.approx(taken[1], rel=0.05)
 
@@ -285,7 +288,7 @@ def test_asking_for_works_leaves_the_motion_as_accurate() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("share", "v_eps"), [(0.9999, 1e-4), (0.9999, 1e-3), (0.99, 1e-5)])
 def test_a_velocity_that_creeps_just_below_the_kink_is_handed_to_the_stiff_method(share: float, v_eps: float) -> None:
-    """A sleeve pushed with a little less than μN: an explicit method would hop across v_eps some 10,000 times a second."""
+    """A sleeve is pushed with slightly less than μN. An explicit method would cross v_eps some 10,000 times a second."""
     rub = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02, law="regularized", v_eps=v_eps)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", friction=rub)
     push = sm.Force("force", "block", (share * 0.4 * 2.0 * 9.81, 0.0, 0.0))

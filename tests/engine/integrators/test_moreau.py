@@ -58,7 +58,7 @@ def test_loops_stay_closed() -> None:
 
 
 def test_two_component_sliding_follows_the_located_run() -> None:
-    """Example 8.3 travels as far as in the event-driven run, with an error of the order of the step."""
+    """Example 8.3 travels as far as in the event-driven run, up to an error of the order of the step."""
     r = simulate("double_pendulum", until=1.0, every=0.25, method="moreau", step=1e-4, overrides=COULOMB)
     assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822543, 4.71556233, 8.32814713], abs=1e-4)
 
@@ -73,20 +73,21 @@ def test_a_law_that_is_stiff_near_rest_is_refused(law: str) -> None:
 
 TOLERANCES = 10.0 ** -np.arange(3, 9)
 C = 25.0
-"""Errors in m and rad, m/s and rad/s stay below C rtol: what the steps and up to fourteen events add up to here. Found: 12.3."""
+"""Factor C: errors in m and rad, m/s and rad/s stay below C rtol. The steps and up to fourteen events accumulate errors of 12.3
+rtol."""
 Way = Callable[[np.ndarray], np.ndarray]
-"""Position and rate (2×n) at n times, found without the engine."""
+"""Position and rate (2×n) at n times, computed without the engine."""
 
 
 def swinging() -> tuple[sm.Scene, str, float, Way]:
-    """Example 8.1 before its first reversal, by its closed form's acceleration."""
+    """Example 8.1 before its first reversal, from the acceleration in closed form."""
     exactly = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "dense_output": True}
     s = solve_ivp(lambda t, y: [y[1], alpha(y[0], y[1], -1)], (0, 0.9), [math.pi / 2, 0.0], **exactly)
     return apply(load_scene("spherical_pendulum"), COULOMB), "ball", 0.9, lambda t: s.sol(t)
 
 
 def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
-    """A block that a spring holds on a belt, static friction above sliding friction: it sticks and slips, in closed form."""
+    """A block on a belt that a spring holds, with static friction above sliding friction: its stick-slip motion in closed form."""
     rng = stream("moreau belt", seed)
     mass, stiffness, mu, more = (float(rng.uniform(*r)) for r in ((0.5, 2.0), (1.0, 5.0), (0.1, 0.3), (0.2, 0.8)))
     speed, weight = float(rng.uniform(0.1, 0.3)), 10.0 * mass
@@ -117,7 +118,8 @@ def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
 
 
 def ended(seed: int) -> tuple[sm.Scene, str, float, Way]:
-    """A rubbing block thrown against compliant end stops, to and fro until it stays; integrated piece by piece by SciPy."""
+    """A block with friction that is thrown to and fro between compliant end stops until it stays; SciPy integrates each phase
+    separately."""
     rng = stream("moreau ends", seed)
     mass, mu, bound, k, d = (float(rng.uniform(*r)) for r in ((0.5, 2), (0.1, 0.3), (0.05, 0.2), (500, 4000), (0.1, 0.8)))
     speed, most = float(rng.uniform(1.0, 2.0)), mu * mass * 9.81
@@ -211,7 +213,8 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
 
 @pytest.mark.slow
 def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_sliding() -> None:
-    """In a tree of 5 mm it travels at 3 mm/s: its direction is that of its surface's speed, not of m/s beside rad/s."""
+    """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of its sliding is that of the speed at its surface; m/s and
+    rad/s are not directly comparable."""
     r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
 
@@ -219,7 +222,7 @@ def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
 def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> None:
-    """Friction may be required against the rate at the start of a step."""
+    """A step may require friction against the rate at its start."""
     r = simulate(CASES / "slow_pair_direction_change.yaml", until=1.0, every=1.0, method="moreau", rtol=rtol)
     assert r.outcome.ok, r.outcome
     assert [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "j0")] == pytest.approx([0.7303869], abs=5 * rtol)
@@ -227,7 +230,7 @@ def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> Non
 
 @pytest.mark.parametrize(("name", "until"), [("andrews", 0.002), ("cart_pole", 0.5)])
 def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float) -> None:
-    """A step that changes a speed by more than the tolerance is made shorter yet, however short it is."""
+    """The engine shortens every step that changes a speed by more than the tolerance, however short the step is."""
     r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
 
@@ -235,8 +238,8 @@ def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "until"), [(62, 0.19), (57, 0.28)])
 def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: float) -> None:
-    """The torque spins the cam far beyond the rates of the start: within the time in which only an impact should change a speed by
-    more than its tolerance, the follower turns round."""
+    """The torque makes the cam far faster than its rates at the start. Only an impact should change a speed by more than its
+    tolerance within a certain time, but the follower reverses within this time."""
     impulses, located = (simulate(crossed("cams", seed), until=until, every=until, method=m) for m in ("moreau", "rk5"))
     assert impulses.outcome.ok, impulses.outcome
     assert impulses["energy.dissipated"][-1] == pytest.approx(located["energy.dissipated"][-1], rel=1e-4)
@@ -245,7 +248,7 @@ def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: floa
 @pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
 def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
-    """Its speed is nothing there, for an instant, while other pairs of the loop are held (at 2e-9 a step did end there)."""
+    """At this instant the speed is zero, while other pairs of the loop are held. At 2e-9 a step did end there."""
     r = simulate(CASES / "universal_at_dead_centre.yaml", until=0.13, every=0.13, method="moreau", rtol=rtol, outputs=["k.q[1]"])
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "k")]
 
@@ -253,8 +256,8 @@ def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rto
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
 def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
-    """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 no modes were found, and the
-    next decision compared with the modes tried last."""
+    """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 the search found no modes, and
+    the next decision was compared with the modes that it tried last."""
     scene = worlds("loop_at_rest")["as it is"].scene
     r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
     assert sorted((e.kind, e.joint) for e in r.events) == [("stick", "j0"), ("stick", "j1"), ("stick", "jc")]
@@ -270,7 +273,7 @@ def test_its_fixed_steps_know_end_stops() -> None:
 
 
 def driven_jack(seed: int) -> sm.Scene:
-    """A spindle that a drive turns, its nut, and a lever that a link lifts: redundant loops, and no freedom is left."""
+    """A spindle that a drive turns, its nut, and a lever that a link lifts: redundant loops without a remaining freedom."""
     rng = np.random.default_rng(seed)
     x, far, high = rng.uniform(-0.02, 0.02), rng.uniform(0.09, 0.13), rng.uniform(0.1, 0.16)
     elbow = rng.uniform(0.07, 0.1)
@@ -307,7 +310,7 @@ def driven_jack(seed: int) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
-    """In the middle of a step redundant rows agree only once loops are closed; steps of 1e-6 s were made instead."""
+    """In the middle of a step, redundant rows agree only after the loops are closed. Earlier, steps of 1e-6 s resulted instead."""
     scene, exact = driven_jack(seed), simulate(driven_jack(seed), rtol=1e-8)
     assert exact.outcome.ok
     for rtol in (1e-3, 1e-4, 1e-6):
@@ -320,7 +323,7 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
 
 
 def lifted_from_dead_centre(seed: int) -> sm.Scene:
-    """A slider-crank whose piston a drive moves from its dead centre: the crank could turn either way."""
+    """A slider-crank whose piston a drive moves from its dead centre, so that the crank could turn either way."""
     crank, rod, swing = np.random.default_rng(seed).uniform((0.02, 0.1, 0.01), (0.08, 0.2, 0.05))
     body, turns = {"mass": 1, "inertia": [1e-3] * 3}, {"type": "revolute", "axis": "z"}
     drive = {"harmonic": {"amplitude": swing, "frequency": 1, "phase": "90 deg", "offset": crank + rod - swing}}
@@ -340,7 +343,7 @@ def lifted_from_dead_centre(seed: int) -> sm.Scene:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_dead_centre_has_its_name_where_no_impulse_satisfies_the_loops(seed: int) -> None:
-    """The first steps moved nothing, until the loops were open."""
+    """Earlier, the first steps changed no coordinate, until the loops were open."""
     scene = lifted_from_dead_centre(seed)
     for method in ("moreau", "rk5"):
         outcome = simulate(scene, until=1.0, method=method).outcome
@@ -349,7 +352,8 @@ def test_a_dead_centre_has_its_name_where_no_impulse_satisfies_the_loops(seed: i
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-6])
 def test_a_mechanism_that_rests_takes_few_steps(rtol: float) -> None:
-    """The loads of its stuck pairs follow only from the full search. Only steps below rtol/rate made it: 30,000 of 1e-7 s."""
+    """Only the full search finds the loads of the stuck pairs. Earlier, only steps below rtol/rate ran this search: 30,000 steps of
+    1e-7 s."""
     scene = crossed("drives_that_die", 1)
     impulses, located = (simulate(scene, method=m, rtol=rtol, max_steps=2000) for m in ("moreau", "rk8"))
     assert impulses.outcome.ok

@@ -1,4 +1,4 @@
-"""Bounded steps (theory, "Bounded steps"): their work, their accuracy, and that nothing over a bound goes untold."""
+"""Bounded steps (theory, "Bounded steps"): their work and their accuracy. A run reports everything that exceeds a bound."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.settings.realtime_steps import COUNTERS
 
 LEAST = {"evaluations": 1, "iterations": 1, "events": 0}
-"""Bounds so low that every step is made by the fallback."""
+"""Bounds so low that the fallback makes every step."""
 BALL = "spherical_pendulum"
 
 
@@ -28,13 +28,13 @@ def overruns(counters: Mapping[str, int]) -> dict[str, int]:
 
 
 def bounded(scene: Any, step: float, until: float, **bounds: Any) -> trunnion.simulation.results.result.Result:
-    """A run in bounded steps, with a row at each."""
+    """A run in bounded steps, with a row at the end of each."""
     asked = {"simulation.realtime": {"step": step, **bounds}}
     return trunnion.simulate(scene, until=until, every=step, overrides=asked, kernel="parts")
 
 
 def rough(kind: str, seed: int) -> sm.Scene:
-    """A random tree or loop that rubs in every joint."""
+    """A random tree or loop with friction in every joint."""
     made = {"tree": random_tree, "loop": random_loop}[kind]
     return made(f"bounded {seed}", **{**DRY, "loads": True}, bodies=3).scene
 
@@ -43,7 +43,8 @@ def rough(kind: str, seed: int) -> sm.Scene:
 @pytest.mark.parametrize("kind", ["tree", "loop"])
 @pytest.mark.parametrize("bounds", [{}, {"evaluations": 12, "iterations": 16}, LEAST], ids=["usual", "tight", "none"])
 def test_no_step_takes_more_than_its_static_bound(kind: str, bounds: dict[str, int]) -> None:
-    """Random mechanisms that rub in every joint: counts of evaluations and iterations, of which the bound in operations is made."""
+    """Random mechanisms with friction in every joint. The test counts evaluations and iterations, from which the bound in
+    operations follows."""
     for seed in range(4):
         run = bounded(rough(kind, seed), 1e-3, 0.05, **bounds)
         pairs = len([e for e in run.names if ".friction.state[" in e])
@@ -56,8 +57,8 @@ def test_no_step_takes_more_than_its_static_bound(kind: str, bounds: dict[str, i
 
 
 def test_steps_within_their_bounds_locate_events_as_the_engine_does() -> None:
-    """Example 8.1 has the same events. Errors fall fast with the step between events. Events are located to 1e-7 of the speed
-    unit in a step."""
+    """Example 8.1 has the same events. Its errors fall fast with the step between events. The engine locates events to 1e-7 of the
+    speed unit within a step."""
     exact = trunnion.simulate(BALL, until=3.0, rtol=1e-11, method="rk8", every=0.1, kernel="parts")
     for step, far in ((4e-3, 1e-5), (1e-3, 1e-8)):
         run = bounded(BALL, step, 3.0)
@@ -69,8 +70,8 @@ def test_steps_within_their_bounds_locate_events_as_the_engine_does() -> None:
 
 
 def test_the_fallback_converges_with_the_step() -> None:
-    """Every step is made by sweeps, of first order: a quarter of the step leaves at most 0.4 of the error. Friction gives back at
-    most the energy it takes in a step (where it reverses inside one)."""
+    """Sweeps of first order make every step: a quarter of the step leaves at most 0.4 of the error. Friction that reverses inside a
+    step gives back at most the energy that it takes in a step."""
     exact = trunnion.simulate(BALL, until=1.5, rtol=1e-10, every=0.1, kernel="parts")
     errors = []
     for step in (4e-3, 1e-3):
@@ -84,7 +85,7 @@ def test_the_fallback_converges_with_the_step() -> None:
 
 
 def test_what_is_over_a_bound_is_told_by_name() -> None:
-    """In a column, in counters, in a note, whatever bound it was."""
+    """A column, counters and a note report it, for every bound."""
     for bounds in (LEAST, {"events": 0}, {"iterations": 30}):
         run = bounded(BALL, 1e-3, 1.2, **bounds)
         told = overruns(run.stats.counters)
@@ -98,7 +99,7 @@ def test_what_is_over_a_bound_is_told_by_name() -> None:
 
 
 def test_a_jam_is_passed_by_impulses_and_told() -> None:
-    """Example 8.3 with a short guide ends as jammed; steps for real time go on, by name."""
+    """Example 8.3 with a short guide ends as jammed in ordinary runs. A run in real-time steps continues and reports the jam."""
     jam = {"joints.guide.friction.half_length": 0.22}
     asked = {"simulation.realtime": {"step": 1e-3}, **jam}
     run = trunnion.simulate("double_pendulum", until=3.2, every=0.1, overrides=asked, kernel="parts")
@@ -107,14 +108,14 @@ def test_a_jam_is_passed_by_impulses_and_told() -> None:
 
 
 def test_a_scene_without_bounds_has_none_of_this() -> None:
-    """No columns, no counters."""
+    """The run has no columns and no counters of bounded steps."""
     run = trunnion.simulate(BALL, until=0.1, kernel="parts")
     assert not run.matching("realtime.*")
     assert run.stats.counters["most_evaluations"] == 0
 
 
 def test_what_bounded_steps_cannot_do_is_refused_with_a_remedy() -> None:
-    """All at once: a stiff law, a method without bound, another step, rows between steps."""
+    """One error names them all: a stiff law, a method without bound, another step, rows between steps."""
     scene = replace(trunnion.load_scene(BALL), friction=sm.FrictionDefaults(law="regularized", v_eps=1e-4))
     asked = {"simulation.realtime": {"step": 1e-3}}
     with pytest.raises(SceneError) as refused:

@@ -1,4 +1,4 @@
-"""A stiff steady creep by explicit methods, whose steps end at their limit of stability: its rows, and the note that says so."""
+"""A stiff steady creep by explicit methods, which take steps at their stability limit: its rows, and the note about this limit."""
 
 import math
 
@@ -42,7 +42,8 @@ def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:
 @pytest.mark.parametrize("method", ["rk5", "rk8"])
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_a_steady_creep_balance_its_load_as_ends_of_steps_do(seed: int, method: str) -> None:
-    """A step's end is within rtol of the speed unit. Rows inside steps of rk8 were thirty times as far off as its ends."""
+    """The end of a step is within rtol of the speed unit. Earlier, rows inside steps of rk8 had thirty times the error of its
+    ends."""
     rtol = 1e-6
     scene, load, stiffness = creeping_carrier(seed)
     result = trunnion.simulate(scene, method=method, rtol=rtol, outputs="guide.friction.force")

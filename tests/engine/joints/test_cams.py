@@ -26,8 +26,8 @@ RUNS = [*((*c, "parts") for c in CASES), *((*c, "compiled") for c in CASES[::2])
 
 @dataclass
 class Cam:
-    """A cam about the origin, turned by θ, and a follower of one freedom x. along, at: direction of a sliding follower, or pivot
-    of a rocking one. arm, normal: of the point or face at x = 0, relative to it."""
+    """A cam about the origin, turned by θ, and a follower of one freedom x. along, at: direction of a sliding follower, or pivot of
+    a rocking one. arm, normal: of the follower's point or face at x = 0, relative to the follower."""
 
     what: str
     guide: str
@@ -48,7 +48,7 @@ class Cam:
         return self.at + self.turned(x) * self.arm + (x * self.along if self.guide == "slides" else 0.0)
 
     def off(self, x: float, theta: float) -> float:
-        """How far the follower is off the curve."""
+        """Distance of the follower from the curve."""
         p = self.place(x)
         if self.what == "point":
             return abs(p) - self.curve(np.angle(p) - theta)
@@ -56,7 +56,7 @@ class Cam:
         return (np.conj(n) * p).real - self.curve(np.angle(n) - theta)
 
     def touch(self, x: float, theta: float) -> tuple[complex, complex]:
-        """Where it touches, and the normal there."""
+        """The point of contact, and the normal there."""
         p = self.place(x)
         if self.what == "point":
             e = p / abs(p)
@@ -69,7 +69,7 @@ class Cam:
         return (self.curve(phi) + 1j * self.curve(phi, 1)) * n, n
 
     def moves(self, x: float, c: complex) -> complex:
-        """Velocity of the follower's part at a place, for each of its own rate."""
+        """Velocity of the follower's part at a place, per unit of the follower's own rate."""
         return self.along if self.guide == "slides" else 1j * (c - self.at)
 
 
@@ -177,7 +177,8 @@ simulation: {{until: 0.05, every: 0.05}}
 
 
 def lifted(more: str, rod: str = "", cam: str = "drive: {constant: {rate: 0}}") -> sm.Scene:
-    """An eccentric disc under a flat plate that only goes up and down: it turns by 120 deg from where it lifts most."""
+    """An eccentric disc under a flat plate that moves only up and down. The disc turns by 120 deg from the position of the largest
+    lift."""
     angles = np.linspace(0, 2 * np.pi, 721)
     radius = (E * np.cos(angles) + R).tolist()
     return scene_from_text(f"""

@@ -1,4 +1,5 @@
-"""Joints of every type in time: energy and momentum stay, exact motions are met, friction only takes."""
+"""Joints of every type during runs: energy and momentum are conserved, exact motions are reproduced, and friction only takes
+energy."""
 
 from __future__ import annotations
 
@@ -17,11 +18,12 @@ from trunnion.simulation.run import simulate
 
 RTOL = 1e-10
 KEPT = 1e-7
-"""Relative to the energy turned over: what hundreds of steps at RTOL add up to. A missing velocity term loses percents."""
+"""Allowed error relative to the energy converted: the accumulated errors of hundreds of steps at RTOL. A missing velocity term
+loses percents."""
 
 
 def turned_over(r: Result) -> float:
-    """Energy turned over: the rise and fall of kinetic energy plus what was dissipated, J."""
+    """Converted energy: the rise and fall of kinetic energy plus the dissipated energy, J."""
     return float(np.abs(np.diff(r["energy.kinetic"])).sum() + np.abs(np.diff(r["energy.dissipated"])).sum())
 
 
@@ -50,7 +52,7 @@ ENERGIES = covering(PARTS | {"a load": lambda case: bool(case.scene.forces)}, ra
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", ENERGIES)
 def test_random_trees_account_for_their_energy(seed: int) -> None:
-    """With friction, springs, dampers, stops, drives and loads: the energy there is and the work done add up."""
+    """With friction, springs, dampers, stops, drives and loads, the energy of the bodies agrees with the work done."""
     case = ENERGIES[seed]
     r = run(case.scene, 0.5)
     assert np.abs(r["energy.residual"]).max() <= KEPT * turned_over(r)
@@ -102,7 +104,7 @@ def test_a_screw_falls_as_its_pitch_allows() -> None:
 
 
 def test_a_body_on_a_plane_glides_and_spins() -> None:
-    """Gravity across: nothing happens along the plane; gravity along it: a parabola."""
+    """Gravity across the plane does not affect the motion along it. Gravity along the plane gives a parabola."""
     body = sm.Body(box=(0.4, 0.2, 0.1), mass=3.0)
     joint = sm.Joint("planar", "ground", "b", axis="z", start=sm.Start((0.1, 0.2, 0.3), (1.0, -2.0, 4.0)))
     r = run(sm.Scene({"b": body}, {"j": joint}, gravity=(0.0, 3.0, -9.81)), 1.0)
@@ -134,7 +136,7 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
 
 
 def test_angles_of_cut_joints_go_on_past_a_turn() -> None:
-    """The four-bar's couplers turn with their cranks, over the top again and again: no jump of 2π in any column."""
+    """The four-bar's couplers turn with their cranks, over the top repeatedly. No column jumps by 2π."""
     r = simulate("crank_slider", until=2.0, every=0.005, overrides=PAPER)
     assert r["crank_pivot.q[1]"][-1] == pytest.approx(20.0, abs=1e-12)
     r = simulate("n_four_bar", until=4.0, every=0.005)

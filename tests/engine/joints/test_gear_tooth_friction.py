@@ -1,4 +1,4 @@
-"""Teeth of gears press by their pressure angle, rub, and let go of one flank before they take the other."""
+"""Teeth of gears press along their pressure angle and have friction. They release one flank before they load the other."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ RUNS = [*((ROUND, seed, "parts") for seed in range(5)), (ROUND, 0, "compiled"), 
 
 
 def meshing(row: Row, one: Pair) -> tuple[np.ndarray, np.ndarray]:
-    """The axis about which wheels turn against each other where they mesh, and the way from the inboard wheel to the other."""
+    """The axis about which the wheels turn relative to each other where they mesh, and the vector from the inboard wheel to the
+    other."""
     R = row.turned("carrier")
     a, b, between = R @ one.a1, R @ one.a2, R @ (one.p2 - one.p1)
     if one.what == "bevel_gear":
@@ -68,7 +69,7 @@ def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(pairs: tuple[str
 
 
 def pair(one: str, two: str, internal: bool = False) -> sm.Scene:
-    """Two wheels of 20 and 40 teeth on the ground; ``one``, ``two``: what acts on them."""
+    """Two wheels of 20 and 40 teeth on the ground; ``one``, ``two``: their loads and devices."""
     distance = MODULE * (40 - 20 if internal else 40 + 20) / 2
     return scene_from_text(f"""\
 schema: 1
@@ -87,7 +88,7 @@ simulation: {{until: 2 s, every: 0.05 s}}
 
 
 R1, R2, ROLL = 20 * MODULE / 2, 40 * MODULE / 2, MU * np.pi * MODULE / 4
-"""m; the last: torque of friction over the force that drives."""
+"""Radii of the wheels, m; the last number is the torque of friction over the driving force."""
 
 
 @pytest.mark.parametrize(("internal", "out"), [(False, R2 - ROLL), (True, R2 + ROLL)])
@@ -155,7 +156,7 @@ simulation: {{until: 0.5 s, every: 0.05 s}}
 
 
 def reversing() -> Result:
-    """A wheel that is driven to and fro."""
+    """A wheel that a drive turns to and fro."""
     return simulate(pair("effort: {harmonic: {amplitude: 2, frequency: 1 Hz, phase: 17 deg}}", "start: {qd: 0.001}"), rtol=1e-9)
 
 
@@ -196,8 +197,8 @@ def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
 
 
 def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -> None:
-    """``equilibrium`` finds the band. The spring on one wheel may turn from where the load on the other would just sink to where
-    it would just rise."""
+    """``equilibrium`` finds the range of rest. Within it the spring on one wheel may turn from where the load on the other would
+    just sink to where it would just rise."""
     stiffness, load = 20.0, 5.0
     found = equilibrium(pair(f"spring: {{stiffness: {stiffness}}}, damping: 0.5", f"effort: {load}"))
     bands = {b.coordinate: sorted((abs(b.low), abs(b.high))) for b in found.bands}
@@ -207,7 +208,8 @@ def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -
 
 
 def idle_train(rng: np.random.Generator) -> tuple[dict[str, Any], str, float]:
-    """Wheels in a row that coast to rest; one shaft has friction and an effort below it. Also its name and effort."""
+    """Wheels in a row that coast to rest; one shaft has friction and an effort below this friction. Also returns the shaft's name
+    and effort."""
     count, module, place = int(rng.integers(2, 6)), 0.004, 0.0
     teeth, holds = rng.integers(14, 40, count).tolist(), int(rng.integers(0, count))
     torque = rng.uniform(0.02, 0.1)
@@ -230,7 +232,7 @@ def idle_train(rng: np.random.Generator) -> tuple[dict[str, Any], str, float]:
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("seed", range(8))
 def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, method: str) -> None:
-    """Coasting takes (Σ J i²) ω/(friction ∓ effort) seconds; from then on the shaft's friction balances its effort alone."""
+    """Coasting takes (Σ J i²) ω/(friction ∓ effort) seconds. From then on the shaft's friction balances only its effort."""
     scene, shaft, effort = idle_train(np.random.default_rng(seed))
     columns = [f"{shaft}.qd[1]", f"{shaft}.friction.torque[1]", "g*.contact[1].normal_force"]
     run = simulate(scene_from_dict(scene), until=30.0, every=1.0, method=method, outputs=columns, rtol=1e-6)

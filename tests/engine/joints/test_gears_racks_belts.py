@@ -91,7 +91,8 @@ def test_what_flies_keeps_its_momentum_and_energy(seed: int) -> None:
 
 
 def planetary() -> sm.Scene:
-    """A sun (24 teeth), three planets (24) on an arm, and a ring (72) on the ground; the sun is driven, the arm is loaded."""
+    """A sun (24 teeth), three planets (24) on an arm, and a ring (72) on the ground. A drive turns the sun, and the arm is
+    loaded."""
     arm, gears = {}, {}
     for k in range(3):
         x, y = 0.048 * np.cos(2 * np.pi * k / 3), 0.048 * np.sin(2 * np.pi * k / 3)

@@ -1,4 +1,5 @@
-"""A joint type that contradicts itself cannot be registered, so not imported; one that does not, is known wherever types are."""
+"""A joint type with contradictory declarations cannot be registered, and therefore not imported. A consistent one is known
+everywhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints that follow others keep their ratio by a pair of efforts along the two freedoms."""
+"""Joints that follow others keep their ratio by a pair of efforts along both freedoms."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ RUNS = [*((*w, "parts") for w in WAYS), (3, 0, 0, "compiled"), (3, 2, 0, "compil
 
 
 def scene(ties: int, rubs: int, seed: int) -> sm.Scene:
-    """A random tree of nine bodies, each on a joint of one freedom, the first ``rubs`` of which rub; ``ties`` follow others."""
+    """A random tree of nine bodies, each on a joint of one freedom. The first ``rubs`` joints have friction; ``ties`` follow
+    others."""
     rng = np.random.default_rng([8, seed, ties, rubs])
     bodies, joints = {}, {}
     names = [f"b{k}" for k in range(9)]

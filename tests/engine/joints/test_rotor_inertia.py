@@ -1,4 +1,5 @@
-"""Rotor inertia of a joint: what its own motion turns, beside the bodies. Held to one dense solve and to closed forms."""
+"""Rotor inertia of a joint: the inertia that only its own motion turns, in addition to the bodies. Results are compared with one
+dense solve and with closed forms."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ TREES, LOOPS = range(8), range(4)
 
 
 def spun(case: Case, names: set[str]) -> Case:
-    """The case with a rotor in each freedom of these joints, the same about all axes of a quaternion."""
+    """The case with a rotor in each freedom of these joints; a quaternion's rotor has the same inertia about all axes."""
     joints = dict(case.scene.joints)
     for name in names:
         kind = REGISTRY[joints[name].type]
@@ -70,7 +71,7 @@ def test_rotors_in_loops_are_those_of_the_dense_solve(seed: int, kernel: str) ->
 
 
 def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
-    """Bars hinged to each other about axes that lean more and more, each hinge with its rotor and constant friction."""
+    """Bars hinged to each other about increasingly inclined axes; each hinge has its rotor and constant friction."""
     bodies = {f"b{i}": {"mass": 1 + 0.1 * i, "inertia": [0.01, 0.02, 0.03], "center": [0.5, 0, 0]} for i in range(n)}
     joints = {
         f"j{i}": {
@@ -103,7 +104,8 @@ def test_long_chains_say_the_same(rub: bool, kernel: str) -> None:
 
 
 def test_a_rotor_holds_a_joint_at_rest_no_more_than_it_did() -> None:
-    """Friction that holds does not know the rotor: at the threshold both stay, a part in a million above it both go."""
+    """Static friction does not depend on the rotor. At the threshold both joints stay at rest, a part in a million above it both
+    slip."""
     for load, moves in ((1 - 1e-6, False), (1 + 1e-6, True)):
         for rotor in (0.0, 5.0):
             scene = scene_from_dict({
@@ -117,7 +119,7 @@ def test_a_rotor_holds_a_joint_at_rest_no_more_than_it_did() -> None:
 
 
 def test_energy_of_a_run_counts_rotors() -> None:
-    """The inertia of the rotor goes with the wheel, as if it were its own: the pendulum's period and its energy."""
+    """The inertia of the rotor adds to that of the wheel in the pendulum's period and energy."""
     own = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": {"body": "bob", "point": [0, 0, 0.5]}}
     own |= {"start": {"q": 1.0}}
     with_rotor = {"bodies": {"bob": {"mass": 2, "inertia": [0.3, 0.1, 0.3]}}, "joints": {"pivot": own | {"rotor_inertia": 0.3}}}
@@ -129,7 +131,7 @@ def test_energy_of_a_run_counts_rotors() -> None:
 
 
 def test_derivatives_follow_rotors() -> None:
-    """q̈ = τ/(I + J): its derivative by J along a run of constant effort, q = ½ q̈ t²."""
+    """q̈ = τ/(I + J): its derivative with respect to J along a run of constant effort, q = ½ q̈ t²."""
     scene = scene_from_dict({
         "schema": 1, "gravity": [0, 0, 0], "bodies": {"wheel": {"mass": 1, "inertia": [0.1, 0.1, 0.1]}},
         "joints": {"axle": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "wheel", "rotor_inertia": 0.4,
@@ -141,7 +143,7 @@ def test_derivatives_follow_rotors() -> None:
 
 
 def test_what_cannot_be_is_told() -> None:
-    """A loop of rotors alone cannot be cut; turns of a ball have one inertia; one that is negative is none."""
+    """A loop of rotors alone cannot be cut; turns of a ball have one inertia; a negative inertia is refused."""
     scene = {
         "schema": 1, "bodies": {n: {"mass": 1, "inertia": [1, 1, 1]} for n in ("a", "b")},
         "joints": {
@@ -166,7 +168,7 @@ def pendulum(rotor: float, **more: object) -> sm.Scene:
 
 
 def test_questions_know_rotors() -> None:
-    """Small swings have √(m g l/(I + J)), and the effort of a motion is (I + J) q̈ + m g l sin q."""
+    """Small oscillations have the frequency √(m g l/(I + J)), and the effort of a motion is (I + J) q̈ + m g l sin q."""
     swing = trunnion.modes(pendulum(0.4)).modes[0]
     assert 2 * np.pi * swing.frequency == pytest.approx(np.sqrt(2 * 9.81 * 0.5 / (2 / 3 + 0.4)), rel=1e-8)
     t = np.linspace(0, 1, 5)
@@ -176,7 +178,7 @@ def test_questions_know_rotors() -> None:
 
 
 def test_every_method_steps_rotors() -> None:
-    """The same swing by all methods, with friction that stops it for a while."""
+    """The same swing by all methods, with friction that stops it for a time."""
     scene = pendulum(0.4, start={"q": 1.0}, friction={"torque": 0.5})
     runs = {m: trunnion.simulate(scene, 2.0, 2.0, rtol=1e-8, overrides={"simulation.method": m})["hinge.q[1]"][-1]
             for m in ("rk5", "rk8", "rosenbrock", "moreau")}  # fmt: skip

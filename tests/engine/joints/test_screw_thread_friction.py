@@ -24,14 +24,14 @@ def lead(pitch: float) -> float:
 
 
 def torque(pitch: float, sense: int, mu: float = MU) -> float:
-    """Torque at which a screw under its load goes on evenly, up (sense 1) or down (−1): W r (tan λ ± μ')/(1 ∓ μ' tan λ) with μ' =
+    """Torque at which a screw under its load moves steadily, up (sense 1) or down (−1): W r (tan λ ± μ')/(1 ∓ μ' tan λ) with μ' =
     μ/cos β."""
     steep = mu / math.cos(FLANK)
     return LOAD * RADIUS * (lead(pitch) + sense * steep) / (1 - sense * steep * lead(pitch))
 
 
 def jack(pitch: float, effort: float, mu: float = MU, rate: float = 0.0, pin: str = "inboard", **more: float) -> sm.Scene:
-    """A load on an upright screw, turned by a torque."""
+    """A load on an upright screw that a torque turns."""
     body = sm.Body(mass=MASS, inertia=(SPIN, SPIN, SPIN))
     rub = sm.Friction(mu=mu, radius=RADIUS, flank_angle=FLANK, **more)
     start = sm.Start(q=0.0, qd=rate)
@@ -74,7 +74,7 @@ def test_it_speeds_up_by_its_closed_form(pitch: float, sense: int, kernel: str) 
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_it_locks_itself_where_the_lead_is_flatter_than_friction_over_the_flank(side: int) -> None:
-    """tan λ against μ/cos β, on both sides at 1e-6."""
+    """tan λ compared with μ/cos β, at 1e-6 on both sides."""
     pitch = 0.01
     edge = lead(pitch) * math.cos(FLANK)
     r = simulate(jack(pitch, 0.0, mu=edge * (1 + side * 1e-6)), until=1.0)
@@ -83,7 +83,7 @@ def test_it_locks_itself_where_the_lead_is_flatter_than_friction_over_the_flank(
 
 
 def test_the_normal_force_on_the_flanks_balances_the_load() -> None:
-    """Along the axis: f cos β cos λ less what friction carries of it, k f sin λ."""
+    """Along the axis: f cos β cos λ less the part that friction carries, k f sin λ."""
     pitch = 0.03
     r = simulate(jack(pitch, torque(pitch, 1), rate=1.0), until=0.1)
     angle = math.atan(lead(pitch))
@@ -92,8 +92,8 @@ def test_the_normal_force_on_the_flanks_balances_the_load() -> None:
 
 
 def flanks(load: float, sliding: float, pitch: float, flank: float, mu: float, parts: int = 24) -> tuple[float, float]:
-    """(friction along the freedom, normal force) of a thread made of flat pieces of its flanks, each with its own normal and
-    place, under an axial force on the pin. ``sliding``: sense of the bearing's sliding along the helix."""
+    """(friction along the freedom, normal force) of a thread made of flat pieces of its flanks, each with its own normal and place,
+    under an axial force on the pin. ``sliding``: sense in which the bearing slides along the helix."""
     radius = RADIUS
     angle = math.atan(pitch / (2 * math.pi * radius))
     total = np.zeros(6)
@@ -138,7 +138,7 @@ def test_a_preload_drags_at_the_radius_of_the_thread_whatever_the_load_is() -> N
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_where_friction_of_a_preload_carries_more_than_the_load_the_other_flank_presses(sense: int) -> None:
-    """Along the axis, as vectors, n_1 f cos β cos λ of the flanks and k (f + P) sin λ of their friction equal the load."""
+    """Along the axis, as vectors, n_1 f cos β cos λ of the flanks plus k (f + P) sin λ of their friction equals the load."""
     pitch, press = 0.03, 20000.0
     body = sm.Body(mass=MASS, inertia=(SPIN, SPIN, SPIN))
     rub = sm.Friction(mu=MU, radius=RADIUS, flank_angle=FLANK, preload=press)

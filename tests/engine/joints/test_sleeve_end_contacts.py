@@ -1,4 +1,4 @@
-"""Either part of a sliding joint may have the ends that its contacts sit at, whichever is inside."""
+"""Either part of a sliding joint may have the ends at which its contacts are, whichever part is inside."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_they_are_the_same_where_parts_do_not_slide() -> None:
 
 
 def slid(kind: str, pin: str, ends: str | None, kernel: str, **lengths: float) -> Result:
-    """A short sleeve that slides down a long inclined rod of the ground, with its mass in its middle."""
+    """A short sleeve that slides down a long inclined rod of the ground, with its mass centre in its middle."""
     size = {"half_width": 0.01, "half_height": 0.01} if kind == "prismatic" else {"radius": 0.01}
     rub = sm.Friction(mu=MU, **(lengths or {"half_length": HALF}), **size)
     down = (float(np.cos(SLOPE)), 0.0, -float(np.sin(SLOPE)))
@@ -106,7 +106,8 @@ def test_what_overlaps_within_a_long_part_has_the_ends_of_the_short_one(kind: st
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_two_parts_that_slide_apart_press_at_the_ends_of_what_is_left(kernel: str) -> None:
-    """A drawer pulled out against its weight: forces by the lever of what still overlaps; then it has slid out, by name."""
+    """A drawer is pulled out against its weight. Forces follow from the lever of the remaining overlap; then the run ends, by name,
+    because the drawer has slid out."""
     drawer = sm.Body(box=(0.4, 0.3, 0.1), mass=2.0)
     rub = sm.Friction(mu=0.0, half_width=0.01, half_height=0.01, inboard_length=0.5, outboard_length=0.4)
     rail = sm.Joint("prismatic", "ground", "drawer", axis="x", ends=OVERLAP, friction=rub, start=sm.Start(qd=0.2))

@@ -1,5 +1,5 @@
 """Points on curves, pins in slots: a point stays on SciPy's spline, and its contact and friction forces balance in the curve's
-plane. Complex numbers give derivatives of the reference."""
+plane. Complex numbers give the derivatives of the reference."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Slot:
         self.spline = CubicSpline(self.u, p[:, 0] + 1j * p[:, 1], bc_type="periodic" if self.closed else "natural")
 
     def at(self, u: float, order: int = 0) -> complex:
-        """The curve at a parameter, or a derivative; straight on beyond open ends."""
+        """The curve at a parameter, or a derivative; the curve continues straight beyond open ends."""
         end = min(max(u, 0.0), self.u[-1])
         if self.closed or u == end:
             return complex(self.spline(u, order))
@@ -57,7 +57,7 @@ class Slot:
         return brentq(off, near - step, near + step, xtol=1e-15, rtol=1e-15)
 
     def way(self, u: float) -> float:
-        """How far along the curve that is from its first point."""
+        """The distance of this place from the curve's first point, along the curve."""
         knots = [0.0, *[k for k in self.u[1:] if k < u], u]
         size = lambda x: abs(self.at(x, 1))  # noqa: E731
         return sum(quad(size, a, b, epsabs=1e-14, epsrel=1e-13)[0] for a, b in pairwise(knots))
@@ -92,8 +92,8 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """At t and θ, with the foot u and the sliding rate of the point: accelerations (2 and the angular one), the normal force to
-    the right of the tangent, and the wrench of the curve on the body in the world. The balance and the row give all of them
+    """At t and θ, with the foot u and the sliding rate of the point: accelerations (2 and the angular one), the normal force to the
+    right of the tangent, and the wrench of the curve on the body in the world. The balance and the row determine all of them
     together."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
@@ -145,7 +145,7 @@ def test_a_point_keeps_to_its_curve_and_presses_as_its_motion_asks(closed: bool,
 
 
 def straight(slope: float, more: str = "", start: float = 0.1, until: str = "1 s") -> sm.Scene:
-    """A slide on a straight slot of 0.2 m that falls by an angle."""
+    """A slide on a straight slot of 0.2 m that is inclined by an angle."""
     c, s = np.cos(slope), np.sin(slope)
     return scene_from_text(f"""
 schema: 1
@@ -184,7 +184,7 @@ def test_a_pin_meets_the_end_of_its_slot_in_time_and_comes_back(kernel: str) -> 
 
 
 def yoke(mu: float, drive: str, extra: str = "") -> sm.Scene:
-    """A Scotch yoke: a crank's pin in a slot across the way of a slide. A loop of a hinge, a guide and one row."""
+    """A Scotch yoke: a crank's pin in a slot across the direction of a slide. It is a loop of a hinge, a guide and one row."""
     return scene_from_text(f"""
 schema: 1
 gravity: [0, 0, 0]

@@ -1,4 +1,4 @@
-"""The recursion in loops over bodies gives the results of the unrolled one, whatever rubs, is driven or pushed."""
+"""The recursion in loops over bodies gives the results of the unrolled recursion, with any friction, drives and loads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.system.construction.system_builder import build
 
 BODIES, FEW = 24, 10
-"""Bodies of a tree that runs in loops, and of one that has all its features but compiles soon when unrolled."""
+"""Number of bodies of a tree that runs in loops, and of a tree that has all the features and still compiles fast when unrolled."""
 RUB = {
     "revolute": sm.Friction(mu=0.3, radius=0.02, half_length=0.05, law="regularized", v_eps=1e-2),
     "spherical": sm.Friction(mu=0.5, radius=0.03, law="regularized", v_eps=1e-2),
@@ -25,11 +25,13 @@ RUB = {
     "cylindrical": sm.Friction(mu=0.1, radius=0.02, half_length=0.1, law="regularized", v_eps=1e-1),
 }
 ROUND_OFF = 1e-11
-"""Relative to the largest value; bodies in a row amplify rounding errors of 1e-16 by the spread of their inertias."""
+"""Allowed difference relative to the largest value. Bodies in a row amplify rounding errors of 1e-16 by the spread of their
+inertias."""
 
 
 def tree(kinds: tuple[str, ...], rubbing: bool, bodies: int = BODIES) -> sm.Scene:
-    """A tree with branches, whose joints take the kinds in turn. Every fifth joint is reversed, every third pin sits outboard."""
+    """A tree with branches and joints of all kinds in turn. Every fifth joint is reversed, every third pin is on the outboard
+    part."""
     link = sm.Body(box=(0.4, 0.05, 0.03), density=2000.0, center=(0.2, 0.01, 0.0), points={"end": (0.4, 0.0, 0.05)})
     joints = {}
     for i in range(bodies):
@@ -66,8 +68,8 @@ CASES = [(("revolute",), False), (("revolute", "spherical"), True), (("universal
 
 
 def compiled(monkeypatch: pytest.MonkeyPatch, folder: Path, looped: bool) -> None:
-    """Compile all kernels from here on in loops, or all unrolled, in caches of their own: a kernel's key does not depend on its C
-    text. Both caches share the compiler's files, and the runtime is loaded before."""
+    """From here on all kernels are compiled in loops, or all unrolled, in caches of their own, because a kernel's key does not
+    depend on its C text. Both caches share the compiler's files, and the runtime is loaded before."""
     runtime()
     shared = c_compiler.shared_cache(library_cache.cache_folder())
     monkeypatch.setattr(stepping_unit, "loops_pay", lambda system, quadratures: looped)

@@ -1,7 +1,6 @@
-"""Ctrl-C is heard while a kernel is derived and compiled: no compiler is waited for, and nothing half made is left behind.
+"""Ctrl-C works while a kernel is derived and compiled: the program does not wait for a compiler, and no partial result remains.
 
-Each test interrupts itself at a place in the work, not at a time.
-"""
+Each test interrupts itself at a place in the work, not at a time."""
 
 from __future__ import annotations
 
@@ -28,14 +27,14 @@ GROUPS = pytest.mark.skipif(not hasattr(os, "killpg"), reason="programs have no 
 
 @pytest.fixture
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A kernel cache with nothing in it but the runtime."""
+    """A kernel cache that holds only the runtime."""
     shared_libraries.runtime()
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     return tmp_path
 
 
 def interrupted(work: Callable[[], object]) -> None:
-    """Ctrl-C in this program means what it means at a terminal; the work ends by it."""
+    """Ctrl-C acts as at a terminal while the work runs, and must end the work."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):
@@ -46,8 +45,8 @@ def interrupted(work: Callable[[], object]) -> None:
 
 
 def left(folder: Path) -> list[str]:
-    """What stays in a cache besides what the compiler keeps for itself. Of a thread that was just being started when Ctrl-C came
-    nobody knows: it clears up after itself."""
+    """What remains in a cache besides the compiler's own files. A thread that was being started when Ctrl-C came is unknown to the
+    program; the thread removes its own files."""
     names = ["?"]
     for _ in range(1000):
         names = [p.name for p in folder.iterdir() if not p.name.startswith("zig")]
@@ -59,7 +58,7 @@ def left(folder: Path) -> list[str]:
 
 @GROUPS
 def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A compiler that takes ten minutes: the build ends with it as soon as it has started."""
+    """A compiler takes ten minutes. The build ends the compiler as soon as it has started."""
     started: list[Any] = []
     popen = subprocess.Popen
 
@@ -77,7 +76,7 @@ def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPa
 
 @GROUPS
 def test_pressed_again_it_does_not_disturb_the_ending_of_compilers(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each program that is ended is one moment more at which Ctrl-C may be pressed once more: all of them end all the same."""
+    """Ctrl-C may be pressed again while the programs are being ended, once for each. All of them end nevertheless."""
     started: list[Any] = []
     popen, kill = subprocess.Popen, compiler_processes._kill
 
@@ -101,7 +100,7 @@ def test_pressed_again_it_does_not_disturb_the_ending_of_compilers(own_cache: Pa
 def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
     swallowed: bool, own_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The symbolic library's wrappers catch whatever is raised in them, or make an error of their own of it."""
+    """The symbolic library's wrappers catch every exception raised in them, or replace it by an error of their own."""
     leaves = shared_libraries.library_cache.entry
 
     def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
@@ -120,7 +119,7 @@ def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
 
 @GROUPS
 def test_a_failure_of_one_ends_the_others() -> None:
-    """And what has not started does not start any more."""
+    """Work that has not started does not start afterwards."""
     group: list[Programs] = []
     work: list[Future[Any]] = []
 
@@ -142,7 +141,7 @@ def test_a_failure_of_one_ends_the_others() -> None:
 
 
 def test_what_holds_interrupts_back_within_what_lets_them_through_keeps_them() -> None:
-    """The command line lets Ctrl-C through to its commands; a run within keeps it until its rows are safe."""
+    """The command line lets Ctrl-C through to its commands; a run within a command delays it until its rows are safe."""
 
     def work() -> None:
         with held() as outer, outer.open():

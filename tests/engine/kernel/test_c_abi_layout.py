@@ -1,4 +1,5 @@
-"""What C and Python share is said once: C lays it out as Python reads it, and nobody else counts its numbers."""
+"""Each number and layout that C and Python share is stated only once. C lays out data as Python reads them, and no other code
+repeats the numbers."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ BARE = {
     "an array by its number": r"tr_array\([^,]*, \d",
     "a bare status": r"status (?:==|>=|!=) [1-9]",
 }
-"""Ways of knowing a layout or a number a second time."""
+"""Patterns of code that repeats a layout or a number."""
 
 
 def test_the_compiler_lays_records_out_as_python_reads_them(tmp_path: Path) -> None:

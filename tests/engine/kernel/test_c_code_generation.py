@@ -1,4 +1,4 @@
-"""C code written from expressions computes what CasADi computes, in any number of stages and pieces."""
+"""C code generated from expressions computes the same values as CasADi, in any number of stages and pieces."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ BINARY = {
 
 
 def random_outputs(seed: int, inputs: list[SX], length: int = 160) -> list[SX]:
-    """Expressions over the inputs: each operation once in a round, operands from anywhere; sizes kept near 1."""
+    """Expressions over the inputs: each operation occurs once in a round, with random operands; sizes stay near 1."""
     rng = np.random.default_rng([seed, sum(i.numel() for i in inputs)])
     values = [x[i] for x in inputs for i in range(x.numel())] + [SX(float(c)) for c in (0.3, -1.7, 0.0, -2.0)]
     operations = [*UNARY.values(), *BINARY.values()]
@@ -78,7 +78,7 @@ def random_outputs(seed: int, inputs: list[SX], length: int = 160) -> list[SX]:
 
 
 def staged(name: str, seed: int) -> tuple[str, ca.Function, list[int]]:
-    """Three stages: parameters, then x, then z, with outputs written in the last two (some known earlier)."""
+    """Three stages: parameters, then x, then z, with outputs in the last two (some known earlier)."""
     p, x, z = SX.sym("p", NP), SX.sym("x", NX), SX.sym("z", NZ)
     early, late = random_outputs(seed, [p, x]), random_outputs(seed, [p, x, z])
     stages = [
@@ -184,12 +184,12 @@ def test_the_compilers_own_flags_change_only_the_last_digits(library) -> None:
 
 
 def alike(found: Iterable[casadi_instructions.Instruction]) -> list[casadi_instructions.Instruction]:
-    """The instructions, powers with a constant exponent as powers: both are printed alike."""
+    """The instructions, with powers of a constant exponent as general powers; both are printed alike."""
     return [(ca.OP_POW if op == ca.OP_CONSTPOW else op, value, operands) for op, value, operands in found]
 
 
 def asked(f: ca.Function) -> list[casadi_instructions.Instruction]:
-    """All instructions, each asked for by itself."""
+    """All instructions, each requested by itself."""
     return alike(casadi_instructions._asked(f, k) for k in range(f.n_instructions()))
 
 

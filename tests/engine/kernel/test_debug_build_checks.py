@@ -1,4 +1,4 @@
-"""A debug build of the runtime looks whether what functions read belongs to the state they are about (``base/validity.h``)."""
+"""A debug build of the runtime checks whether the data that functions read belong to the present state (``base/validity.h``)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STEPS = 150
 
 @pytest.fixture
 def debug() -> Iterator[ctypes.CDLL]:
-    """The debug build in the place of the runtime."""
+    """The debug build in place of the runtime."""
     with in_place_of_the_runtime() as made:
         yield made
 
@@ -36,7 +36,7 @@ def running(scene: str) -> Model:
 
 
 def failed(lib: ctypes.CDLL) -> tuple[int, bytes | None, bytes | None]:
-    """How many checks have failed; function and part of the first."""
+    """Number of failed checks; function and part of the first."""
     function, part = ctypes.c_char_p(), ctypes.c_char_p()
     count = lib.tr_failed_check(ctypes.byref(function), ctypes.byref(part))
     return count, function.value, part.value

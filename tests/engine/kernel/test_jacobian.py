@@ -1,4 +1,5 @@
-"""The derivative of the right-hand side is exact, multipliers of loops and friction eliminated, in both variants of its code."""
+"""The derivative of the right-hand side is exact, with the multipliers of loops and friction eliminated, in both variants of its
+code."""
 
 from __future__ import annotations
 
@@ -26,8 +27,8 @@ from trunnion.simulation.runtime_interface.simulation_block import Block
 from trunnion.system.construction.system_builder import build
 
 TOLERANCE = 1e-8
-"""Relative to the largest entry of a row, or to 1. Differences of fourth order with steps of 1e-5 lose 11 of 16 digits, and more
-where a sliding speed of millimetres a second is differenced; a missing term is wrong by percents."""
+"""Allowed difference relative to the largest entry of a row, or to 1. Differences of fourth order with steps of 1e-5 lose 11 of 16
+digits. They lose more where a sliding speed of millimetres a second is differenced; a missing term causes errors of percents."""
 TIMES = {"andrews": 0.01, "cart_pole": 0.1}
 """Times at which models are examined, s; the others are examined at 0.37 s."""
 BALL, CROSS = (lambda j: j.type == "spherical" and rubs(j)), (lambda j: j.type == "universal" and rubs(j))
@@ -43,7 +44,7 @@ CASES: dict[str, tuple[int, Property]] = {
 
 
 SMALL = 14
-"""Most states of a case that compiles quickly; with 16 states it takes twice as long, with 22 ten times."""
+"""Most states of a case that compiles fast; with 16 states the compilation takes twice as long, with 22 ten times."""
 
 
 def states(case: Case) -> int:
@@ -64,7 +65,7 @@ def large(case: Case) -> bool:
 
 @cache
 def case_of(which: str) -> Case:
-    """The first random case that has it."""
+    """The first random case with the property."""
     if which == "open reactions":
         return redundant_case("regularized")
     loops, holds = CASES[which]
@@ -72,7 +73,7 @@ def case_of(which: str) -> Case:
 
 
 def check(block: Block) -> None:
-    """The claim that the Jacobian's columns for the state and for time are those of differences, row by row."""
+    """The claim that the Jacobian's columns for the state and for time equal differences, row by row."""
     exact = block.derivatives()
     t = block.time
     for numeric, part in ((differences(block), exact[:, :-1]), (time_differences(block, t)[:, None], exact[:, -1:])):
@@ -96,8 +97,8 @@ def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: 
 @pytest.mark.parametrize("law", ["stribeck", "lugre"])
 @pytest.mark.parametrize("kind", RUBBING_TYPES)
 def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_state(law: str, kind: str) -> None:
-    """One joint of the type. Each law and each type is seen with exact contacts and with Adams' normal force; joints that feel each
-    other are in the random scenes."""
+    """One joint of the type. Each law and each type is tested with exact contacts and with Adams' normal force; the random scenes
+    contain joints that affect each other."""
     adams = (RUBBING_TYPES.index(kind) + (law == "lugre")) % 2
     how = {"types": (kind,), "friction": 1.0, "drives": 0.0, "laws": (law,), "adams": float(adams)}
     case = random_tree(3, 1, t=0.3, **how)
@@ -120,7 +121,8 @@ def test_the_random_scenes_change_with_time_and_rub_on_loops() -> None:
 
 
 def test_the_stiff_method_keeps_its_order_with_friction_that_depends_on_open_reactions() -> None:
-    """Steps by the fifth root of the tolerance; with a Jacobian that misses a part they go by the second: 77 and 6435."""
+    """The number of steps grows as the fifth root of the tolerance. With a Jacobian that misses a part it grows as the square root:
+    77 and 6435 steps."""
     loose, tight = (simulate(four_bar(), until=1.0, rtol=r, method="rosenbrock").stats.steps for r in (1e-6, 1e-10))
     assert tight <= 10 * loose
 

@@ -1,4 +1,4 @@
-"""The kernel cache: nothing half written is ever used, nothing is compiled twice, nothing grows without bound."""
+"""The kernel cache: incomplete entries are never used, no kernel is compiled twice, and the cache does not grow without bound."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def stepping() -> Path:
 
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache of this test's own; only the compiler's intermediate files are shared (they take seconds to make), and this
+    """An empty cache of this test's own. It shares only the compiler's intermediate files, which take seconds to make, and this
     process has loaded the runtime from elsewhere."""
     runtime()
     shared = c_compiler.shared_cache(library_cache.cache_folder())
@@ -82,7 +82,7 @@ def test_what_fails_half_way_leaves_nothing(home: Path) -> None:
 
 
 def test_a_half_written_entry_is_made_again(home: Path) -> None:
-    """A power cut in the middle: a folder of the right name without its mark of completion."""
+    """After a power cut, a folder has the right name and no mark of completion."""
     scene = load_scene("simple_pendulum")
     built = build(scene)
     chosen = select(columns(built.system), ("pivot*",))
@@ -98,8 +98,8 @@ def test_a_half_written_entry_is_made_again(home: Path) -> None:
 
 @pytest.mark.slow
 def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: Path) -> None:
-    """Both processes wait for a signal, then build. Both get the result, and one copy stays in the cache. The runtime is there
-    already: an entry like any other, which takes each of them seconds."""
+    """Both processes wait for a signal, then build. Both get the result, and one copy stays in the cache. The runtime is already
+    there; it is an entry like any other, whose build takes seconds in each process."""
     (home / stepping.name).symlink_to(stepping)
     script = (
         "import sys, time, pathlib\n"
@@ -202,12 +202,12 @@ def test_builds_do_not_make_the_compilers_cache_grow(tmp_path: Path) -> None:
 
 
 def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
-    """The tables would be most of a library's size and a third of the time it takes to compile."""
+    """The tables would be most of a library's size, and would take a third of its compilation time."""
     assert b".debug_" not in compile_one(tmp_path, 1).read_bytes()
 
 
 def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another process may prune it after the build has begun; here a file stands in its place."""
+    """Another process may prune the compiler's cache after the build has begun; here a file stands in its place."""
     compile_one(tmp_path, 1)
     run, shared = c_compiler._zig, c_compiler.shared_cache(tmp_path)
     tries: list[Path] = []
@@ -275,7 +275,7 @@ def test_other_columns_are_another_kernel_and_the_order_of_the_file_is_not() -> 
 
 
 def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Other columns leave the stepping unit as it is, other names everything."""
+    """With other columns the stepping unit is unchanged, with other names everything."""
     compiled: list[str] = []
     build_library = c_compiler.build_library
 
@@ -318,7 +318,7 @@ def test_a_folder_is_made_for_the_user_alone(tmp_path: Path, monkeypatch: pytest
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the folders of this platform")
 def test_the_cache_is_where_the_platform_keeps_caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On Linux XDG's; another platform's variable does not count."""
+    """On Linux XDG's variable names the place; another platform's variable has no effect."""
     monkeypatch.delenv("TRUNNION_CACHE", raising=False)
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "elsewhere"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

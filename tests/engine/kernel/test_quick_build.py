@@ -1,4 +1,4 @@
-"""Kernels that are compiled quickly compute what optimised ones do, but for round-off."""
+"""Kernels that are compiled without optimisation compute the same values as optimised ones, up to round-off."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from trunnion.kernel.compilation import c_compiler
 from trunnion.simulation.run import simulate
 
 ROUND_OFF = 1e-10
-"""Of the largest value of its unit: operations are joined in another order, and multipliers come from Newton's method."""
+"""Allowed difference relative to the largest value of the same unit. The compiler groups operations in another order, and
+multipliers come from Newton's method."""
 
 
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider_free"])
 def test_every_column_of_a_state_is_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the start, where nothing has been integrated yet: coordinates, accelerations, reactions, contacts, energies."""
+    """At the start, before any integration: coordinates, accelerations, reactions, contacts, energies."""
     rows = {}
     for quick in ("0", "1"):
         monkeypatch.setenv("TRUNNION_QUICK_BUILD", quick)

@@ -54,7 +54,7 @@ def runs(scene: dict[str, Any], **how: Any) -> dict[str, Result]:
 
 
 def assert_alike(found: dict[str, Result], close: float) -> None:
-    """Angle and work at the end agree, relative to their size, and so do the events that start and end sliding."""
+    """Angle and work at the end agree, relative to their size. Starts and ends of sliding agree, too."""
     assert {r.outcome.name for r in found.values()} == {"done"}
     for column in ("main.q[1]", "energy.dissipated"):
         last = [r[column][-1] for r in found.values()]
@@ -71,7 +71,8 @@ GUIDES = [{"force": 2.0}, {"mu": 0.2, "half_length": 0.05, "half_width": 0.02, "
 def test_a_crank_that_passes_its_dead_centres_moves_alike_wherever_its_loop_is_cut(
     seed: int, guide: dict[str, float], pins: bool
 ) -> None:
-    """Stopping the guide at its reversal once took the crank's speed. Errors of 1e-8 a step grow tenfold with the crank's turns."""
+    """Earlier, stopping the guide at its reversal took the crank's speed. An error of 1e-8 in a step grows tenfold with the crank's
+    turns."""
     assert_alike(runs(slider_crank(np.random.default_rng(seed), guide, pins), rtol=1e-9), 1e-6)
 
 
@@ -93,7 +94,7 @@ def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed:
 @pytest.mark.parametrize("given", CUTS)
 @pytest.mark.parametrize("seed", range(3))
 def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> None:
-    """One joint has a start rate. Of the others the positions alone are given, so that they leave no choice between two poses."""
+    """One joint has a start rate. The other joints have only start positions, which leave no choice between two poses."""
     scene = slider_crank(np.random.default_rng(200 + seed), {"force": 0.5}, False)
     rate = scene["joints"][given]["start"]["qd"]
     for n in set(CUTS) - {given}:
@@ -107,7 +108,7 @@ def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> Non
 
 
 def test_a_start_value_at_a_cut_is_swept_and_differentiated() -> None:
-    """A jack whose guide is started: the spindle turns with 2π/pitch of its rate."""
+    """A jack whose guide has a start rate: the spindle turns with 2π/pitch of this rate."""
     pitch = 0.01
     scene = scene_from_dict({
         "schema": 1, "gravity": [0, 0, 0],

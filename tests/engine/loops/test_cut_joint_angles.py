@@ -1,4 +1,4 @@
-"""Angles of joints where a loop is cut: their columns count whole turns, however far apart the rows are."""
+"""Angles of the joints at which a loop is cut. Their columns count whole turns at any spacing of rows."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def cut_at(scene: sm.Scene, pin: str) -> sm.Scene:
 @pytest.mark.parametrize("driven", [True, False])
 @pytest.mark.parametrize("seed", range(3))
 def test_turns_are_counted_between_rows_and_are_those_of_other_cuts(seed: int, driven: bool) -> None:
-    """Columns of a cut joint were unwrapped from row to row: with rows half a turn apart or more, whole turns were lost."""
+    """Earlier, columns of a cut joint were unwrapped from row to row. With rows half a turn apart or more, whole turns were
+    lost."""
     scene = slider_crank(seed, driven)
     cuts = PINS[1:] if driven else PINS
     ends = {}

@@ -1,5 +1,6 @@
-"""Bodies that are light beside others on a loop, or without mass. The motion converges to that of mass 0 in first order, in the
-same steps, wherever the loop is cut. The equations of loops alone would lose the digits of the mass ratio."""
+"""Bodies that are much lighter than others on a loop, or without mass. As the mass falls, the motion converges in first order to
+that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose the digits of the mass
+ratio."""
 
 from __future__ import annotations
 
@@ -19,16 +20,16 @@ from trunnion import Scene, SceneError, scene_from_dict, simulate
 from trunnion.system.construction.system_builder import build
 
 INERTIAS = (1e-3, 1e-6, 1e-8, 1e-12, 0.0)
-"""kg m², beside wheels of 1 and 1.5 kg m²."""
+"""kg m²; the wheels have 1 and 1.5 kg m²."""
 RATIOS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-"""Masses of a light body, over the body's own mass."""
+"""Masses of a light body, relative to the body's own mass."""
 SEEDS = (0, 3, 8, 11, 15, 16, 18)
-"""Random loops whose lightened body the loops determine."""
+"""Random loops which determine the motion of their lightened body."""
 
 
 def shafts(inertia: float) -> Scene:
-    """Three shafts in mesh; the middle wheel has this inertia, and the mesh loses half. The bearing and the teeth let go together
-    as the motor's torque falls. By hand: (1.1875 + J/2) dω/dt = 1.3 − t from t = 1.3 s on."""
+    """Three shafts in mesh; the middle wheel has this inertia, and the mesh loses half of the power. The bearing and the teeth slip
+    together as the motor's torque falls. Hand calculation: (1.1875 + J/2) dω/dt = 1.3 − t from t = 1.3 s on."""
     bodies = {n: {"mass": 1, "inertia": [j] * 3} for n, j in (("a", 1.0), ("mid", inertia), ("b", 1.5))}
     ground = {"m": [0, 4, 0], "b": [0, 8, 0]}
     motor = {"ramp": {"start": 3, "end": 1, "duration": 2}}
@@ -86,7 +87,7 @@ def test_the_motion_converges_in_first_order_and_in_the_same_steps(seed: int) ->
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("family", "body"), [("drives_that_die", "l2"), ("belts", "p2")])
 def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass(family: str, body: str) -> None:
-    """The wheel adds nothing to the inertia of the body that carries it."""
+    """The wheel does not change the inertia of the body that carries it."""
     scene = crossed(family, 0)
     runs = [simulate(heavy_parts(scene, body, x), rtol=1e-8) for x in (1e-5, 1e-9, 0.0)]
     assert [r.outcome.name for r in runs] == ["done"] * 3
@@ -98,7 +99,7 @@ def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass
 
 
 def heavy_parts(scene: Scene, body: str, ratio: float) -> Scene:
-    """The scene with a body of this part of the heaviest mass, and its inertia reduced alike."""
+    """The scene in which one body has this part of the heaviest mass; its inertia is reduced in proportion."""
     heaviest = max(b.mass or 0.0 for b in scene.bodies.values())
     return lightened(scene, body, ratio * heaviest / (scene.bodies[body].mass or 1.0))
 
@@ -106,7 +107,7 @@ def heavy_parts(scene: Scene, body: str, ratio: float) -> Scene:
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_crossed_scenes_converge_as_a_body_gets_lighter(family: str) -> None:
-    """Ends by name that a mass of 1e-3 has, too, are listed (``-rP``); so are bodies that nothing determines at mass 0."""
+    """Lists named outcomes that a mass of 1e-3 has, too (``-rP``), and bodies whose motion nothing determines at mass 0."""
     named, wrong = [], []
     for seed in range(12):
         scene = crossed(family, seed)
@@ -133,7 +134,8 @@ def test_crossed_scenes_converge_as_a_body_gets_lighter(family: str) -> None:
 
 
 FLOOR = 1e-8
-"""Error of a run with rtol 1e-8, relative: steps that differ by a mass of 1e-10 end elsewhere by this much."""
+"""Relative error of a run with rtol 1e-8. Where a mass differs by 1e-10, the steps differ, and the ends of both runs differ by this
+error."""
 
 
 def four_bar(mass: float, inertia: float, cut: str, rubs: bool) -> Scene:

@@ -1,4 +1,4 @@
-"""Bodies that weigh next to nothing on loops: freedoms, redundancy and motion are those of bodies without mass."""
+"""Bodies of negligible mass on loops: freedoms, redundancy and motion are those of bodies without mass."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from trunnion.scene.overrides import scene_given
 from trunnion.simulation.run import simulate
 
 MASSES = (1e-6, 1e-9, 1e-12)
-"""kg, beside bodies of kilograms."""
+"""kg; the other bodies have kilograms."""
 TORQUE = 1.0
 """N m."""
 
 
 def gears(nut: float, inertia: float, ratios: tuple[float, ...] = (2.0,)) -> dict[str, Any]:
-    """Wheels in mesh, made of screws on one nut of mass `nut`, kg, the first driven by a torque."""
+    """Wheels in mesh, modelled as screws on one nut of mass `nut`, kg; a torque drives the first."""
     bodies: dict[str, Any] = {"nut": {"mass": nut, "inertia": [inertia] * 3}}
     joints: dict[str, Any] = {"way": {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": "nut"}}
     for i, ratio in enumerate((1.0, *ratios)):
@@ -33,7 +33,8 @@ def gears(nut: float, inertia: float, ratios: tuple[float, ...] = (2.0,)) -> dic
 
 
 def four_bar(coupler: float, point: bool) -> dict[str, Any]:
-    """A crank and a rocker of kilograms and a coupler of `coupler` kg, a rod or (point) all of it at its pin; nothing driven."""
+    """A crank and a rocker of kilograms and a coupler of `coupler` kg, which is a rod or (point) a mass at its pin. There is no
+    drive."""
 
     def link(length: float, mass: float) -> dict[str, Any]:
         j = mass * length**2 / 12
@@ -74,7 +75,8 @@ def test_wheels_on_a_nut_without_weight_turn_as_in_mesh(nut: float) -> None:
 
 @pytest.mark.parametrize("point", [False, True])
 def test_a_coupler_without_weight_only_ties_the_others(point: bool) -> None:
-    """A coupler of 1 mg changes the motion by a part in a million of what the others weigh; lighter ones by nothing."""
+    """A coupler of 1 mg changes the motion by a millionth; this is its part of the other masses. Lighter couplers cause no
+    change."""
     runs = [simulate(four_bar(m, point), rtol=1e-8, outputs=["*.q[1]", "energy.*"]) for m in MASSES]
     for m, r in zip(MASSES, runs, strict=True):
         assert r.outcome.ok

@@ -1,5 +1,5 @@
-"""Loops with redundant constraints. Reported reactions are the smallest in the bodies' own metric; with friction, the limit of
-stiff contacts. They do not depend on the description of the mechanism or on the cut."""
+"""Loops with redundant constraints. Reported reactions are the smallest in the bodies' own metric; with friction they are the limit
+of stiff contacts. They do not depend on the description of the mechanism or on the cut."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trunnion.simulation.run import simulate
 from trunnion.system.construction.spanning_tree import span
 
 TOLERANCE = 1e-10
-"""Agreement asked for: round-off times condition is 1e-13 here; reactions in another metric differ by tens of percent."""
+"""Required agreement. Round-off times condition is 1e-13 here; reactions in another metric differ by tens of percent."""
 WAYS = {
     "order": lambda case: shuffled(case, 3),
     "world axes": lambda case: rotated(case, 4),
@@ -66,7 +66,7 @@ def test_where_a_joint_rubs_reactions_are_the_limit_of_stiff_contacts(which: str
 
 
 def _reported(eq, mine, name: str) -> np.ndarray:
-    """The engine's wrench on a joint's outboard part at the outboard point, world."""
+    """The engine's wrench on a joint's outboard part at the outboard point, in world axes."""
     pose = eq.state.joint_pose(name)
     force = -pose.A_in @ mine[name, "reaction.force"]
     torque = -pose.A_in @ mine[name, "reaction.torque"]
@@ -124,8 +124,8 @@ def test_a_loop_without_redundancy_says_nothing() -> None:
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-3, 3e-4, 1e-4, 1e-5])
 def test_a_pin_that_reverses_at_its_dead_centre_does_not_stop_the_mechanism(method: str, rtol: float) -> None:
-    """The four-bar's rubbing pin stands still for a moment while the bars move fast. Its remaining speed is the loop's error, and
-    an impulse of its friction must not remove it: that took 4 rad/s from the crank at rtol 1e-4."""
+    """The four-bar's pin with friction has zero speed for an instant while the bars move fast. Its remaining speed is the loop's
+    error, and an impulse of its friction must not remove it. Earlier, such an impulse took 4 rad/s from the crank at rtol 1e-4."""
     exact = simulate(four_bar("coulomb"), until=1.0, every=0.1, rtol=1e-11, outputs=["a.qd*"])["a.qd[1]"]
     r = simulate(four_bar("coulomb"), until=1.0, every=0.1, rtol=rtol, method=method, outputs=["a.qd*"])
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "c")] * 4

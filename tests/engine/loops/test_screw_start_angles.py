@@ -1,4 +1,4 @@
-"""Starts with screws: what is given is kept however many turns away the screw's own angle is."""
+"""Starts with screws: the given start values are kept, even if the screw's own angle is many turns away."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 
 GIVEN = (("base", "top", "guide"), ("base", "top"), ("base", "guide"), ("guide",))
-"""The screw's angle, and here and there an arm's, is left open."""
+"""Joints with given start values. The screw's angle, and in some cases an arm's, is not given."""
 
 
 Starts = dict[str, float]
 
 
 def jack(pitch: float, angle: float, given: tuple[str, ...], digits: int, crank: bool = False) -> tuple[dict[str, Any], Starts]:
-    """Two arms of 1 m that raise as a screw pulls in their foot, `angle` rad from flat; start values rounded. With a crank the
-    spindle also drives a rod across. The scene, and its start values where all of them are given."""
+    """Two arms of 1 m that rise as a screw pulls in their foot, `angle` rad from flat; start values are rounded. With a crank the
+    spindle also drives a rod across. Returns the scene, and its start values where all of them are given."""
     closed = {"base": angle, "top": -2 * angle, "guide": 2 * float(np.cos(angle))}
     starts = {n: round(v, digits) for n, v in closed.items()}
     arm = {"box": [1, 0.05, 0.05], "mass": 5, "center": [0.5, 0, 0], "points": {"end": [1, 0, 0]}}
@@ -48,7 +48,7 @@ def jack(pitch: float, angle: float, given: tuple[str, ...], digits: int, crank:
 
 
 def moved(r: Result, starts: dict[str, float], given: tuple[str, ...]) -> float:
-    """The largest change of a given start value, rad; m."""
+    """The largest change of a given start value, rad or m."""
     assert r.outcome.ok
     return max(abs(float(r[f"{n}.q[1]"][0]) - starts[n]) for n in given)
 

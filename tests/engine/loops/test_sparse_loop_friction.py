@@ -1,5 +1,5 @@
 """Friction of many loops along the recursion equals friction from maps: a Newton step with any derivative of the laws, its
-determinant, whole runs. Its cost grows with the number of loops (theory, "Friction along the recursion")."""
+determinant, and whole runs. The cost of the recursion grows with the number of loops (theory, "Friction along the recursion")."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from trunnion.system.construction.system_builder import Built, build
 from trunnion.system.structure.friction_joint_indices import elements
 
 NEWTON = 1e-9
-"""Of the largest number, of equations in which derivatives by chance make conditions of 1e4 and more."""
+"""Allowed error relative to the largest number, for equations in which random derivatives cause conditions of 1e4 and more."""
 SAME = 1e-12
-"""Of the largest number, at roots."""
+"""Allowed error relative to the largest number, at roots."""
 
 
 def loops_beside(seed: int, friction: float, **options) -> sm.Scene:
-    """Random loops of which the share ``friction`` of joints rubs."""
+    """Random loops in which the share ``friction`` of joints has friction."""
     return beside(seed, friction, **options).scene
 
 
@@ -45,13 +45,14 @@ SCENES: dict[str, Callable[[], sm.Scene]] = {
     "scissor": lambda: scissor(9),
     "cranks": lambda: rubbing(cranks(9)),
 }
-"""Random loops with every law, friction in three joints of four, cut ones too; a ladder whose loops share bodies; N four-bars."""
+"""Random loops with every law and friction in three joints of four, cut ones included; a ladder whose loops share bodies; N
+four-bars."""
 COULOMB: dict[str, Callable[[], sm.Scene]] = {
     **{name: SCENES[name] for name in ("scissor", "cranks")},
     "stewart": lambda: stewart(3),
     **{f"half{seed}": partial(loops_beside, seed, 0.5) for seed in (0, 4)},
 }
-"""With Coulomb's law alone; half the joints of random loops rub."""
+"""Scenes with Coulomb's law alone; half the joints of the random loops have friction."""
 
 
 class Equations:
@@ -72,7 +73,7 @@ class Equations:
         self.N, self.Q = N.reshape(every, n).T, Q[: e * every].reshape(every, e).T
 
     def derivative(self) -> tuple[np.ndarray, np.ndarray]:
-        """∂law/∂f by chance, as kernels are handed it and as a matrix (neta × nn)."""
+        """A random ∂law/∂f, as kernels receive it and as a matrix (neta × nn)."""
         dn, D, at = 0.1 * np.random.default_rng(2).normal(size=self.table.ndn + 8), np.zeros((self.table.neta, self.table.nn)), 0
         for e in elements(self.built.system):
             size = len(e.eta) * len(e.needs)
@@ -90,7 +91,7 @@ class Equations:
         return pivots[: t.nbodies + t.nelements + t.active]
 
     def free(self) -> np.ndarray:
-        """Multipliers of freedoms that are not prescribed, the only ones that do anything."""
+        """Multipliers of freedoms whose motion is not prescribed; only these have an effect."""
         free = np.zeros(self.table.neta, bool)
         for e in elements(self.built.system):
             free[list(e.eta)] = [e.joint.cut or k in e.joint.free for k in range(e.joint.kind.nv)]
@@ -127,7 +128,8 @@ def test_a_newton_step_is_that_with_maps(name: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
-    """With the loops' multipliers eliminated: it changes its sign where a row of S_D comes to depend on the others, too."""
+    """With the loops' multipliers eliminated. The determinant also changes its sign where a row of S_D becomes dependent on the
+    others."""
     it = equations(name)
     dn, D = it.derivative()
     a = it.table.active
@@ -141,7 +143,7 @@ def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matri
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
-    """Solutions are checked by another pass, without the derivative of friction."""
+    """A separate pass, without the derivative of friction, checks solutions."""
     it = equations(name)
     t, rng = it.table, np.random.default_rng(4)
     a, e, n = t.active, t.neta, t.nn
@@ -154,7 +156,7 @@ def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
 
 
 def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
-    """Of one scene: along the recursion, and with maps."""
+    """The models of one scene: along the recursion, and with maps."""
     made = []
     for along in (True, False):
         monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
@@ -183,7 +185,7 @@ def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkey
 
 
 def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_maps() -> None:
-    """Of a Stewart platform: two legs at rest while all other pairs slide, and later all pairs at rest, most with stored loads."""
+    """A Stewart platform: two legs are at rest while all other pairs slide; later all pairs are at rest, most with stored loads."""
     with in_place_of_the_runtime() as debug:
         debug.tr_gap_to_maps.restype = ctypes.c_double
         model = Model(stewart(6), ("*.friction.state*",), "parts")
@@ -199,7 +201,7 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["cranks", "half0"])
 def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
-    """The same events, end and certificate; nothing was refused."""
+    """Both runs have the same events, end and certificate; the engine refuses nothing."""
     scene, ends, contractions = COULOMB[name](), [], []
     for along in (True, False):
         monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
@@ -227,13 +229,15 @@ def one_rubs(scene: sm.Scene) -> sm.Scene:
     ids=["stewart3", "stewart6", "scissor3", "four_bars2", "four_bar", "one_of_ten_joints"],
 )  # fmt: skip
 def test_the_form_with_fewer_multiplications_solves_the_friction_of_loops(scene: sm.Scene, along: bool) -> None:
-    """As measured: along the recursion from two loops on; with maps for one loop, or one joint that rubs among ten."""
+    """The engine chooses as measured: along the recursion from two loops on; with maps for one loop, or for one joint with friction
+    among ten."""
     assert bool(Model(scene, ("*.q[*]",), "parts").kernel.tables["kernel"].shift) == along
 
 
 @pytest.mark.slow
 def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
-    """Equations whose condition grows as the fourth power of the stages: at 40 they left 2e-10 of the loads, at 100 2e-8."""
+    """The condition of the equations grows as the fourth power of the number of stages. Earlier, they left errors of 2e-10 of the
+    loads at 40 stages, and of 2e-8 at 100."""
     r = simulate(driven(40, -1e-6), until=0.01, every=0.01, outputs=("*.reaction.force[*]", "guide.q[1]"), kernel="parts")
     assert r.outcome.ok
     for joint, force in statics(40, 0.15, r["guide.q[1]"][-1], -1.0).items():

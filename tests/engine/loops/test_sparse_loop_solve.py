@@ -1,5 +1,5 @@
-"""Many loops of which few share bodies are solved by their structure. Results agree with dense equations, and the cost grows with
-the number of loops (theory, "Loops by structure")."""
+"""The structure of many loops of which few share bodies is used to solve them. Results agree with dense equations, and the cost
+grows with the number of loops (theory, "Loops by structure")."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from trunnion.system.construction.system_builder import build
 from trunnion.system.structure import loop_matrix_fill
 
 ROUND_OFF = 1e-12
-"""Of the largest number: both ways solve to 1e-16 times the condition of S."""
+"""Allowed error relative to the largest number: both ways solve to 1e-16 times the condition of S."""
 DENSE = 1e-10
-"""As ``test_against_dense``."""
+"""The tolerance of ``test_against_dense``."""
 COUNT = 8
 """Loops side by side: some 20 rows."""
 
 
 def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> sm.Side:
-    """A side of a joint in the k-th copy, its ground the body ``hung`` or the ground."""
+    """A side of a joint in the k-th copy, in which the body ``hung`` or the ground takes the place of the ground."""
     s = given if isinstance(given, sm.Side) else sm.Side(*given.split("."))
     if s.body != "ground":
         return replace(s, body=f"c{k}_{s.body}")
@@ -65,13 +65,13 @@ def beside(seed: int, friction: float = 0.0, **options) -> Case:
 
 
 def cranks(n: int) -> sm.Scene:
-    """The N-four-bar under gravity from aside, its cranks leaning."""
+    """The N-four-bar under inclined gravity, with inclined cranks."""
     return replace(n_four_bar(n), gravity=(1.5, -8.0, 0.0))
 
 
 @pytest.fixture
 def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
-    """Makes a scene's model on parts, by structure or dense."""
+    """Creates a scene's model on parts, solved by structure or dense."""
 
     def made(scene: sm.Scene, dense: bool) -> Model:
         monkeypatch.setattr(loop_matrix_fill, "MANY_ROWS", 10**6 if dense else 16)
@@ -112,7 +112,7 @@ def test_multipliers_by_structure_are_those_of_the_dense_factor(both, seed: int 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_run_passes_singular_positions_by_the_dense_factor(both, kernel: str) -> None:
-    """Where cranks lie flat a pivot of every loop vanishes; before and behind it the factor is that of structure."""
+    """Where cranks lie flat, a pivot of every loop vanishes. Before and after this position the factor is that by structure."""
     scene, ends = n_four_bar(9), []
     for dense in (False, True):
         both(scene, dense)
@@ -135,7 +135,8 @@ def open_at_start(scene: sm.Scene) -> Redundancy:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_open_reactions_of_mechanisms_together_are_those_of_each_apart(seed: int) -> None:
-    """Redundant by structure (four-bars, of which neighbours share a crank) and by a position (Bricard's mechanism)."""
+    """The loops are redundant by structure (four-bars, of which neighbours share a crank) or by a position (Bricard's
+    mechanism)."""
     scenes = [n_four_bar(3), n_four_bar(1), load_scene("bricard")]
     scenes = [scenes[i] for i in np.random.default_rng(seed).choice(3, 3 + seed)]
     apart, found = [open_at_start(s) for s in scenes], open_at_start(together(scenes))
@@ -151,7 +152,8 @@ def test_loops_stay_closed_at_any_tolerance() -> None:
 
 
 def test_what_a_scene_of_loops_is_made_of_grows_as_their_number() -> None:
-    """Calls of an evaluation and entries of the factor: S was written out entry by entry, with the square."""
+    """The test counts calls in an evaluation and entries of the factor. Earlier, S was written out entry by entry, and the number
+    grew with the square."""
     sizes = []
     for n in (16, 32):
         built = build(n_four_bar(n))
@@ -166,7 +168,7 @@ def test_what_a_scene_of_loops_is_made_of_grows_as_their_number() -> None:
 
 @pytest.mark.parametrize("seed", [0, 2])
 def test_the_entries_of_the_factor_are_those_that_are_not_zero(seed: int) -> None:
-    """The lists, against a factor of random numbers where S has some."""
+    """The lists are compared with the non-zero entries of a factor, with random numbers at the non-zero entries of S."""
     system = build(beside(seed).scene).system
     active = list(range(system.rows))
     f, rng = loop_matrix_fill.fill(system, active), np.random.default_rng(seed)

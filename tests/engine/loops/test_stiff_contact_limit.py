@@ -1,5 +1,5 @@
-"""Where loops leave reactions open and joints rub, the contacts are the limit of stiff ones. References: a model without joint
-rows, only springs with friction (``reference.compliant``), and hand statics of doors."""
+"""Where loops leave reactions undetermined and joints have friction, the contact forces are the limit of those of stiff contacts.
+References are a model without joint rows, with springs and friction only (``reference.compliant``), and hand statics of doors."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ FAMILIES = {
     "two crosses": ("universal", "universal"),
 }
 LIMIT = 1e-9
-"""Agreement asked for, relative to the largest load: round-off times the condition of the springs."""
+"""Required agreement, relative to the largest load: round-off times the condition of the springs."""
 
 
 def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
-    """Contacts of a joint with numbers drawn; ``faced``: with a thrust face where the type has one."""
+    """Contacts of a joint with random numbers; ``faced``: with a thrust face where the type has one."""
     sizes = {"radius": rng.uniform(0.005, 0.03), "mu": rng.uniform(0.05, 0.6), "law": "coulomb"}
     if kind != "spherical":
         sizes["half_length"] = rng.uniform(0.02, 0.08)
@@ -49,7 +49,7 @@ def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
 
 def _carried(seed: int, family: str) -> Case:
     """A body that several joints on one axis carry: a door on its hinges, a carriage on two rails, a shaft in bearings. Every seed
-    draws other numbers; of where pins sit and what has thrust faces there are two draws, so that cases share kernels."""
+    draws other numbers. There are only two draws of the places of pins and of thrust faces, so that cases share kernels."""
     kinds, rng, made = FAMILIES[family], stream(seed, family, "stiff"), stream(seed % 2, family, "made")
     rate = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0))
     rails, crosses = "prismatic" in kinds, "universal" in kinds
@@ -75,7 +75,7 @@ def _carried(seed: int, family: str) -> Case:
 
 
 def _stiffened(case: Case, rng: np.random.Generator, every: bool) -> Case:
-    """The case with contacts of unequal stiffness; unless ``every``, the first joint says none."""
+    """The case with contacts of unequal stiffness; unless ``every``, the first joint gives no stiffness."""
     joints = {
         n: replace(j, stiffness=float(10 ** rng.uniform(7, 9)) if every or i else None)
         for i, (n, j) in enumerate(case.scene.joints.items())
@@ -85,7 +85,7 @@ def _stiffened(case: Case, rng: np.random.Generator, every: bool) -> Case:
 
 GIVEN = [(family, *g) for family in FAMILIES for g in (("no stiffness",), ("every stiffness",), ("all but one",))]
 SOME_GIVEN = [g for k, g in enumerate(GIVEN) if k % 3 == 0 or k % 3 == 1 + k // 3 % 2]
-"""Every family without stiffness, and with stiffness of all its joints or of all but one, in turn."""
+"""Every family without stiffness, and with stiffness of all its joints or of all but one; every third of these cases."""
 
 
 @pytest.mark.default_cases(1)
@@ -125,7 +125,7 @@ def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
-    """There the rows that close the loop hold round-off and nothing else, and no rank is to be made of that."""
+    """On such axes the rows that close the loop hold only round-off, and no rank must be derived from them."""
     case = _carried(0, family)
     moved = rotated(case, len(family))
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
@@ -136,12 +136,12 @@ HINGES = [f for f, kinds in FAMILIES.items() if set(kinds) == {"revolute"}]
 SLOW = 1e-12
 """Rate of a hinge that is about to slip, rad/s: it chooses the sense of friction, and its centripetal force is round-off."""
 ROOT = 1e-13
-"""Tolerance of the part of the friction that holds; 10 of it are LIMIT beside the largest share of 1."""
+"""Tolerance of the part of the friction that holds, which is at most 1; its error is far below LIMIT."""
 
 
 def _hung(seed: int, family: str) -> Case:
-    """A door at rest, pulled aside by less than its hinges hold, without thrust faces: hinges of one friction angle then rub in
-    proportion to it, whatever part of it they need."""
+    """A door at rest without thrust faces, under a lateral pull that its hinges can hold. Hinges of one friction angle then have
+    friction in the same proportion, whatever part of it they need."""
     case, rng = _carried(seed, family), stream(seed, family, "rest")
     mu = float(rng.uniform(0.3, 0.9))
     joints = {n: replace(j, friction=replace(j.friction, mu=mu, thrust_radius=None)) for n, j in case.scene.joints.items()}
@@ -153,7 +153,7 @@ def _hung(seed: int, family: str) -> Case:
 
 
 def _about_to_slip(case: Case, part: float) -> tuple[Compliant, float]:
-    """The model of springs where the hinges need this part of the sine of their friction angle, and its angular acceleration."""
+    """The model of springs in which the hinges need this part of the sine of their friction angle, and its angular acceleration."""
     def rubbing(friction: sm.Friction) -> sm.Friction:
         return replace(friction, mu=math.tan(math.asin(abs(part) * math.sin(math.atan(friction.mu)))))
 
@@ -167,7 +167,7 @@ def _about_to_slip(case: Case, part: float) -> tuple[Compliant, float]:
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 @pytest.mark.parametrize("family", HINGES)
 def test_contacts_at_rest_press_as_those_of_a_mechanism_that_needs_the_same_friction_to_slide(family: str, seed: int) -> None:
-    """The friction of a pair at rest turns its normal, too. So loads do not jump where it begins to slip."""
+    """The friction of a pair at rest also turns its normal, so that loads do not jump where the pair begins to slip."""
     case = _hung(seed, family)
     part = brentq(lambda x: _about_to_slip(case, x)[1], -1.0, 1.0, xtol=ROOT)
     model, _ = _about_to_slip(case, part)

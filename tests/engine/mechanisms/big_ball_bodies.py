@@ -1,4 +1,4 @@
-"""Bodies that hang on balls so big and rough that they come to their friction cones again and again."""
+"""Bodies that hang on balls so big and rough that they reach their friction cones repeatedly."""
 
 from __future__ import annotations
 

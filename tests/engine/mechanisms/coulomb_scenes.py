@@ -1,4 +1,4 @@
-"""Scenes with dry friction, and the statics they are held against: arms, loops, wedged guides, chains."""
+"""Scenes with dry friction, and the statics with which they are compared: arms, loops, wedged guides, chains."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def run(
     outputs: tuple[str, ...] = ("*",),
     **changes,
 ) -> Result:
-    """A run that ends as it should. changes: ``path__to__number=value``."""
+    """A run that must reach its end. changes: ``path__to__number=value``."""
     overrides = {**DRY, **{k.replace("__", "."): v for k, v in changes.items()}}
     r = simulate(scene, until=until, every=every, rtol=rtol, max_steps=max_steps, outputs=outputs, overrides=overrides)
     assert r.outcome.ok, r.outcome
@@ -38,7 +38,7 @@ def pendulum_angle(r: Result) -> np.ndarray:
 
 
 def pendulum_at(degrees: float, every: float, until: float, rtol: float = 1e-9, **friction) -> Result:
-    """Example 8.1 let go at rest at an angle from the downward vertical."""
+    """Example 8.1 released from rest at an angle from the downward vertical."""
     scene = apply(load_scene("spherical_pendulum"), {"joints.ball.start.q": {"axis": "y", "angle": math.radians(90.0 - degrees)}})
     joint = scene.joints["ball"]
     assert joint.friction is not None
@@ -50,8 +50,8 @@ ARM_AXES = ("z", "y", "x", "y", "x", "z")
 
 
 def arm(tilt: float, mu: float = 0.3, mu_static: float | None = None, load: sm.Applied | None = None) -> sm.Scene:
-    """Six bars of 0.3 m on top of each other on frictional revolutes about z, y, x, y, x, z. Each leans by ``tilt`` (rad) in
-    alternating sense; weight pulls along −z."""
+    """Six bars of 0.3 m on top of each other on revolutes with friction about z, y, x, y, x, z. Each is inclined by ``tilt`` (rad)
+    in alternating sense; weight acts along −z."""
     length, rub = 0.3, sm.Friction(mu=mu, mu_static=mu_static, radius=0.05, half_length=0.1)
     points = {"a": (0.0, 0.0, -length / 2), "b": (0.0, 0.0, length / 2)}
     bodies = {f"b{k}": sm.Body(box=(0.05, 0.05, length), density=2700.0, points=points) for k in range(1, 7)}

@@ -1,4 +1,4 @@
-"""Chains of bars at rest that rub at every joint: balls, universal joints, pins, guides and shafts in one."""
+"""Chains of bars at rest with friction at every joint: balls, universal joints, pins, guides and shafts in one chain."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def rub(rng: np.random.Generator, kind: str, grip: float) -> sm.Friction:
 
 
 def start(rng: np.random.Generator, kind: str, down: float) -> sm.Start:
-    """At rest, nearly along the bar before, turned down by so much (rad)."""
+    """A start at rest, nearly along the bar before, turned down by this angle (rad)."""
     one, other = rng.uniform(-0.1, 0.1, 2).tolist()
     if kind == "spherical":
         turn = np.array([np.cos(down / 2), 0.05 * rng.normal(), np.sin(down / 2) + one, 0.05 * rng.normal()])
@@ -52,11 +52,11 @@ def chain_at_rest(kinds: list[str], seed: int, grip: float = 1.0) -> sm.Scene:
 
 
 def mixed(count: int, seed: int, grip: float = 1.0) -> sm.Scene:
-    """So many bars on joints of all types by chance."""
+    """This number of bars on joints of random types."""
     rng = np.random.default_rng([seed, count])
     return chain_at_rest([str(rng.choice(EVERY if k else EVERY[:3])) for k in range(count)], seed, grip)
 
 
 def balls(count: int, seed: int) -> sm.Scene:
-    """So many bars on balls."""
+    """This number of bars on balls."""
     return chain_at_rest(["spherical"] * count, seed)

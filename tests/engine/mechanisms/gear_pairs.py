@@ -1,4 +1,4 @@
-"""Random pairs of wheels on a carrier that flies freely, and the balance of every part from what is reported of its joints."""
+"""Random pairs of wheels on a carrier in free flight, and the balance of every part from the reported forces of its joints."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Flying:
     scene: sm.Scene
     pairs: tuple[Pair, ...]
     inertia: dict[str, tuple[float, np.ndarray, np.ndarray]]
-    """Mass, centre in the body's frame and inertia about it, of each body."""
+    """Mass, centre in the body's frame and inertia about this centre, of each body."""
 
 
 def unit(v) -> np.ndarray:
@@ -43,7 +43,8 @@ def unit(v) -> np.ndarray:
 
 
 def flying(seed: int, names: tuple[str, ...] = PAIRS, teeth: sm.Friction | None = None) -> Flying:
-    """A carrier in free flight with one pair of each kind, its wheels out of balance and of any inertia; ``teeth`` rub so."""
+    """A carrier in free flight with one pair of each kind. Its wheels are out of balance and have random inertia; ``teeth`` is
+    their friction."""
     rng = np.random.default_rng([77, seed])
     bodies: dict[str, sm.Body] = {}
     inertia = {}
@@ -112,7 +113,7 @@ def _joint(what: str, one: Pair, k: int) -> sm.Joint:
 
 
 class Row:
-    """One row of a run, as motions of bodies: of the points of wheels, and what is reported of joints."""
+    """One row of a run: the motions of bodies and of points of wheels, and the reported forces of joints."""
 
     def __init__(self, f: Flying, r: Result, i: int):
         self.f, self.r, self.i = f, r, i
@@ -122,15 +123,15 @@ class Row:
         return np.array([self.r[f"{name}[{k + 1}]"][self.i] for k in range(count)])
 
     def turned(self, body: str) -> np.ndarray:
-        """The body's axes in the world."""
+        """The body's axes, in the world."""
         return matrix_from_quaternion(self(f"{body}.orientation", 4))
 
     def velocity(self, body: str, point: np.ndarray) -> np.ndarray:
-        """Acceleration of a material point, in the world."""
+        """Velocity of a material point, in the world."""
         return self(f"{body}.velocity") + cross(self(f"{body}.angular_velocity"), point - self(f"{body}.position"))
 
     def spin_rate(self, body: str) -> np.ndarray:
-        """Angular acceleration: the carrier's is that of its free joint, a wheel's has its own about its axle, too."""
+        """Angular acceleration. The carrier's is that of its free joint; a wheel also has its own about its axle."""
         carrier = self("fly.qdd", 6)[3:]
         if body == "carrier":
             return carrier
@@ -143,7 +144,7 @@ class Row:
         return carrier + more * axis + rate * cross(self("carrier.angular_velocity"), axis)
 
     def reported(self, joint: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Force, torque and place (world) of what a joint does to its inboard part."""
+        """Force and torque that a joint exerts on its inboard part, and their place (world)."""
         j = self.f.scene.joints[joint]
         assert isinstance(j.inboard, sm.Side)
         R = self.turned(j.inboard.body)
@@ -169,7 +170,7 @@ class Row:
         return force, torque
 
     def touch(self, one: Pair) -> tuple[np.ndarray, np.ndarray]:
-        """Where two wheels touch and the way their surfaces go there, in the world."""
+        """The point at which two wheels touch and the direction in which their surfaces move there, in the world."""
         R, at = self.turned("carrier"), self("carrier.position")
         base = at - R @ self.f.inertia["carrier"][1]
         p1, p2, a1, a2 = base + R @ one.p1, base + R @ one.p2, R @ one.a1, R @ one.a2

@@ -1,4 +1,4 @@
-"""Examples 8.1 and 8.2 as one freedom and as closed form, by hand: no recursion, no contact code."""
+"""Example 8.1 as a system of one freedom and example 8.2 in closed form, derived by hand: without recursion or contact code."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Pendulum:
         return new
 
     def swing(self, until: float, theta: float = np.pi / 2, omega: float = 0.0):
-        """(stops as rows of time and angle, function of time → angle), the kinks of the law located as events."""
+        """(stops as rows of time and angle, function of time → angle); the kinks of the law are located as events."""
 
         def kink(t, y):
             return self.radius * abs(y[1]) - self.v_eps
@@ -89,7 +89,7 @@ ROD_INERTIA = ROD_MASS * (ROD**2 + WIDTH**2) / 12
 
 @dataclass(frozen=True)
 class Slider:
-    """Example 8.2 at one crank angle: angles of the rod (from the slider), positions, and what the slider pin carries.
+    """Example 8.2 at one crank angle: angles of the rod (from the slider), positions, and the load of the slider pin.
 
     force: of the rod on the slider, along the guide and vertical; torque: friction on the rod; normal_force: of each contact."""
 

@@ -48,7 +48,7 @@ class PlaneLoop:
         return np.array(F), np.array(M)
 
     def balance(self) -> np.ndarray:
-        """Torques on the first and (five-bar and more) the last link that hold the weight without friction; zero for the others."""
+        """Torques that hold the weight without friction, on the first and (five-bar and more) the last link; zero on the others."""
         ends = [0, self.count - 2][: self.count - 3]
 
         def lack(x: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Redundant loops in motion, under oblique gravity: Bricard's mechanism, a four-bar that rubs, a four-bar of several loops."""
+"""Redundant loops in motion, under oblique gravity: Bricard's mechanism, a four-bar with friction, a four-bar of several loops."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from trunnion.simulation.run import simulate
 
 
 def four_bar(law: str = "regularized") -> sm.Scene:
-    """A plane four-bar whose bars lie beside each other along z, so that its pins bend; gravity pulls out of the plane too."""
+    """A plane four-bar whose bars lie beside each other along z, so that its pins carry bending moments; gravity also acts out of
+    the plane."""
     rub = sm.Friction(mu=0.4, radius=0.02, half_length=0.03, v_eps=1e-3, law=law, viscosity=3.0 if law == "viscous" else None)
 
     def bar(length: float, mass: float) -> sm.Body:
@@ -36,7 +37,7 @@ def four_bar(law: str = "regularized") -> sm.Scene:
 
 
 def moving(scene: sm.Scene, at: float, tree: tuple[str, ...]) -> Case:
-    """The scene's state at a time of its motion. ``tree``: joints whose coordinates hold the whole state."""
+    """The scene's state at a time of its motion. ``tree``: joints whose coordinates determine the whole state."""
     result = simulate(scene, until=at, every=at, rtol=1e-12, outputs=["*.q*"])
     assert result.outcome.ok, result.outcome
     q = {n: np.array([result[f"{n}.q[1]"][-1]]) for n in scene.joints}
@@ -46,7 +47,7 @@ def moving(scene: sm.Scene, at: float, tree: tuple[str, ...]) -> Case:
 
 @cache
 def case_of(which: str) -> Case:
-    """ "bricard", "loops" (the four-bar of four loops), or the four-bar that rubs by its law."""
+    """The case "bricard", "loops" (the four-bar of four loops), or, for the name of a law, the four-bar with friction."""
     if which == "bricard":
         return moving(load_scene("bricard"), 0.7, ("j0", "j1", "j2", "j3", "j4"))
     if which == "loops":
@@ -66,8 +67,8 @@ def open_reactions(case: Case, eta: np.ndarray | None = None) -> tuple[Equations
 
 
 def smallest(case: Case, eq: Equations, wrench: dict[str, np.ndarray], loose: dict[str, np.ndarray]) -> np.ndarray:
-    """Amounts of the open directions that minimise Σ |f|²/m + |torque about the mass centre|²/j over both bodies of every joint;
-    j is half the trace of the inertia."""
+    """Amounts of the open directions that minimise Σ |f|²/m + |torque about the mass centre|²/j over both bodies of every joint.
+    The number j is half the trace of the inertia."""
     value, change = [], []
     for name in case.scene.joints:
         pose = eq.state.joint_pose(name)

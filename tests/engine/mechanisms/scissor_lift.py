@@ -1,5 +1,5 @@
-"""A scissor lift whose pivots all rub. It settles on a spring of its shoe, swings and comes to rest. Or it is driven so slowly
-that its loads are those of hand statics."""
+"""A scissor lift with friction in all its pivots. It settles on a spring of its shoe, oscillates and comes to rest. In a second
+scene a drive moves it so slowly that its loads are those of hand statics."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 from trunnion.scene import Scene, scene_from_text
 
 LENGTH, ANGLE = 0.8, np.radians(35.0)
-"""Of a bar, m; its angle to the ground at the start."""
+"""Length of a bar, m, and its angle to the ground at the start."""
 MASS, RADIUS, GRAVITY = 2.0, 0.01, 9.81
-"""Of a bar, kg; of a pin, m; m/s²."""
+"""Mass of a bar, kg; radius of a pin, m; gravity, m/s²."""
 SPRUNG = "spring: {stiffness: 8000, rest: 0.6}, damping: 20"
 
 
 def driven(stages: int, rate: float, mu: float = 0.15) -> Scene:
-    """The lift whose shoe is moved at a steady rate, m/s."""
+    """The lift whose shoe a drive moves at a steady rate, m/s."""
     return scissor(stages, mu, f"drive: {{constant: {{rate: {rate}, start: {LENGTH * np.cos(ANGLE)}}}}}")
 
 
@@ -38,7 +38,8 @@ def statics(stages: int, mu: float, shoe: float, sense: float) -> dict[str, floa
 
 
 def scissor(stages: int, mu: float = 0.15, shoe: str = "") -> Scene:
-    """The lift in the plane of x and z; its left foot is pinned, its right one on a shoe that slides. shoe: what moves that."""
+    """The lift in the plane of x and z; its left foot is pinned, its right one is on a shoe that slides. shoe: the device that
+    moves the shoe."""
     half = 0.5 * LENGTH
     rub = f"friction: {{mu: {mu}, radius: {RADIUS}, half_length: 0.02}}"
     starts = f"start: {{q: {LENGTH * np.cos(ANGLE)}}},"

@@ -1,5 +1,5 @@
-"""A Stewart platform on sprung legs whose joints rub. Each leg has a universal joint on the ground, a prismatic joint with a
-spring, and a ball on the platform."""
+"""A Stewart platform on sprung legs with friction in all joints. Each leg has a universal joint on the ground, a prismatic joint
+with a spring, and a ball on the platform."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PLATE = np.radians([-50.0, 70.0, 170.0, -170.0, -70.0, 50.0])
 
 
 def stewart(legs: int, mu: float = 0.1) -> Scene:
-    """The platform at rest on its springs' free lengths, on the first legs of six."""
+    """The platform at rest with relaxed springs, on the first legs of six."""
     bodies, joints, feet, heads = [], [], [], []
     for k in range(legs):
         foot = BASE * np.array([np.cos(GROUND[k]), np.sin(GROUND[k]), 0.0])

@@ -1,4 +1,4 @@
-"""Programs of bytecode: fewer calls that do the same."""
+"""Programs of bytecode: fewer calls with the same effect."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def random_program(rng: np.random.Generator) -> Program:
 
 
 def executed(code: list[int], arrays: dict[int, list[float]]) -> dict[int, list[float]]:
-    """The arrays after the calls of a program."""
+    """The arrays after the calls of a program have run."""
     out = {space: [*numbers] for space, numbers in arrays.items()}
     while code:
         operands, numbers = code[1], code[2]

@@ -1,4 +1,4 @@
-"""A scene made of parts is the scene that is compiled: every function of the kernel, every run; and nothing is compiled for it."""
+"""A kernel made of parts equals the compiled kernel: every function, every run. No code is compiled for it."""
 
 from __future__ import annotations
 
@@ -23,21 +23,23 @@ from trunnion.system.construction.system_builder import Built, build
 
 LAWS = ("coulomb", "regularized", "viscous", "lugre", "stribeck")
 TREES = (0, 1, 2, 3, 8, 11)
-"""Seeds: between them every joint type both ways, drives, loads, springs between bodies, stops, and every law."""
+"""Seeds of trees. Together they have every joint type in both directions, drives, loads, springs between bodies, stops, and every
+law."""
 LOOPS = (0, 1, 3, 4, 8)
-"""Seeds of loops: with and without friction, devices at the joint where they are cut, rows that are empty by structure."""
+"""Seeds of loops: with and without friction, with devices at the joint where they are cut, and with rows that are empty by
+structure."""
 MODELS = ("n_four_bar", "andrews", "bricard", "spatial_slider_crank")
 RUNS = tuple(model_names())
 ROUND_OFF = 1e-12
-"""Of the largest number a function writes: the same sums in another order."""
+"""Allowed difference relative to the largest number that a function writes: the sums are the same, in another order."""
 CANCELS = 1e-3
-"""Where less is left of numbers of the size of one, they have cancelled."""
+"""Below this result, numbers of order one have cancelled."""
 SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates", "npowers", "ntaken", "nsliders", "nstops",
          "ntables", "nquat", "nelements", "npaces", "ndn", "sets", "nkappa", "nmore", "ndmore", "loop_friction",
          "coupled")  # fmt: skip
 
 HELD = 0.01
-"""Size of frictions at rest, N and N m, beside loads of order 1 N."""
+"""Size of frictions at rest, N and N m; loads are of order 1 N."""
 
 
 def tree(seed: int) -> Scene:
@@ -46,7 +48,7 @@ def tree(seed: int) -> Scene:
 
 
 def loop(seed: int) -> Scene:
-    """The same with a loop."""
+    """A random mechanism with a loop and every law."""
     return random_loop(seed, laws=LAWS).scene
 
 
@@ -57,7 +59,7 @@ def called(table: Any, name: str, *arrays: np.ndarray) -> None:
 
 
 class State:
-    """Random numbers for all that the functions of a kernel are handed."""
+    """Random numbers for all arguments of a kernel's functions."""
 
     def __init__(self, built: Built, table: Any, seed: int):
         rng, system = np.random.default_rng(seed), built.system
@@ -79,7 +81,7 @@ class State:
 
 
 def written(table: Any, s: State) -> dict[str, np.ndarray]:
-    """What every function of a kernel writes."""
+    """The output of every function of a kernel."""
     c, w = np.zeros(table.nc + 8), np.zeros(table.nw + 64)
     sizes = {"maps": table.nmaps + 8, "dy": len(s.y), "power": table.npowers + 4, "dq": table.nq + 4,
              "eta": table.neta + 4, "dN": table.ndn + 8,
@@ -109,7 +111,7 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
 
 
 def agree(scene: Scene, redundant: bool = False) -> None:
-    """Every function of a scene's two kernels writes the same."""
+    """Every function of a scene's two kernels writes the same numbers."""
     built = build(scene)
     one = kernel(built.system, len(built.parameters.values), [], False, redundant)
     compiled = KERNEL.ctype.in_dll(one.libraries["kernel"], "trunnion_kernel")
@@ -138,7 +140,7 @@ OPEN = [(seed, redundant) for seed in LOOPS for redundant in (False, True)]
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "redundant"), sampled(OPEN, lambda c: c[1] == LOOPS.index(c[0]) % 2))
 def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bool) -> None:
-    """By default each loop in one of the two ways, by turns."""
+    """By default each loop is tested in one of the two ways, in turn."""
     agree(loop(seed), redundant=redundant)
 
 
@@ -149,17 +151,17 @@ def test_rows_that_are_empty_by_structure_are_found_by_evaluation(name: str) -> 
 
 
 def named(scene: str | tuple) -> str:
-    """A scene's name, which is the same in every process that collects tests."""
+    """A scene's name; it is the same in every process that collects tests."""
     return scene if isinstance(scene, str) else f"{scene[0].__name__}{scene[1]}"
 
 
 SAME = [(scene, {"method": method}) for scene in (*RUNS, (tree, 2), (tree, 3), (loop, 1)) for method in ("auto", "rosenbrock")]
 LONG = ("andrews", "rosenbrock")
-"""A Jacobian unit of its own to compile, a third of a minute."""
+"""A case whose Jacobian unit takes a third of a minute to compile."""
 
 
 def settings() -> list:
-    """All of them, the long one marked."""
+    """All settings; the long one is marked as slow."""
     ids = [f"{named(scene)}-{how['method']}" for scene, how in SAME]
     slow = [[pytest.mark.slow] if (scene, how["method"]) == LONG else [] for scene, how in SAME]
     return [pytest.param(*each, id=name, marks=marks) for each, name, marks in zip(SAME, ids, slow, strict=True)]

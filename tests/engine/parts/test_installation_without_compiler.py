@@ -1,5 +1,5 @@
-"""An installed Trunnion has the parts of its scenes: it runs them without a compiler and without symbols, and where it cannot it
-says what to install. What is kept of a part is what writing it anew gives."""
+"""An installed Trunnion contains the parts of its scenes. It runs them without a compiler and without the symbolic library; where
+it cannot, it names the package to install. The stored source of a part equals newly written source."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ from trunnion.system.structure.bodies_and_joints import System
 ROOT = Path(__file__).resolve().parents[3]
 MODEL = "spherical_pendulum"
 LEFT_OUT = re.compile(r"([iv]?p|k_sprung)_free_\w*[0-9]|(o_contact_)?f_\w+_adams_|f_\w+_pressed_soft|o_contact_f_\w+_at")
-"""Free bodies of which one or two freedoms are prescribed; Adams' approximation with laws that it is not compared with; friction in
-loops of joints with a stiffness of their own; derivatives of contacts under other laws."""
+"""Parts that are left out: free bodies of which one or two freedoms are prescribed; Adams' approximation with laws that it is not
+compared with; friction in loops of joints with a stiffness of their own; derivatives of contacts under other laws."""
 WITHOUT = """
 import sys
 from pathlib import Path
@@ -75,20 +75,20 @@ def derived(system: System, active: list[int], redundant: bool) -> list[Differen
 
 @pytest.fixture(scope="module")
 def listed() -> dict[str, Recipe]:
-    """Every part that comes with an installation, by its key."""
+    """Every part that an installation contains, by its key."""
     return {store.key_of(*asked): asked for asked in every()}
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory, listed: dict[str, Recipe]) -> Path:
-    """Libraries as they come with an installation, with the parts of one model."""
+    """Libraries as in an installation, with the parts of one model."""
     place = tmp_path_factory.mktemp("installed")
     build(place / prebuilt_libraries.level(), [listed[key] for key in used(load_scene(MODEL))])
     return place
 
 
 def trunnion(home: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """The command in an installation that has these libraries but neither compiler nor symbolic library, and an empty cache."""
+    """The command in an installation that has these libraries, an empty cache, and neither compiler nor symbolic library."""
     empty = home.parent / "cache"
     env = dict(os.environ, PYTHONPATH=str(ROOT), TRUNNION_CACHE=str(empty))
     return subprocess.run([sys.executable, "-c", WITHOUT, str(home), *words], env=env, capture_output=True, text=True, timeout=100)
@@ -145,7 +145,7 @@ def test_what_is_kept_of_a_part_is_what_writing_it_anew_gives(folder: Path, list
 
 
 def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process keeps what it knows of parts as long as it lives; the cache keeps them while they are used."""
+    """A process keeps its knowledge of parts as long as it lives; the cache keeps parts while they are used."""
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     asked = ("loads_and_scalars", "signal", "rate", True)
     store.libraries([store.primitive(*asked)])

@@ -1,4 +1,4 @@
-"""The Jacobian of a scene made of parts is the compiled one, to the last digits, and nothing is compiled for it."""
+"""The Jacobian of a kernel made of parts equals the compiled one up to the last digits. No code is compiled for it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ from trunnion.simulation.run import simulate
 from trunnion.system.construction.system_builder import build
 
 TREES = (1, 2, 8, 11)
-"""Seeds of ``test_parts``: drives, tables, loads, springs between bodies, stops, every law, joints walked both ways."""
+"""Seeds of ``test_parts``: drives, tables, loads, springs between bodies, stops, every law, joints traversed in both directions."""
 LOOPS = (1, 4, 8)
 MODELS = ("andrews", "bricard")
 
 
 def columns(table: Any, sizes: Any, s: State) -> np.ndarray:
-    """All that a Jacobian unit writes: [F; R; scaled reactions; what friction changes in them] by [y, t, z]."""
+    """All numbers that a Jacobian unit writes: the derivative of [F; R; scaled reactions; what friction changes in them] with
+    respect to [y, t, z]."""
     ny, nz = sizes.nq + sizes.nv + sizes.nb, sizes.active + sizes.neta
     J, c, w = np.full((ny + 1 + nz, ny + nz + sizes.nkappa + sizes.nmore), np.nan), np.zeros(table.nc + 8), np.zeros(table.nw + 8)
     called(table, "prepare", s.p, c)
@@ -41,7 +42,7 @@ def columns(table: Any, sizes: Any, s: State) -> np.ndarray:
 
 
 def agree(scene: Scene, redundant: bool = False) -> None:
-    """A scene's two Jacobian units write the same."""
+    """A scene's two Jacobian units write the same numbers."""
     built = build(scene)
     units = [make(built.system, len(built.parameters.values), [], False, redundant) for make in (kernel, parts_kernel)]
     compiled, parts = (JACOBIAN.ctype.from_address(k.jacobian()) for k in units)
@@ -91,7 +92,7 @@ def test_nothing_is_compiled_for_an_unseen_structure_that_is_stiff(monkeypatch: 
 
 
 def test_a_joint_on_a_loop_that_forbids_nothing_has_no_rows_to_differentiate() -> None:
-    """Two pendulums with a bushing between them: no products of rows, and so none with directions either."""
+    """Two pendulums with a bushing between them have no products of rows, and therefore no products with directions."""
     bodies = {f"b{k}": {"box": [0.4, 0.05, 0.05], "mass": 1.0, "points": {"end": [-0.2, 0, 0], "tip": [0.2, 0, 0]}} for k in (1, 2)}
     hinges = {f"h{k}": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": f"b{k}.end"} for k in (1, 2)}
     bushing = {"type": "free", "inboard": "b1.tip", "outboard": "b2.tip", "damping": [0.3] * 6, "cut": True}

@@ -1,4 +1,4 @@
-"""Friction along the recursion is friction from maps: every evaluation, every run; its pivots tell the determinant's sign."""
+"""Friction along the recursion equals friction from maps, in every evaluation and run. Its pivots give the determinant's sign."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from trunnion.system.construction.system_builder import build
 from trunnion.system.structure.friction_joint_indices import elements
 
 TREES = (8, 9, 10, 15, 20, 25, 27)
-"""Seeds with friction in every joint type that has one, both ways, a driven one, and every law."""
+"""Seeds with friction in every joint type that can have it, in both directions, a driven one, and every law."""
 SAME = 1e-11
-"""Of the largest number: what Newton's method leaves (1e-15 of the largest friction), in accelerations of the lightest body."""
+"""Allowed difference relative to the largest number. Newton's method leaves 1e-15 of the largest friction, which the lightest
+body's acceleration amplifies."""
 
 
 def blocks(scene: Scene) -> list:
-    """A scene's blocks on parts and compiled, assembled."""
+    """A scene's assembled blocks, on parts and compiled."""
     out = []
     for kind in ("parts", "compiled"):
         model = Model(scene, ("*.q[*]",), kind)
@@ -35,7 +36,7 @@ def blocks(scene: Scene) -> list:
 
 
 def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """ẏ and multipliers of both at a state, with the modes that its start decides there."""
+    """ẏ and multipliers of both blocks at a state, with the modes of a start at that state."""
     found = []
     for _, block in pairs:
         block.y[: len(y)] = y
@@ -48,7 +49,7 @@ def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]
 @pytest.mark.parametrize("resting", [False, True])
 @pytest.mark.parametrize("seed", TREES)
 def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: bool) -> None:
-    """resting: every second rate is none, so that pairs stick where they can."""
+    """resting: every second rate is zero, so that pairs stick where they can."""
     pairs = blocks(tree(seed))
     y, nq = pairs[0][1].y.copy(), pairs[0][0].kernel.sizes["nq"]
     nv = pairs[0][0].kernel.sizes["nv"]
@@ -63,7 +64,7 @@ def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: boo
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(seed: int) -> None:
-    """det(E − law′ Ne), whose sign says which roots are followed."""
+    """det(E − law′ Ne); its sign determines which roots the engine follows."""
     built = build(tree(seed))
     made = parts_kernel(built.system, len(built.parameters.values), [], False)
     table = made.tables["kernel"]
@@ -99,7 +100,8 @@ def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
 
 
 def test_contacts_told_of_an_event_are_those_up_to_it_from_either_kernel() -> None:
-    """Contacts follow from accelerations with friction: without it, the compiled kernel of large trees reported false turns."""
+    """Contacts follow from accelerations with friction. Earlier, the compiled kernel of large trees used accelerations without
+    friction and reported false turns."""
     turns = []
     for kind in ("parts", "compiled"):
         r = simulate(chain(MIN_BODIES), until=0.01, every=0.01, rtol=1e-8, outputs=("*.q[*]",), kernel=kind)
@@ -111,7 +113,8 @@ def test_contacts_told_of_an_event_are_those_up_to_it_from_either_kernel() -> No
 
 @pytest.mark.slow
 def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
-    """64 joints turn round 140 times in 4 ms: at loose tolerances time stepping took over, and found a jam where there is none."""
+    """64 joints reverse 140 times in 4 ms. Earlier, at loose tolerances time stepping took over, and reported a jam where there is
+    none."""
     ends = []
     for rtol in (1e-4, 1e-7):
         r = simulate(chain(64), until=0.02, every=0.02, rtol=rtol, outputs=("*.q[*]",))
@@ -122,15 +125,15 @@ def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
 
 
 def test_locating_an_event_among_many_joints_takes_few_evaluations() -> None:
-    """Secants on the largest violation of all pairs, which has kinks, took 65 evaluations an event, with those of two steps and of
-    the points at which the second is searched."""
+    """Secants on the largest violation of all pairs, which has kinks, took 65 evaluations for each event. This number includes
+    those of two steps and of the points at which the second is searched."""
     counters = simulate(chain(24), until=0.02, every=0.02, outputs=("*.q[*]",)).stats.counters
     assert counters["events"] > 40
     assert counters["rhs_evaluations"] <= 55 * counters["events"]
 
 
 def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_told() -> None:
-    """Nothing is compiled for one run; for many of a small structure it is."""
+    """For one run no code is compiled; for many runs of a small structure it is."""
     few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
     for runs, kinds in ((1, ["parts", "parts"]), (RUNS - 1, ["parts", "parts"]), (RUNS, ["compiled", "parts"])):
         assert [kernel_of(build(s).system, runs)[0] for s in (few, many)] == kinds
@@ -139,7 +142,8 @@ def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_told() -> Non
 
 
 def test_a_ball_without_a_coefficient_swings_as_one_without_friction() -> None:
-    """Its friction was round-off of 1e-33 N where the law says none: steps were refused until the time stood still."""
+    """Earlier, the ball's friction was round-off of 1e-33 N where the law gives none. Steps were refused, and time did not
+    advance."""
     ball = {"overrides": {"joints.ball.friction.mu": 0.0}, "outputs": ("*.position[*]",), "until": 1.0, "every": 0.1}
     one, other = (simulate("spherical_pendulum", kernel=kind, **ball) for kind in ("parts", "compiled"))
     assert one.outcome.ok

@@ -1,5 +1,5 @@
-"""All that a trajectory is made of has the same derivatives, made of parts or compiled: along states, multipliers, parameters,
-inputs and time; of rates and of columns."""
+"""All functions of which a trajectory consists have the same derivatives, made of parts or compiled. The derivatives are with
+respect to states, multipliers, parameters, inputs and time, of rates and of columns."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ def scene_of(which: str) -> Scene:
 
 
 def models(scene: Scene) -> list[Model]:
-    """Compiled, and of parts, with columns of all kinds but contacts, whose ratio at rest has no bound at states where friction is
-    drawn at random."""
+    """Models, compiled and of parts, with columns of all kinds but contacts. The ratio of contacts at rest has no bound at states
+    whose friction is random."""
     names = [c.name for c in columns(build(scene).system) if ".contact[" not in c.name]
     return [Model(scene, names, kernel) for kernel in ("compiled", "parts")]
 
 
 def state_of(model: Model) -> State:
-    """Random numbers for its functions, with integrals behind the states."""
+    """Random numbers for the model's functions, with integrals after the states."""
     made = State(model.built, KERNEL.ctype.from_address(model.kernel.address("kernel")), 1)
     made.y = np.concatenate([made.y, np.zeros(40)])
     return made
 
 
 def same(found: np.ndarray, expected: np.ndarray) -> None:
-    """Equal but for the order of sums."""
+    """Equal up to the order of sums."""
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF * max(np.abs(expected).max(initial=0.0), 1e-3))
 
 
@@ -74,7 +74,7 @@ def test_linear_units_agree(which: str) -> None:
 
 
 def _linear(model: Model, s: State, seed: np.ndarray) -> list[np.ndarray]:
-    """What a linear unit writes of rates and columns."""
+    """The numbers that a linear unit writes for rates and columns."""
     unit: Any = LINEAR.ctype.from_address(model.kernel.linear(model.columns))
     c, z, sizes = np.zeros(unit.nc + 1), np.random.default_rng(6).normal(size=100), model.kernel.sizes
     rates, shown = np.zeros(model.block.ny + sizes["active"] + sizes["neta"] + 1), np.zeros(len(model.columns) + 1)

@@ -1,4 +1,4 @@
-"""Arithmetic written directly is the library's own, and nobody else notices it."""
+"""Direct arithmetic on CasADi matrices equals the library's own, and other users of the library are not affected."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OPERATIONS = (operator.add, operator.sub, operator.mul, operator.truediv)
 
 
 def operands() -> list[tuple]:
-    """Scalars, columns and matrices, full and with structural zeros, numbers on either side, and another kind of matrix."""
+    """Scalars, columns and matrices, full and with structural zeros, numbers on either side, and another type of matrix."""
     a, v, m = ca.SX.sym("a"), ca.SX.sym("v", 3), ca.SX.sym("m", 3, 2)
     sparse = ca.sparsify(ca.vertcat(a, 0, v[1]))
     return [

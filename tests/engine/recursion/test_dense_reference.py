@@ -1,4 +1,4 @@
-"""The recursion says what one dense solve in absolute coordinates says: tests.reference shares no code with the engine."""
+"""The recursion gives the results of one dense solve in absolute coordinates; tests.reference shares no code with the engine."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.system.construction.spanning_tree import span
 
 TIME = 0.3
-"""At this time ramps, tables and harmonic signals all have a value, a rate and an acceleration."""
+"""At this time the value, rate and acceleration of ramps, tables and harmonic signals are all non-zero."""
 TOLERANCE = 1e-10
-"""Both sides solve to about 1e-14 times the condition of the mechanism (largest difference seen: 8e-13); one dropped velocity term
-or a wrong sign shows at 1e-3 and more."""
+"""Both sides solve to about 1e-14 times the condition of the mechanism (largest difference found: 8e-13). One missing velocity term
+or a wrong sign causes 1e-3 and more."""
 PINS = ("inboard", "outboard")
 FRICTION = tuple(product(("regularized", "viscous"), (None, "adams")))
 """Combinations of a law and the way the normal force is found; the forms of every law are tested elsewhere."""
@@ -41,7 +41,7 @@ WITHOUT = ("angular_acceleration",)
 
 
 def tree_claims() -> dict[str, Property]:
-    """Features that the random trees must contain between them, from the registered types and laws."""
+    """Features of which each must occur in a random tree, from the registered types and laws."""
     claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in USUAL_TYPES}
     claims |= {
         f"a {k} joint that rubs, pin {p}": some_joint(lambda j, k=k, p=p: j.type == k and rubs(j, p))
@@ -76,7 +76,8 @@ HELD = tuple(d for d in DEVICES if d != "drive")
 
 @cache
 def cut_case(which: str) -> Case:
-    """A loop of few bodies, cut at a rubbing joint of the kind ``which`` says: where its pin sits, its law, its normal force."""
+    """A loop of few bodies, cut at a joint with friction of the kind ``which`` says: the place of its pin, its law, its normal
+    force."""
     kind, pin, law, normal = CUTS[which]
     how = {"bodies": 3, "closing": (kind,), "cut": True, "friction": 1.0, "laws": (law,), "adams": float(normal == "adams")}
     cut_so = some_cut(lambda j: j.type == kind and rubs(j, pin, law, normal))
@@ -89,7 +90,7 @@ def cut_case(which: str) -> Case:
 
 @cache
 def plain_cut_case(kind: str) -> Case:
-    """A loop cut at a joint of a type that cannot rub, with every device where it has freedoms enough."""
+    """A loop cut at a joint of a type without friction, with every device for which it has enough freedoms."""
     held = HELD if REGISTRY[kind].nv >= 3 else ()
     return first(
         f"{kind} cut, with {held}",
@@ -105,7 +106,7 @@ def loops_case(which: int) -> Case:
 
 
 def compared(case: Case) -> None:
-    """All that both formulations say of a state: accelerations, reactions, friction, contacts, motion, energy."""
+    """All quantities of a state that both formulations give: accelerations, reactions, friction, contacts, motion, energy."""
     state = case.state()
     result = solve(state)
     model, row = engine_row(case)

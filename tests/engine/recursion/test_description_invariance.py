@@ -23,7 +23,7 @@ from trunnion.system.construction.spanning_tree import span
 from trunnion.system.construction.system_builder import build
 
 TOLERANCE = 1e-10
-"""Round-off of both tellings times the condition of the mechanism: 1e-12 at most here."""
+"""Round-off of both descriptions times the condition of the mechanism: at most 1e-12 here."""
 TIME = 0.3
 CASES: dict[str, tuple[int, Property]] = {
     "screw and universal": (0, both(lambda j: j.type == "screw", lambda j: j.type == "universal" and rubs(j))),
@@ -33,7 +33,7 @@ CASES: dict[str, tuple[int, Property]] = {
 }
 """Cases by name: number of loops, and the property that the scene must have."""
 TWO_SIDED = tuple(k for k in ALL_TYPES if not of(k).one_sided)
-"""Types that mean the same when their sides change places."""
+"""Types whose meaning does not change when their sides change places."""
 
 
 def told(case: Case, *ways: Callable[[Case], Moved]) -> Moved:
@@ -52,20 +52,21 @@ WAYS: dict[str, Callable[[Case], Moved]] = {
         case, lambda c: rotated(c, 4), lambda c: reframed(c, 5), lambda c: rescaled(c, 1000.0, 1e-3, 2.0)
     ),
 }
-"""Other tellings by name. The order of names leaves the kernel as it is; the other three make one new kernel together, not three:
-each of them changes every vector, so that a dependence on one is not made up for by another."""
+"""Other descriptions by name. The order of names does not change the kernel. The other three together make one new kernel, not
+three: each of them changes every vector, so that one cannot hide a dependence on another."""
 
 
 @cache
 def case_of(which: str) -> Case:
-    """The first random case that has it."""
+    """The first random case with the property."""
     loops, holds = CASES[which]
     n = 3 + (loops > 1)
     return first(which, holds, lambda seed: random_loop(seed, loops, n, t=TIME) if loops else random_tree(seed, n, t=TIME))
 
 
 def difference(case: Case, moved: Moved) -> tuple[float, tuple[str, str] | None]:
-    """(largest difference, its place) between the engine's results for the case and those for its other telling, brought back."""
+    """(largest difference, its place) between the engine's results for the case and those for its other description, mapped
+    back."""
     back = moved.back(engine_table(moved.case))
     return worst({k: v for k, v in engine_table(case).items() if k in back}, back)
 
@@ -130,7 +131,7 @@ def test_results_do_not_depend_on_which_joint_is_cut() -> None:
 
 @pytest.mark.slow
 def test_other_units_are_other_parameters_of_the_same_structure() -> None:
-    """Hence a change of numbers alone never compiles anything."""
+    """Therefore a change of numbers alone never causes a compilation."""
     loops, holds = CASES["journal in a loop"]
     what = "a journal in a loop, and no input (which becomes a number in other units)"
     case = first(what, lambda c: holds(c) and "FromInput" not in repr(c.scene), lambda s: random_loop(s, loops=loops, t=TIME))
@@ -142,7 +143,7 @@ def test_other_units_are_other_parameters_of_the_same_structure() -> None:
 
 @pytest.mark.parametrize("fast", ["prismatic", "revolute"])
 def test_what_tolerances_are_relative_to_is_in_the_units_of_the_scene(fast: str) -> None:
-    """A start so fast that it sets the scale of rates, for a travel's rate or an angle's."""
+    """A start whose rate, of a travel or an angle, is so large that it sets the scale of rates."""
     case = random_tree(1, 2, types=(fast,), friction=0.0, devices=0.0, drives=0.0)
     scene = replace(case.scene, joints={n: _started(j, case.q[n], 1e3 * case.qd[n]) for n, j in case.scene.joints.items()})
     case = Case(scene, case.q, {n: 1e3 * x for n, x in case.qd.items()}, tree=case.tree)

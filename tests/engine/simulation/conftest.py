@@ -1,4 +1,4 @@
-"""The run of the pendulum that pictures are drawn of, as a fixture."""
+"""A fixture: the run of the pendulum from which pictures are drawn."""
 
 from tests.plots.conftest import pendulum
 

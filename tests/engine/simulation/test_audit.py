@@ -22,8 +22,8 @@ BODY = (("position", 3), ("velocity", 3), ("orientation", 4), ("angular_velocity
 
 
 def bodies_energy(r: Result) -> np.ndarray:
-    """Kinetic energy and energy of weight, J, per row. They follow only from the bodies' positions and velocities, and the masses
-    and inertias of the reference."""
+    """Kinetic energy and energy of weight in every row, J. They follow only from the bodies' positions and velocities, and from the
+    masses and inertias of the reference."""
     total = np.zeros(len(r))
     for name, part in parts(r.scene).items():
         columns = (np.stack([r[f"{name}.{what}[{k + 1}]"] for k in range(n)], 1) for what, n in BODY)
@@ -36,7 +36,7 @@ def bodies_energy(r: Result) -> np.ndarray:
 
 
 def disturbed(model: Model, until: float, at: float, change: Callable[[Block], None], **how) -> Result:
-    """A run whose block is changed behind its back at a time, s."""
+    """A run whose block the test changes at a time, s, without the run's knowledge."""
     run = OneRun(model, until, until / 200, Settings(**how), None)
     stepping = model.block.advance
 
@@ -72,8 +72,8 @@ def test_right_runs_are_within(name: str, method: str, outputs: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
 def test_a_motion_that_is_given_slides_and_gives_energy_by_the_stiff_method_as_by_others(outputs: str) -> None:
-    """Nothing is stiff and nothing shortens a step here. In one step over the whole run, joints at rest at both ends slid
-    nowhere, and friction missed 1.5 J of 7.1."""
+    """The scene is not stiff, and nothing shortens a step. Earlier, in one step over the whole run, joints at rest at both ends had
+    no sliding, and friction missed 1.5 J of 7.1."""
     for rtol in (1e-4, 1e-8):
         shown = [outputs, "energy.dissipated"]
         r, other = (simulate("robot_arm", rtol=rtol, method=m, outputs=shown) for m in ("rosenbrock", "rk8"))
@@ -85,7 +85,7 @@ def test_a_motion_that_is_given_slides_and_gives_energy_by_the_stiff_method_as_b
 
 @pytest.mark.parametrize("name", ["simple_pendulum", "crank_slider_free", "spatial_slider_crank"])
 def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
-    """Found: at most 15 × rtol of the energy turned over is lost, in twelve bundled models at 1e-3 … 1e-6."""
+    """Measured: the loss is at most 15 × rtol of the energy converted, in twelve bundled models at 1e-3 … 1e-6."""
     for rtol in (1e-4, 1e-6):
         r = simulate(name, until=1.0, rtol=rtol, method="moreau", outputs="*.q[*]", every=1.0)
         assert (r.outcome.ok, r.audit.verdict, r.audit.tolerance) == (True, "within", rtol)
@@ -93,13 +93,13 @@ def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
 
 
 def test_a_driven_joint_that_starts_from_rest_is_no_error() -> None:
-    """Its motion is prescribed: friction holds nothing there that could fail to cancel."""
+    """Its motion is prescribed, so that friction does not hold the joint and there is no imbalance to find."""
     assert simulate("robot_arm", until=0.01).audit.notes == ()
 
 
 @pytest.mark.parametrize("mu", [0.0, 1e-300])
 def test_friction_that_is_none_is_beyond_no_law(mu: float) -> None:
-    """The residual of its equations is round-off, also where it compares with zero."""
+    """The residual of its equations is round-off, also where it is compared with zero."""
     run = simulate("spherical_pendulum", until=1.0, every=0.1, overrides={"joints.ball.friction.mu": mu})
     assert run.audit.verdict == "within"
     assert run.audit.notes == ()
@@ -130,8 +130,8 @@ def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dic
 
 @pytest.mark.parametrize(("method", "outputs"), [("auto", "*"), ("rosenbrock", " ".join(f"*.{what}[*]" for what, _ in BODY))])
 def test_energy_that_appears_at_once_is_told_with_its_time(method: str, outputs: str) -> None:
-    """At 3 s all rates are multiplied by 1.2 behind the run's back: 0.44 of the kinetic energy appears. Where no column asks for
-    works the stiff method's steps are audited by Simpson's rule."""
+    """At 3 s the test multiplies all rates by 1.2: 0.44 of the kinetic energy appears. Where no column needs works, Simpson's rule
+    audits the stiff method's steps."""
     model = Model(load_scene("crank_slider_free"), outputs.split())
 
     def push(block: Block) -> None:
@@ -147,7 +147,7 @@ def test_energy_that_appears_at_once_is_told_with_its_time(method: str, outputs:
 
 
 def test_energy_that_steps_of_impulses_gain_is_told_at_their_tolerance() -> None:
-    """At 0.5 s all rates are multiplied by 1.02: 4 % of the kinetic energy is 40,000 × rtol."""
+    """At 0.5 s the test multiplies all rates by 1.02: 4 % of the kinetic energy is 40,000 × rtol."""
     model = Model(load_scene("crank_slider_free"), ["*.q[*]"])
 
     def push(block: Block) -> None:
@@ -160,7 +160,7 @@ def test_energy_that_steps_of_impulses_gain_is_told_at_their_tolerance() -> None
 
 
 def test_friction_that_drives_is_told_with_its_joint() -> None:
-    """At 0.1 s the coefficient of friction becomes negative behind the run's back."""
+    """At 0.1 s the test makes the coefficient of friction negative."""
     model = Model(load_scene("spherical_pendulum"), ["*.q[*]"])
     place = int(np.flatnonzero(model.block.parameters == 0.6)[0])
 

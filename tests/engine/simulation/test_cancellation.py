@@ -1,4 +1,5 @@
-"""Long work in the runtime asks its host whether to go on: at the start and while stepping, as often as its work says."""
+"""Long work in the runtime asks its host whether to continue: at the start and during steps, at intervals that depend on the
+work."""
 
 from __future__ import annotations
 
@@ -65,7 +66,7 @@ def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
 
 
 def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
-    """The Jacobian unit is attached in a larger block: the old one's memory belongs to somebody else when the work is done."""
+    """The Jacobian unit is attached in a larger block. When the work is done, the old block's memory has another owner."""
     told: list[tuple[int, bool]] = []
 
     class Library:
@@ -82,7 +83,7 @@ def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
 
 
 def test_loops_that_are_closed_for_long_ask_too() -> None:
-    """A bar of a scissor is too long by far: no place closes it, and many are tried."""
+    """A bar of a scissor is far too long: no position closes it, and the search tries many."""
     given = scissor(3)
     free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}
     model = Model(apply(replace(given, joints=free), {"bodies.b2.points.low": [-100.0, 0.0, 0.0]}), "guide.q[*]")
@@ -97,7 +98,7 @@ def test_loops_that_are_closed_for_long_ask_too() -> None:
 
 
 class At(Held):
-    """An interrupt that comes as the runtime asks for the n-th time."""
+    """An interrupt that comes when the runtime asks for the n-th time."""
 
     def __init__(self, n: int):
         self.left = n
@@ -125,7 +126,7 @@ def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("n", [40, 100, 130, 160])
 def test_a_run_that_is_given_up_while_it_passes_a_failure_has_not_failed(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Thirty balls: modes do not suit, others are sought, and the run is given up meanwhile."""
+    """Thirty balls: modes are not consistent, and the search for others is cancelled."""
     interrupted_at(monkeypatch, n)
     assert simulate(balls(30, 0), until=0.1, kernel="parts", outputs="j0.q[*]").outcome.name == "cancelled"
 

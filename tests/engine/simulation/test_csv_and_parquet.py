@@ -1,4 +1,4 @@
-"""Tables keep the numbers and say where they came from."""
+"""Tables keep the numbers and state their origin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Stated errors are right, against closed forms and far tighter runs; where nothing can be promised it is said, and why."""
+"""Stated errors are right, compared with closed forms and far tighter runs. Where no error can be promised, the run says so and
+gives the reason."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ from trunnion.simulation.run import simulate
 
 G = 9.81
 LOW, HIGH = 0.2, 5.0
-"""Stated over true error: less is a broken promise, more says little."""
+"""Limits of stated over true error: a lower ratio breaks the promise, a higher one gives little information."""
 METHODS = ("rk5", "rk8", "rosenbrock")
 
 
@@ -92,7 +93,7 @@ def test_a_block_that_slides_to_rest_is_within_its_error_of_the_closed_form() ->
 
 
 def rods(until: float) -> Result:
-    """Two rods without friction that fall from high above: chaotic."""
+    """Two rods without friction that fall from far above; their motion is chaotic."""
     rod = sm.Body(box=(1.0, 0.05, 0.05), density=1000.0, points={"a": (-0.5, 0, 0), "b": (0.5, 0, 0)})
     joints = {
         "one": sm.Joint("revolute", "ground", "first.a", axis="z", start=sm.Start(q=2.0)),
@@ -119,7 +120,7 @@ def test_chaos_loses_its_promise_by_name_and_keeps_it_until_then() -> None:
 
 
 def test_a_decision_that_the_error_overturns_ends_the_promise() -> None:
-    """A block that stops where the spring pulls with what friction holds, and one part in a million beyond."""
+    """A block that stops where the spring pulls with the static friction, and one part in a million beyond."""
     scene = models_dir() / "stability" / "25_marginal.yaml"
     loose, tight = (certain(simulate(scene, rtol=rtol, certify=True)).promise for rtol in (1e-6, 1e-9))
     assert (loose.why, loose.about) == ("marginal", "reversal of slide")

@@ -33,6 +33,6 @@ def test_event_times_and_last_positions_of_the_examples_are_covered() -> None:
 
 
 def covered(counts: list[list[int]]) -> float:
-    """The covered ones of all."""
+    """The share of covered values in these counts."""
     mine, every = np.sum(counts, axis=0)
     return float(mine / every)

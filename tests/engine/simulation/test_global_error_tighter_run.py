@@ -1,4 +1,4 @@
-"""The run that a run is compared with for its error: how much tighter, by which method, and where its steps end."""
+"""The tighter run with which a run is compared for its error: its tolerance, its method, and the ends of its steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wrong use is refused, with words that say what is wrong, before anything runs."""
+"""Wrong use is refused before anything runs, with an explanation of the error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run without progress ends as `no_progress`, in bounded work. Steps that were requested to be short are no stall."""
+"""A run without progress ends as `no_progress` after bounded work. Requested short steps do not count as lack of progress."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from trunnion.simulation.run import simulate
 
 
 def on_a_spring(stiffness: float) -> dict[str, Any]:
-    """A block of 1 kg on a spring, drawn out."""
+    """A block of 1 kg on a stretched spring."""
     spring = {"stiffness": stiffness, "rest": 0.0}
     way = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block", "spring": spring, "start": {"q": 0.1}}
     return {"schema": 1, "name": "swing", "bodies": {"block": {"box": [1, 1, 1], "mass": 1.0}}, "joints": {"way": way}}

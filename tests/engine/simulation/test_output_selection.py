@@ -1,4 +1,4 @@
-"""The motion is bit-identical for every choice of columns, and works are as exact as the tolerance."""
+"""The motion is bit-identical for every choice of columns, and works are as precise as the tolerance."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from trunnion.simulation.run import Model, simulate
 
 MOTION = ["*.q[*]", "*.qd[*]"]
 ASKED = ([], ["energy.*"], ["audit.*"])
-"""Columns beside those of the motion: none, works, and such as need the multipliers in every row."""
+"""Columns in addition to those of the motion: none, works, and columns that need the multipliers in every row."""
 LAWS = ("coulomb", "regularized", "viscous", "lugre", "stribeck")
 TREES = (0, 16, 20, 22)
-"""Seeds: stops, drives, loads, a lugre pair alone, balls under three laws, a reversal inside a regularised law's zone."""
+"""Seeds of trees with stops, drives, loads, a LuGre pair alone, balls under three laws, and a reversal inside a regularised law's
+zone."""
 LOOPS = (0, 7, 15)
-"""Seeds: with friction on the loop under a law with states, with a coordinate measured across the cut, without friction."""
+"""Seeds of loops: with friction on the loop under a law with states, with a coordinate measured across the cut, without
+friction."""
 TURNED = 4
-"""Seed of a dry loop whose loads jump while pairs are at rest."""
+"""Seed of a loop with dry friction whose loads jump while pairs are at rest."""
 NOISE = 1e-9
-"""Of the energy turned over: what both runs of a work may differ by beside the tolerance, summed round-off of a long run."""
+"""Allowed difference of a work between both runs, relative to the energy converted, in addition to the tolerance: the summed
+round-off of a long run."""
 
 
 def told(r: Result) -> list[tuple]:
@@ -35,7 +38,7 @@ def told(r: Result) -> list[tuple]:
 
 
 def same(one: Result, other: Result) -> None:
-    """The claim that two runs, of different columns, went the same way to the last bit."""
+    """The claim that two runs with different columns have the same motion to the last bit."""
     assert (other.outcome.name, other.stats.steps, other.stats.rejected) == (one.outcome.name, one.stats.steps, one.stats.rejected)
     assert repr(told(other)) == repr(told(one))
     assert other.audit.energy == one.audit.energy
@@ -44,7 +47,7 @@ def same(one: Result, other: Result) -> None:
 
 
 def runs(scene: Scene | str, *more: list[str], **how) -> list[Result]:
-    """Runs of a scene with columns of the motion, and others beside them."""
+    """Runs of a scene with columns of the motion, and others in addition."""
     return [simulate(scene, outputs=[*MOTION, *columns], **how) for columns in (*ASKED, *more)]
 
 
@@ -97,7 +100,7 @@ def test_contacts_that_turn_where_loads_jump_are_not_told_from_stale_acceleratio
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(8), 4))
 def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
-    """Round-off grows a thousandfold every few seconds there: 12 s show any difference."""
+    """Round-off grows a thousandfold every few seconds there, so that 12 s show any difference."""
     rng = np.random.default_rng(seed)
     numbers = {f"joints.{n}.friction.mu": rng.uniform(0.05, 0.6) for n in ("guide", "cross")}
     patterns = (["guide.q[1]"], ["guide.q[2]", "guide.q[1]"], ["guide.q[1]", "energy.*"], ["*"])
@@ -122,7 +125,7 @@ def test_the_stepping_unit_is_the_same_code() -> None:
 
 @cache
 def turned_over(name: str) -> tuple[float, Result]:
-    """Energy that goes to and fro in a model within 3 s, J, and its works."""
+    """Energy that a model converts within 3 s, J, and its works."""
     r = simulate(name, until=3.0, rtol=1e-11, outputs=["energy.*"])
     each = [r[f"energy.{n}"] for n in ("kinetic", "potential", "dissipated")]
     return each[0].max() + 0.5 * sum(np.abs(np.diff(x)).sum() for x in each), r

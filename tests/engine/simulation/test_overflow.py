@@ -1,4 +1,4 @@
-"""No run ends as done with rows that hold no numbers: what overflows is named, and what was computed before it is kept."""
+"""No finished run has rows that are not numbers. Overflows are named, and rows from before are kept."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import trunnion
 
 
 def swing(mass: float, **more: Any) -> dict[str, Any]:
-    """A body of this mass on a rubbing pivot."""
+    """A body of this mass on a pivot with friction."""
     pivot = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "b.p"}
     rubs = {"friction": {"mu": 0.2, "radius": 0.01, "half_length": 0.02}}
     body = {"mass": mass, "inertia": [1, 1, 1], "points": {"p": [-1, 0, 0]}}
@@ -28,7 +28,7 @@ def test_forces_out_of_the_range_of_numbers_end_the_run_by_name(mass: float) -> 
 
 
 def pushed(force: float) -> dict[str, Any]:
-    """That body, pushed by a force that grows to this value in a second."""
+    """The same body under a force that grows to this value in a second."""
     push = {"type": "force", "on": "b", "force": [{"ramp": {"start": 0, "end": force, "duration": 1, "begin": 0.01}}, 0, 0]}
     return swing(1.0, forces={"push": push})
 
@@ -36,7 +36,7 @@ def pushed(force: float) -> dict[str, Any]:
 @pytest.mark.parametrize("bounds", [{}, {"evaluations": 1, "iterations": 1, "events": 0}], ids=["exact", "relaxed"])
 @pytest.mark.parametrize("force", [1e100, 1e200])
 def test_so_do_bounded_steps_and_a_row_that_is_none_is_not_kept(force: float, bounds: dict[str, int]) -> None:
-    """Whether a step is exact or its friction comes from sweeps; what is within the range of numbers runs on."""
+    """This holds for exact steps and for steps whose friction comes from sweeps. A run within the range of numbers continues."""
     asked = {"simulation.realtime": {"step": 1e-3, **bounds}}
     r = trunnion.simulate(pushed(force), until=0.1, every=0.001, overrides=asked, kernel="parts")
     assert r.outcome.name == ("not_finite" if bounds or force > 1e150 else "done")

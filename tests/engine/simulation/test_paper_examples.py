@@ -1,4 +1,4 @@
-"""The paper's examples 8.1, 8.2, 8.3: what they must show."""
+"""The paper's examples 8.1, 8.2, 8.3: their required results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def angle(r: Result) -> np.ndarray:
 
 
 def turned_over(r: Result) -> float:
-    """Energy turned over: the rise and fall of kinetic energy plus what was dissipated, J."""
+    """Converted energy: the rise and fall of kinetic energy plus the dissipated energy, J."""
     return float(np.abs(np.diff(r["energy.kinetic"])).sum() + r["energy.dissipated"][-1])
 
 
@@ -71,7 +71,7 @@ def test_pendulums_normal_force_and_torque_are_coulombs_while_it_slides() -> Non
 
 
 def test_adams_torque_is_larger_by_the_cosine_of_the_friction_angle() -> None:
-    """μ r |f| against μ r |f|/√(1+μ²), f the reaction each run finds."""
+    """μ r |f| compared with μ r |f|/√(1+μ²), where f is the reaction that each run finds."""
     torque, force = {}, {}
     for how in ("exact", "adams"):
         r = pendulum(how)
@@ -138,7 +138,7 @@ def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
 
 
 def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
-    """c = 0.15 m: the inertia acts beyond c/μ, the complement equations have no root (F3)."""
+    """c = 0.15 m: the inertia force acts beyond c/μ, and the complement equations have no root (F3)."""
     r = simulate("double_pendulum", until=1.0, overrides=PAPER | {"joints.guide.friction.half_length": 0.15})
     assert r.outcome.name == "no_solution"
     assert r.outcome.joint == "guide"

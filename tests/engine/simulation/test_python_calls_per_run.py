@@ -1,4 +1,4 @@
-"""The Python cost of a run is a constant per call into C, whatever happens inside the call."""
+"""The Python cost of a run is constant for each call into C, whatever happens inside the call."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.simulation.run import simulate
 
 
 def calls_while_stepping(monkeypatch: pytest.MonkeyPatch, until: float) -> tuple[int, Result]:
-    """How many functions Python calls while example 8.1 steps to ``until`` under law coulomb, and the run's result."""
+    """Number of function calls in Python while example 8.1 steps to ``until`` under law coulomb, and the run's result."""
     called: list[str] = []
     stepping = OneRun._step
 

@@ -20,7 +20,8 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 
 @cache
 def pendulum() -> Result:
-    """A run of example 8.1 with rows every 0.3 s. Its end is not a multiple of that, so the last interval is shorter."""
+    """A run of example 8.1 with rows every 0.3 s. Its end is not a multiple of this interval, so that the last interval is
+    shorter."""
     return simulate("spherical_pendulum", until=1.0, every=0.3, overrides=PAPER)
 
 
@@ -33,7 +34,7 @@ def out_of_reach() -> Scene:
 
 
 def test_a_row_at_the_end_of_a_step_does_not_depend_on_the_rows_inside_it() -> None:
-    """Newton's iteration for its friction begins at the step's end, not where the row before it has ended."""
+    """Newton's iteration for this row's friction begins with the value at the step's end, not with the result of the row before."""
     asked = {"method": "rk8", "step": 0.01, "outputs": "ball.*"}
     whole, quarters = (simulate("spherical_pendulum", 1.0, every, **asked) for every in (0.01, 0.0025))
     assert np.array_equal(whole.time, quarters.time[::4])
@@ -123,7 +124,7 @@ def test_thousand_rows_where_nothing_is_said() -> None:
 
 
 def test_counts_are_those_of_the_method() -> None:
-    """Twelve evaluations a step of order 8; three more wherever rows need the dense output, one for each row."""
+    """A step of order 8 takes twelve evaluations, and three more where rows need the dense output, one for each row."""
     r = simulate("simple_pendulum", until=5.0, every=5.0, method="rk8")
     s = r.stats
     assert s.counters["rk8"] == s.steps > 10
@@ -210,7 +211,7 @@ def test_numbers_out_of_range_are_named() -> None:
 
 
 def test_a_freedom_without_inertia_is_named() -> None:
-    """A body without inertia about the axis of its joint is to be turned."""
+    """A torque acts on a body without inertia about the axis of its joint."""
     joints = {"spin": sm.Joint("revolute", "ground", "b", axis="y", effort=1.0)}
     r = simulate(sm.Scene({"b": sm.Body(mass=1.0, inertia=(0.0, 0.0, 0.0))}, joints), until=1.0)
     assert (r.outcome.name, r.outcome.time, r.outcome.joint) == ("not_finite", 0.0, "spin")
@@ -235,14 +236,14 @@ def test_an_interrupt_in_the_progress_callback_keeps_what_there_is(monkeypatch: 
 
 
 def test_rows_that_need_no_forces_cost_no_evaluations() -> None:
-    """Coordinates are read off the dense output; only columns that depend on multipliers or accelerations are solved for."""
+    """Coordinates come from the dense output; only columns that depend on multipliers or accelerations need a solve."""
     few, many = (simulate("friction_identification", until=2.0, every=every, outputs="*.q[1]") for every in (2.0, 1e-3))
     assert len(many) > 1000 > len(few)
     assert many.stats.rhs_evaluations <= few.stats.rhs_evaluations + 3 * many.stats.steps
 
 
 def test_rows_of_forces_leave_the_motion_as_it_is() -> None:
-    """Bit for bit; columns of works do not: they are integrated, and their errors count."""
+    """The motion is the same bit for bit. Columns of works change it: they are integrated, and their errors count."""
     wanted = (["*.q[1]"], ["*.q[1]", "*.friction.torque*", "*.qdd[1]"])
     alone, among = (simulate("friction_identification", until=2.0, every=0.01, outputs=o) for o in wanted)
     name = next(n for n in alone.names if n.endswith(".q[1]"))

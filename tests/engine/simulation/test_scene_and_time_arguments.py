@@ -1,4 +1,4 @@
-"""Every Python function accepts a scene, a time or patterns in every form, and reports anything else as a problem."""
+"""Every Python function accepts a scene, a time or patterns in every form, and reports any other argument as a problem."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHORT = {"until": "20 ms", "every": "10 ms"}
 
 @pytest.fixture
 def forms(tmp_path: Path) -> list:
-    """One scene in every form it may be given in."""
+    """One scene in every accepted form."""
     scene = load_scene(NAME)
     file = tmp_path / "swing" / "scene.yaml"
     file.parent.mkdir()

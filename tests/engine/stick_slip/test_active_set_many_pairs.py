@@ -1,5 +1,6 @@
-"""Many pairs at rest are decided simultaneously. Independent pairs behave as alone, coupled ones obey their laws, and the work
-does not grow with their number. A decision that is neither found nor excluded is not a jam."""
+"""Whether each of many pairs at rest sticks or slips is decided for all of them at once. Independent pairs behave as alone, coupled
+pairs obey their laws, and the work does not grow with the number of pairs. Where no decision is found and none is excluded, the run
+does not report a jam."""
 
 from __future__ import annotations
 
@@ -17,13 +18,14 @@ from trunnion.simulation.run import Model, simulate
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 STEPS = 120
-"""Iterations that the decision of a start may take, whatever the number of pairs: of the creep and of Newton's method."""
+"""Most iterations, of the creep and of Newton's method, for the decision of a start. The limit does not depend on the number of
+pairs."""
 MOST = 400_000
-"""Iterations after which the start of ten balls, which tries what there is several times over, has ended."""
+"""Iterations after which the start of ten balls has ended. It tries every way of searching several times."""
 
 
 def links(count: int, seed: int, kind: str, apart: bool) -> sm.Scene:
-    """Bars on frictional joints, at rest: a chain, or (apart) each on the ground by itself."""
+    """Bars on joints with friction, at rest: a chain, or (apart) each bar on the ground by itself."""
     rng = np.random.default_rng([seed, count])
     bodies: dict[str, sm.Body] = {}
     joints: dict[str, sm.Joint] = {}
@@ -44,14 +46,14 @@ def links(count: int, seed: int, kind: str, apart: bool) -> sm.Scene:
 
 
 def rough(seed: int, count: int = 10) -> sm.Scene:
-    """A chain of balls, wide and rough: near their cones, about which the search is long."""
+    """A chain of wide, rough balls that are near their friction cones, where the search takes long."""
     scene, rub = links(count, seed, "spherical", apart=False), sm.Friction(mu=0.9, radius=0.1)
     joints = {n: sm.Joint(j.type, j.inboard, j.outboard, friction=rub, start=j.start) for n, j in scene.joints.items()}
     return sm.Scene(scene.bodies, joints, scene.name, gravity=scene.gravity)
 
 
 def begun(scene: sm.Scene, outputs: str, kernel: str | None = None) -> tuple[Model, int, np.ndarray]:
-    """A model at its start: how that ended, and its first row."""
+    """A model at its start: the outcome of that start, and its first row."""
     model, settings = Model(scene, outputs, kernel), bl.Settings()
     model.block.configure(settings)
     assert model.block.assemble() == 1
@@ -60,7 +62,7 @@ def begun(scene: sm.Scene, outputs: str, kernel: str | None = None) -> tuple[Mod
 
 
 def work(model: Model) -> int:
-    """Iterations so far."""
+    """Iterations that the model has counted so far."""
     counted = model.block.statistics()
     return counted["newton_iterations"] + counted.get("creeps", 0)
 
@@ -86,7 +88,7 @@ def test_pairs_that_do_not_feel_each_other_are_decided_as_each_would_be_alone(co
 
 
 def decided(model: Model, debug: ctypes.CDLL, by_cones: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Frictions and modes of pairs with one component, decided in one way."""
+    """Frictions and modes of pairs with one component, by one of the two ways of deciding."""
     eta, flags = np.zeros(model.system.neta), np.zeros(model.system.neta)
     at, *out = (ctypes.c_void_p(a) for a in (model.block.at, eta.ctypes.data, flags.ctypes.data))
     assert debug.tr_decide_one_way(at, int(by_cones), *out)
@@ -123,7 +125,8 @@ def test_a_decision_about_many_pairs_is_bounded_and_no_jam_where_it_fails() -> N
 
 
 def stands(legs: int, until: float) -> None:
-    """The claim that a Stewart platform moves from rest on so many legs, keeping the balance of energy, with little work."""
+    """The claim that a Stewart platform moves from rest on this number of legs, keeps the balance of energy and takes little
+    work."""
     r = simulate(stewart(legs), until=until, every=0.01, outputs=["platform.position[*]", "energy.residual", "energy.dissipated"])
     assert r.outcome.ok
     assert np.abs(r["energy.residual"]).max() <= 1e-4 * r["energy.dissipated"][-1]
@@ -143,8 +146,8 @@ def test_a_stewart_platform_moves_until_it_rests_on_any_legs(legs: int) -> None:
 
 
 def test_a_leg_that_is_let_go_sets_off_where_the_stiff_methods_dense_output_has_it_go_back() -> None:
-    """From rest the speed grows with the square of time, at first by less than the error of a long step's dense output. The run
-    once took 44,000 steps of 1e-9 s, each ended by a false stop."""
+    """From rest, the speed grows with the square of time. At first it is less than the error of a long step's dense output. A false
+    stop then ended every step, and the run took 44,000 steps of 1e-9 s."""
     r = simulate(stewart(4), until=0.3, every=0.3, method="rosenbrock", rtol=1e-5, outputs=["energy.kinetic"])
     assert r.outcome.ok
     assert r.stats.steps <= 100

@@ -1,7 +1,7 @@
-"""Scenes where two devices meet, held against a compliant model in absolute coordinates that shares nothing with the engine.
+"""Scenes in which two devices interact, compared with a compliant model in absolute coordinates that shares no code with the
+engine.
 
-Run it with ``OPENBLAS_NUM_THREADS=1 pytest -m slow -n 0 tests/engine/stick_slip/test_compliant_judge.py`` (minutes).
-"""
+Run it with ``OPENBLAS_NUM_THREADS=1 pytest -m slow -n 0 tests/engine/stick_slip/test_compliant_judge.py`` (minutes)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.reference.scenes.crossed_scenes import crossed_dict
 from trunnion import scene_from_dict
 
 NEAR = 1e-4
-"""Largest difference beyond the judge's own error, m or rad."""
+"""Largest difference that is allowed in addition to the compliant model's own error, m or rad."""
 ORIGIN = [0.0, 0.0, 0.0]
 
 
@@ -24,7 +24,7 @@ def revolute(inboard: str, outboard: str, at: list[float] | None = None, **more:
 
 
 def slider_crank(cut: str) -> dict[str, Any]:
-    """Ideal pins and a guide of given friction, the loop cut at one joint."""
+    """A slider-crank with ideal pins and a guide of given friction; its loop is cut at one joint."""
     bodies = {
         "crank": {"mass": 1, "center": [0.05, 0, 0], "inertia": [1e-3, 8.4e-4, 8.4e-4], "points": {"pin": [0.1, 0, 0]}},
         "rod": {"mass": 1, "center": [0.15, 0, 0], "inertia": [1e-3, 7.5e-3, 7.5e-3], "points": {"end": [0.3, 0, 0]}},
@@ -42,14 +42,14 @@ def slider_crank(cut: str) -> dict[str, Any]:
 
 
 def late_hook() -> dict[str, Any]:
-    """A slider meets a hook that came down a moment ago."""
+    """A slider reaches a hook that came down a moment before."""
     hook = {"at": 0.51, "stiffness": 1e4, "keeps": "below", "release": {"ramp": {"start": 1, "end": 0, "duration": 0.9}}}
     joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "start": {"qd": 1}, "latch": hook}
     return {"gravity": ORIGIN, "bodies": {"b": {"mass": 1, "inertia": [0.01] * 3}}, "joints": {"p": joint}}
 
 
 def lifted_hook() -> dict[str, Any]:
-    """A hook lets a wheel go that rubs and is at rest."""
+    """A hook releases a wheel that has friction and is at rest."""
     lift = {"ramp": {"start": 0, "end": 1, "duration": 0.2, "begin": 0.1}}
     hook = {"at": 0, "stiffness": 100, "keeps": "below", "down": True, "release": lift}
     joint = revolute("ground", "w", effort=2, friction={"torque": 0.5}, latch=hook)
@@ -57,7 +57,7 @@ def lifted_hook() -> dict[str, Any]:
 
 
 def coasting_gears() -> dict[str, Any]:
-    """Two gears coast to rest; then the second shaft holds and the teeth carry nothing."""
+    """Two gears coast to rest. Then friction holds the second shaft, and the teeth carry no load."""
     bodies = {"a": {"mass": 1, "inertia": [2e-3, 2e-3, 1.3e-3], "position": ORIGIN},
               "b": {"mass": 1.37, "inertia": [2e-3, 2e-3, 1.45e-3], "position": [0.07, 0, 0]}}  # fmt: skip
     mesh = {"type": "gear", "axis": "z", "inboard": "a", "outboard": "b", "teeth": [16, 19], "module": 0.004}

@@ -1,5 +1,5 @@
-"""Mechanisms in which stick is hard to decide and to hold. They move alike at every method and tolerance, turned in space, and a
-hundred times as large."""
+"""Mechanisms in which stick is hard to find and to maintain. Their motion is the same for every method and tolerance, when turned
+in space, and when a hundred times as large."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ CASES = Path(__file__).parent / "hard_scenes"
 METHODS = ("auto", "rk5", "rk8", "rosenbrock", "moreau")
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 LARGER, SLOWER = 100.0, 10.0
-"""Lengths are multiplied by LARGER and times by SLOWER, so that gravity stays what it is."""
+"""Lengths are multiplied by LARGER and times by SLOWER, so that gravity does not change."""
 TIGHT = 1e-9
 ENDS = 200.0
-"""Times the tolerance: how far off coordinates may end. The last of a sliding, a distance that does not count, is cut short."""
+"""Allowed difference of the final coordinates, in multiples of the tolerance. The engine may end the last, negligible distance of a
+sliding early."""
 
 
 @dataclass(frozen=True)
 class World:
-    """A case in its world: its scene, and the factors on its times and travels."""
+    """A case in its world: the scene, and the factors on its times and travels."""
 
     scene: sm.Scene
     time: float = 1.0
@@ -65,8 +66,9 @@ CLAIMS = {
         2.0, (("stick", "j0"), ("stick", "j1")), lambda r: r.stats.steps < 200 or bool(r.stats.counters["moreau"])
     ),
 }
-"""Changes that are not watched need not be there: a pair of two components that all but stops may be seen to turn round, and what
-turns by round-off alone may slip at a dead centre. (Steps of impulses are many before rest.)"""
+"""The compared changes of modes of every case; other changes may be absent. Three reasons: a pair of two components that nearly
+stops may be reported as a reversal; a joint that only round-off turns may slip at a dead centre; steps of impulses make many
+changes before rest."""
 
 
 def coordinates(scene: sm.Scene) -> list[str]:
@@ -76,7 +78,7 @@ def coordinates(scene: sm.Scene) -> list[str]:
 
 
 def assembled(scene: sm.Scene) -> Case:
-    """The scene as it starts, with all that the loops leave open found, written into it."""
+    """The scene at its start: the positions that the loops determine are found and written into it."""
     r = simulate(scene, until=1e-9, every=1e-9, outputs=coordinates(scene))
     q, qd = ({n: column(r, n, x, 0) for n in scene.joints} for x in ("q", "qd"))
     joints = {n: _started(j, q[n], qd[n]) for n, j in scene.joints.items()}
@@ -84,7 +86,7 @@ def assembled(scene: sm.Scene) -> Case:
 
 
 def worlds(name: str) -> dict[str, World]:
-    """A case as it is, turned in space, and larger."""
+    """A case unchanged, turned in space, and enlarged."""
     case = assembled(load_scene(str(CASES / f"{name}.yaml")))
     larger = rescaled(case, LARGER, 1.0, SLOWER).case.scene
     return {"as it is": World(case.scene), "turned": World(rotated(case, 7).case.scene), "larger": World(larger, SLOWER, LARGER)}
@@ -99,12 +101,12 @@ def run(name: str, world: World, method: str, rtol: float) -> Result:
 
 
 def times(r: Result, world: World, change: tuple[str, str]) -> list[float]:
-    """When a change of modes happens, in the case's own time."""
+    """Times of a change of modes, in the case's own time unit."""
     return [e.time / world.time for e in r.events if (e.kind, e.joint) == change]
 
 
 def ends(r: Result, world: World) -> np.ndarray:
-    """Where all joints are at the end: angles, travels over the case's lengths, and quaternions with their first sign."""
+    """Final positions of all joints: angles, travels relative to the case's lengths, and quaternions with a fixed sign."""
     out = []
     for n, j in r.scene.joints.items():
         q, kind = column(r, n, "q", -1), of(j.type)
@@ -131,12 +133,12 @@ def complaints(name: str, world: World, method: str, rtol: float, exact: Result,
 
 
 def steps_by_impulses(scene: sm.Scene) -> bool:
-    """Whether method moreau takes the scene: it refuses laws that are stiff near rest (big_ball)."""
+    """Whether method moreau accepts the scene. It refuses laws that are stiff near rest (big_ball)."""
     return all(REGISTRY[scene.law_of(j.friction)].steps for j in scene.joints.values() if j.friction is not None)
 
 
 def check(name: str, world: str, settings) -> None:
-    """Hold a case in a world against its claim at these settings; against a tight tolerance as it is."""
+    """Compare a case in a world with its claim at these settings; for the unchanged case, also with a run at a tight tolerance."""
     told = worlds(name)
     own = told["as it is"]
     settings = [(m, t) for m, t in settings if m != "moreau" or steps_by_impulses(own.scene)]
@@ -162,5 +164,6 @@ def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None
 
 @pytest.mark.parametrize("world", ["as it is", "larger"])
 def test_a_ball_whose_sliding_turns_back_before_the_kink_of_its_law_goes_below_it(world: str) -> None:
-    """There it is on the other branch at once. Taken for sliding that goes on, the step behind it came to a root far away."""
+    """At the kink, the ball is on the other branch at once. When it was treated as sliding on, the next step found a distant
+    root."""
     check("big_ball", world, [("rosenbrock", 2e-5), ("rosenbrock", 1e-5), ("rk5", 1e-5)])

@@ -1,5 +1,5 @@
-"""Chains that rub at every joint start from rest as dense equations in absolute coordinates require, for all joint types, also
-near the cones of balls. The work is bounded for any number of pairs."""
+"""Chains with friction at every joint start from rest as dense equations in absolute coordinates require. This holds for all joint
+types, also near the friction cones of balls. The work is bounded for any number of pairs."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 OBEYED = 1e-7
-"""Residual, in parts of the forces and accelerations that cancel: round-off of dense equations of a chain, 1e-10, is far below."""
+"""Allowed residual, relative to the forces and accelerations that cancel. The round-off of dense equations of a chain is far
+smaller, 1e-10."""
 STEPS = 150
-"""Matrices that the decision of a start may factorise, of Newton's method and along the path on which friction grows: 12 to 30 do
-for nineteen chains in twenty."""
+"""Most matrices that the decision of a start may factorise, in Newton's method and along the path on which friction grows. Nineteen
+chains in twenty need 12 to 30."""
 
 
 def begun(scene: sm.Scene) -> tuple[Model, dict[str, float]]:
-    """A model that has started at rest, and its first row. Its kernel is made of parts: nothing is compiled for a chain."""
+    """A model that has started at rest, and its first row. Its kernel is made of precompiled parts, so that no chain needs a
+    compilation."""
     model, settings = Model(scene, ("*.friction.*", "*.q[*]"), kernel="parts"), bl.Settings()
     model.block.configure(settings)
     assert model.block.assemble() == 1
@@ -32,7 +34,7 @@ def begun(scene: sm.Scene) -> tuple[Model, dict[str, float]]:
 
 
 def work(model: Model) -> int:
-    """Matrices so far."""
+    """Matrices that the model has factorised so far."""
     counted = model.block.statistics()
     return counted["newton_iterations"] + counted.get("creeps", 0)
 
@@ -44,7 +46,7 @@ def friction(row: dict[str, float], joint: str) -> list[float]:
 
 
 def modes(decision: Decision, row: dict[str, float]) -> dict[str, str]:
-    """The mode of every pair, in the words of the search. The second pair of a joint is that of its second freedom."""
+    """The mode of every pair, by the names that the search uses. The second pair of a joint is that of its second freedom."""
     found = {}
     for p in decision.rest:
         state = row[f"{p.joint}.friction.state[{p.freedoms[0] + 1}]"]
@@ -53,7 +55,8 @@ def modes(decision: Decision, row: dict[str, float]) -> dict[str, str]:
 
 
 def obeys(scene: sm.Scene) -> dict[str, str]:
-    """The claim that what a chain starts with satisfies Coulomb's law in equations of bodies in absolute coordinates; the modes."""
+    """The claim that the friction with which a chain starts satisfies Coulomb's law in equations of bodies in absolute coordinates.
+    Returns the modes."""
     model, row = begun(scene)
     q = {n: np.array([row[c] for c in row if c.startswith(f"{n}.q[")]) for n in scene.joints}
     decision = Decision(forward(scene, q))
@@ -74,7 +77,7 @@ def test_a_chain_of_balls_starts_as_dense_equations_ask(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "grip"), [*((k, 1.0) for k in range(4)), *((k, 1.3) for k in range(3))])
 def test_a_chain_of_all_joints_starts_as_dense_equations_ask(seed: int, grip: float) -> None:
-    """Also where pairs hold more at rest than they rub with while they slide."""
+    """Also where static friction exceeds sliding friction."""
     found = obeys(mixed(12, seed, grip))
     assert STICKS in found.values()
     assert set(found.values()) > {STICKS}

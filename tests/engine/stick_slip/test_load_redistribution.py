@@ -1,5 +1,5 @@
-"""The load of many pairs at rest that several freedoms would move comes and goes. The pairs share it again, seldom and only when
-needed."""
+"""Many pairs at rest, which several freedoms would move, carry a load that varies. The engine distributes the load among them again
+only when needed, and this is seldom."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from trunnion.simulation.run import simulate
 BASE, TOP, HEIGHT = 0.5, 0.3, 0.65
 """Radii of the circles on which legs stand and end, and the height of the platform, m."""
 STEPS = 1000
-"""So many steps at most for 1 s: a stop and a slip cost about twenty, and there are four to six of all pairs."""
+"""Most steps for 1 s. A stop and a slip take about twenty steps, and all pairs stop and slip four to six times."""
 
 
 def platform(mu: float, push: float) -> Scene:
-    """A platform on three sprung legs (revolute, prismatic joint and ball), shaken at its edge. All joints rub: nine pairs of
-    fifteen components on three freedoms."""
+    """A platform on three sprung legs (revolute, prismatic joint and ball), shaken at its edge. All joints have friction: nine
+    pairs of fifteen components on three freedoms."""
     bodies, joints, feet, heads = [], [], [], ["edge: [0.3, 0, 0]"]
     for k, at in enumerate(np.radians([0.0, 125.0, 235.0])):
         out, across = np.array([np.cos(at), np.sin(at), 0.0]), [-float(np.sin(at)), float(np.cos(at)), 0.0]
@@ -47,8 +47,8 @@ def platform(mu: float, push: float) -> Scene:
 @pytest.mark.parametrize(("mu", "push"), [slow((0.1, 60.0)), (0.15, 100.0), slow((0.2, 100.0))])
 @pytest.mark.parametrize(("method", "rtol"), sampled([("auto", 1e-6), ("rk5", 1e-5), ("rk8", 1e-8), ("rosenbrock", 1e-7)], 1))
 def test_loads_that_come_and_go_while_many_pairs_rest_take_few_steps(mu: float, push: float, method: str, rtol: float) -> None:
-    """One pair after the other reached its capacity, because each new sharing left almost no reserve. A small ball was released
-    by a torque about its force that was round-off of other loads. Runs stood still, at 1e-7 s a step."""
+    """Earlier, each new distribution of the load left almost no reserve, so that one pair after the other reached its capacity. A
+    torque about its force, which was round-off of other loads, released a small ball. Runs advanced by 1e-7 s a step."""
     r = simulate(platform(mu, push), until=1.0, every=0.1, method=method, rtol=rtol, max_steps=STEPS, outputs=["energy.residual"])
     assert r.outcome.ok, r.outcome
     assert any(e.kind == "stick" for e in r.events)

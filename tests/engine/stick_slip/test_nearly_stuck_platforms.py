@@ -1,6 +1,6 @@
-"""Platforms on three sprung legs (revolute, guide, ball). At the start all balls lie in a plane, and legs rest because others do,
-but only there. Legs that almost rest move with the platform. Stopped for good, they took a hundredth of its energy, or jammed it.
-"""
+"""Platforms on three sprung legs (revolute, guide, ball). At the start all balls lie in one plane, and some legs rest because
+others do, but only in that position. Legs that almost rest move with the platform. When the engine stopped them for good, they took
+a hundredth of its energy, or jammed it."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from trunnion.simulation.run import simulate
 
 WAYS = (("auto", 1e-6), ("rk5", 1e-5), ("rk8", 1e-7))
 MOST_STEPS = 200
-"""Ten times what the widest of these ways takes; it was thousands, or the end of the run."""
+"""Ten times the steps of the widest of these platforms. Earlier, runs took thousands, or did not reach their end."""
 ENERGY = 3e-4
-"""Of what is turned over: the most that the loosest of these tolerances leaves of it in ten platforms is 2e-4; stopped,
-2e-2 were lost."""
+"""Allowed energy error relative to the energy converted. At the loosest of these tolerances, ten platforms have at most 2e-4; with
+legs stopped for good they lost 2e-2."""
 
 
 def bar(mass: float, size: tuple[float, float, float], at: np.ndarray, **points: np.ndarray) -> sm.Body:
-    """A box there, with points given in the ground's axes."""
+    """A box at a place, with points given in the ground's axes."""
     x, y, z = (mass * s**2 / 12.0 for s in size)
     return sm.Body(mass=mass, inertia=(y + z, x + z, x + y), points={k: tuple(map(float, p - at)) for k, p in points.items()})
 
 
 def platform(seed: int) -> sm.Scene:
-    """Its legs stand 120° apart, are tilted inward and differ in their springs and frictions."""
+    """A platform whose legs stand 120° apart and are tilted inward; they differ in their springs and frictions."""
     rng = np.random.default_rng(seed)
     foot, top, height = rng.uniform(0.4, 0.6), rng.uniform(0.2, 0.35), np.array([0.0, 0.0, rng.uniform(0.5, 0.8)])
     bodies, joints, ground, tips = {}, {}, {}, {}

@@ -1,5 +1,6 @@
-"""Planets in parallel press the sun's bearing by a share that statics leaves open. The sun sticks, begins to slip and slips on:
-its bearing's loads are those of stiff contacts at rest as while sliding, so no load jumps and no mode is missing between them."""
+"""Planets in parallel load the sun's bearing by a share that statics does not determine. The sun sticks, begins to slip and
+continues to slip. At rest as in sliding, its bearing's loads are those of stiff contacts, so that no load jumps and every start of
+sliding has a mode."""
 
 from __future__ import annotations
 
@@ -15,15 +16,16 @@ from trunnion.batch.plan import Runner, plan
 from trunnion.simulation.settings.run_settings import Run
 
 NEAR = 1e-7
-"""Time before and after an onset, s, in which loads change by far less than they jumped."""
+"""Time before and after an onset of slip, s. Within it, loads change by far less than they once jumped."""
 FLOOR = 1e-6
-"""Error of a run with rtol 1e-8, rad: the angles are of order 10."""
+"""Error of a run with rtol 1e-8, rad; the angles are of order 10."""
 SMOOTH = (2e-5, 1e-5)
-"""Speeds at which the smoothed law saturates, m/s; the error of its motion is in proportion, so that two give the limit."""
+"""Speeds at which the smoothed law saturates, m/s. The error of its motion is proportional to this speed, so that two speeds give
+the limit."""
 
 
 def smoothed(scene: Scene, v_eps: float) -> Scene:
-    """The train whose sun rubs by the smoothed law."""
+    """The train whose sun has the smoothed friction law."""
     sun = scene.joints["rsun"]
     assert sun.friction is not None
     rubs = replace(sun.friction, law="regularized", v_eps=v_eps)
@@ -62,7 +64,8 @@ def test_loads_do_not_jump_where_the_sun_begins_to_slip(planets: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
-    """A sun that creeps instead of sticking turns by about its largest speed at rest times the time at rest."""
+    """Under the smoothed law the sun creeps instead of sticking. Its angle is about its largest speed at rest times the time at
+    rest."""
     scene = scene_from_dict(train(seed, 3))
     exact = simulate(scene, rtol=1e-8)["rsun.q[1]"][-1]
     coarse, fine = (simulate(smoothed(scene, v), method="rosenbrock", rtol=1e-8)["rsun.q[1]"][-1] for v in SMOOTH)
@@ -73,8 +76,8 @@ def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "preload", "method"), crossed(range(3), [0.0, 12.0], ["auto", "rk5", "rosenbrock"]))
 def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, preload: float, method: str) -> None:
-    """Without weight nothing but the brake carries load while it holds: friction of the others is that of no load, and no share of
-    it has a meaning. A preloaded pin holds more, by at most its own torque at the ring."""
+    """Without weight only the brake carries load while it holds. The friction of the other joints is that without load, so that a
+    share of it has no meaning. A preloaded pin holds more, by at most its own torque at the ring."""
     data = train(seed, 2)
     joints = data["joints"]
     for name, joint in joints.items():
@@ -98,8 +101,8 @@ def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, prel
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "until"), [(67, 0.25), (11, 0.7)])
 def test_a_braked_train_starts_from_no_acceleration_at_one_instant_whatever_the_settings(seed: int, until: float) -> None:
-    """The ring's brake reaches its torque, then the sun's bearing its capacity. Loads that brace the train would hold it up to
-    1.5 ms longer, as long as a search found them."""
+    """The ring's brake reaches its torque, then the sun's bearing reaches its capacity. Loads that brace the train would hold it up
+    to 1.5 ms longer, as long as a search found such loads."""
     scene = crossed_scene("planets", seed)
     starts, outputs = [], ["rring.qd[1]", "rring.qdd[1]"]
     for method in ("rk5", "rosenbrock"):

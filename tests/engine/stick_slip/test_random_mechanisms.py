@@ -1,5 +1,5 @@
-"""Random trees and loops that rub in every joint, of any size. Finished runs lost energy to friction alone and kept to every
-cone. Runs with a named outcome had no solution. Every setting ends alike."""
+"""Random trees and loops of any size, with friction in every joint. Finished runs lost energy to friction alone, and every friction
+stayed within its cone. Runs with a named outcome had no solution. All settings end alike."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from trunnion.simulation.run import simulate
 
 SEEDS = 300
 ALIKE = 0.98
-"""Part of the mechanisms that end alike at every setting."""
+"""Required share of mechanisms that end alike at all settings."""
 STUCK = 20
-"""Looks at a run, four steps or more apart, after which it does not move any more: a time may take two failures for each pair."""
+"""Number of looks at a run, four steps or more apart, without progress after which the run counts as stuck. At one instant it may
+need two failures for each pair."""
 
 
 @pytest.mark.slow
@@ -72,8 +73,8 @@ def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tup
 
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), ("auto", 1e-6)])
 def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: tuple[str, float]) -> None:
-    """The ball that closes loop 6 slides until its branch ends, slightly before the border of its cone, where it turns about its
-    contact. All motion continues: no rate jumps, and no solution is rejected."""
+    """The ball that closes loop 6 slides until its branch ends, slightly before the border of its cone; there it begins to turn
+    about its contact. No rate jumps, and no solution is rejected."""
     case = rubbing("loop", 6)
     method, rtol = setting
     r = simulate(
@@ -90,8 +91,8 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
 @pytest.mark.slow
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), stiff(("auto", 1e-6)), stiff(("rosenbrock", 1e-8))])
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
-    """The shaft that closes loop 26 comes to rest and reverses. It responds to friction a thousand times as much along its axis
-    as about it, so every method's steps shrink with the remaining time. It reverses at 0.2447825447 s (the stiff method at rtol
+    """The shaft that closes loop 26 comes to rest and reverses. Friction accelerates it a thousand times as much along its axis as
+    about it, so that every method's steps shrink with the remaining time. It reverses at 0.2447825447 s (the stiff method at rtol
     1e-10)."""
     case = rubbing("loop", 26)
     method, rtol = setting
@@ -109,7 +110,7 @@ def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: t
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-4), ("rk5", 1e-5)])
 def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, float]) -> None:
-    """The last of a sliding may be tiny and still take a quarter of the time: loop 7 reversed at 0.392 s."""
+    """The last, tiny part of a sliding may take a quarter of the time: loop 7 reversed at 0.392 s."""
     case = rubbing("loop", 7)
     method, rtol = setting
     r = simulate(case.scene, until=3.0 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
@@ -120,8 +121,8 @@ def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, flo
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), ("rosenbrock", 1e-6)])
 def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tuple[str, float]) -> None:
-    """The light cross of loop 247 rests from 0.24 to 0.97 of the time, while all else moves fast. Loop closure after a step moves
-    light bodies, and stopping the cross opened the loop again. It moved at up to 0.03 rad/s for half of that time."""
+    """The light cross of loop 247 rests from 0.24 to 0.97 of the time, while all other bodies move fast. Loop closure after a step
+    moved light bodies, and stopping the cross opened the loop again. The cross moved at up to 0.03 rad/s for half of that time."""
     case = rubbing("loop", 247)
     span, (method, rtol) = 3.0 * time_scale(case), setting
     until = 0.55 if method == "rosenbrock" else 0.7  # on some processors it loses 2e-4 of the energy in one step at 0.56
@@ -136,8 +137,8 @@ def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tupl
 
 
 def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
-    """The dense output of a step that is too long passes where friction has no answer. The step is made shorter; nothing jams
-    there, and no root folds away."""
+    """The dense output of a step that is too long passes points at which no friction solves the equations. The engine then makes
+    the step shorter. It reports neither a jam nor a root that vanishes."""
     case = rubbing("tree", 80)
     r = simulate(case.scene, until=0.6 * time_scale(case), every=0, method="rk5", rtol=1e-5, outputs=["energy.*"])
     assert r.outcome.ok
@@ -146,9 +147,9 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
 
 @pytest.mark.parametrize(("seed", "method", "rtol"), [stiff(147, "auto", 1e-4), (23, "rk5", 1e-5)])
 def test_a_failure_that_is_passed_in_vain_ends_the_run(seed: int, method: str, rtol: float) -> None:
-    """Friction of loop 147 has no answer from 0.76 of its time on. A slow pair that stops there is let go at once and fails
-    again. In loop 23 a pair can neither hold nor turn back where its sliding ends; friction found elsewhere left it sliding, to end
-    at once."""
+    """Friction of loop 147 has no solution from 0.76 of its time on. The engine releases a slow pair that stops there, and it fails
+    again at once. In loop 23 a pair can neither hold nor reverse where its sliding ends; another friction solution left it sliding,
+    and the sliding ended at once."""
     case, told = rubbing("loop", seed), Counter()
 
     def progress(time: float, until: float) -> None:

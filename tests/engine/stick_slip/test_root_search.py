@@ -1,5 +1,5 @@
-"""A run ends for lack of a friction solution only after a search from everywhere. An independent search confirms that there is
-none."""
+"""A run ends because friction has no solution only after a search from all starting points. An independent search confirms that
+there is none."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 
 
 def thick_pins(seed: int) -> sm.Scene:
-    """Three skew bars in motion on pins so thick and rough that two of three such chains have no answer at all."""
+    """Three skew bars in motion on pins so thick and rough that two of three such chains have no solution at all."""
     rng = stream("thick pins", seed)
     bodies, joints = {}, {}
     for k in range(3):
@@ -50,7 +50,7 @@ def has_answer(scene: sm.Scene) -> bool:
 
 
 UNFOUND = (64, 129, 201)
-"""Seeds whose root Newton's method finds neither from the last friction nor from none."""
+"""Seeds whose root Newton's method finds neither from the last friction nor from zero friction."""
 
 
 @pytest.mark.default_cases(1)

@@ -1,4 +1,5 @@
-"""Screws in loops: several threads on one spindle let go at one instant, and a crank jams where its screw cannot be driven back."""
+"""Screws in loops: several threads on one spindle slip at one instant, and a crank jams where a force on the nut cannot drive the
+screw."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from trunnion.simulation.results.result import Result
 
 
 def two_nuts(seed: int) -> dict[str, Any]:
-    """A spindle that a growing torque turns, and two nuts on guides; weight and preloads press bearing, guides and threads."""
+    """A spindle under a growing torque, with two nuts on guides. Weight and preloads load the bearing, the guides and the
+    threads."""
     rng = np.random.default_rng([11, seed])
     disc = {"mass": 1.2, "inertia": [3e-4, 3e-4, 5e-4], "position": [0, 0, 0], "center": [1e-3, -2e-4, 0]}
     bodies: dict[str, Any] = {"spindle": disc}
@@ -53,9 +55,9 @@ def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(se
 
 
 def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
-    """A flywheel that turns a crank, whose rod moves a nut; the nut's thread turns a spindle on a thrust bearing. The nut moves
-    towards the end of its stroke, driven by the spindle. back: friction arm of the thrust face over the arm at which a force on
-    the nut drives the spindle; the screw cannot be driven back above 1."""
+    """A flywheel turns a crank, whose rod moves a nut; the nut's thread turns a spindle on a thrust bearing. The spindle drives the
+    nut towards the end of its stroke. back: friction arm of the thrust face over the arm at which a force on the nut drives the
+    spindle. Above 1 the nut cannot drive the spindle."""
     rng = np.random.default_rng([12, seed])
     crank, rod, angle = 0.05, float(rng.uniform(0.15, 0.25)), float(rng.uniform(0.5, 0.9))
     r, mu, flank = float(rng.uniform(0.006, 0.01)), float(rng.uniform(0.05, 0.15)), float(rng.uniform(0, 0.4))
@@ -96,8 +98,9 @@ def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_drive
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [71, 66, 69])
 def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_goes_on_after_the_impact(seed: int) -> None:
-    """Where the nut turns round, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle by
-    its thrust bearing more than it drives it by the thread, and its own torque pushes the other way: no modes obey the laws."""
+    """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle by its
+    thrust bearing more than it drives it by the thread, and its own torque acts against this acceleration. Then no modes obey the
+    laws."""
     data = crossed_dict("screw_levers", seed)
     r = simulate(scene_from_dict(data), outputs=["turn.*"])
     thread, bearing = data["joints"]["thread"], data["joints"]["turn"]["friction"]

@@ -1,5 +1,5 @@
-"""Runs that end as done obey the laws: energy goes only into friction, every slip is found, and results do not depend on method
-or tolerance."""
+"""Finished runs obey the laws: friction alone takes energy, every slip is found, and results do not depend on method or
+tolerance."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from trunnion.system.construction.start_values_and_scales import length_scale, r
 
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 LIMIT = 1e-7
-"""m/s: with v_eps so small the regularised law is Coulomb's but for 1e-7 of what moves at 1 m/s."""
+"""m/s. With so small a v_eps the regularised law differs from Coulomb's by 1e-7 of the motion at 1 m/s."""
 
 
 def energy_error(r: Result) -> float:
-    """Largest residual of the energy, over what has been turned over."""
+    """Largest residual of the energy, relative to the energy converted."""
     turned = np.ptp(r["energy.kinetic"]) + np.ptp(r["energy.potential"]) + r["energy.dissipated"][-1]
     return float(np.abs(r["energy.residual"]).max() / turned)
 
 
 def without_stick(scene: sm.Scene) -> sm.Scene:
-    """The scene with friction that creeps instead of sticking, in the limit."""
+    """The scene with the regularised law, which creeps instead of sticking and tends to Coulomb's law."""
     return replace(scene, friction=replace(scene.friction, law="regularized", v_eps=LIMIT))
 
 
@@ -46,7 +46,7 @@ SHAKERS = {
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("shaker", SHAKERS)
 def test_a_block_slips_once_in_every_period_of_whatever_signal_frees_it(shaker: str, method: str) -> None:
-    """In a twentieth of each period, or less, the effort exceeds friction."""
+    """The applied force exceeds friction in a twentieth of each period, or less."""
     joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b"} | SHAKERS[shaker]
     bodies = {"b": {"mass": 1, "inertia": [0.01] * 3}}
     scene = scene_from_dict({"gravity": [0, 0, 0], "bodies": bodies, "joints": {"p": joint}})
@@ -88,7 +88,7 @@ def trammel(seed: int) -> sm.Scene:
 
 
 COSTLY = partial(pytest.param, marks=pytest.mark.slow)
-"""A seed whose Jacobian takes the compiler three to four seconds: with the slow tests."""
+"""A seed whose Jacobian takes the compiler three to four seconds; it belongs to the slow tests."""
 
 
 @pytest.mark.slow
@@ -109,7 +109,8 @@ def test_two_sliders_in_series_do_not_both_stop_at_a_dead_centre(seed: int) -> N
 
 
 def ratchet(duty: float, seed: int = 0) -> sm.Scene:
-    """A block on a rough table, pushed beyond its static friction, one way, for the part ``duty`` of each period of 1 s."""
+    """A block on a rough table. A force pushes it one way, beyond its static friction, for the part ``duty`` of each period of 1
+    s."""
     rng = stream("ratchet", duty, seed)
     mass, mu, swing = float(rng.uniform(0.5, 5.0)), float(rng.uniform(0.1, 0.6)), float(rng.uniform(0.3, 0.95))
     most = mu * mass * 9.81
@@ -121,7 +122,7 @@ def ratchet(duty: float, seed: int = 0) -> sm.Scene:
 
 
 def slips_in_every_period(duty: float, seed: int, method: str, rtol: float, periods: int) -> None:
-    """As often as the load exceeds what holds it: once a period."""
+    """Once in each period the load exceeds the friction that holds the block."""
     r = simulate(ratchet(duty, seed), until=float(periods), every=float(periods), method=method, rtol=rtol)
     slips = [e.time for e in r.events if e.kind == "slip"]
     assert len(slips) in (periods - 1, periods), (method, rtol)  # the period that the run begins or ends in may hold none
@@ -140,7 +141,8 @@ def test_a_block_slips_once_in_every_period_at_every_tolerance(duty: float) -> N
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("duty", [0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499, 0.4999])
 def test_a_block_slips_once_in_every_one_of_1000_periods_at_every_setting(duty: float, seed: int) -> None:
-    """Pushed for exactly half of each period it rests no more, at any setting: its speed comes down to nothing and up again."""
+    """The force acts for exactly half of each period. Then the block no longer rests, at any setting: its speed falls to zero and
+    rises at once."""
     for method in METHODS:
         for rtol in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
             slips_in_every_period(duty, seed, method, rtol, 1000)
@@ -149,7 +151,8 @@ def test_a_block_slips_once_in_every_one_of_1000_periods_at_every_setting(duty: 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_periods(seed: int) -> None:
-    """Pushed for 49.9 % of each period it rests for a thirtieth of one: its speed comes down to nothing between two stages."""
+    """The force acts for 49.9 % of each period. The block then rests for a thirtieth of a period, and its speed reaches zero
+    between two stages."""
     for rtol in (1e-4, 1e-6):
         slips_in_every_period(0.499, seed, "rk5", rtol, 1000)
 
@@ -159,8 +162,8 @@ def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_perio
 
 @pytest.mark.slow
 def test_a_pair_held_at_a_dead_centre_is_not_what_ends_a_run() -> None:
-    """A driven crank, a rod on ball and universal joint, and a slider on a cylindrical guide. At both dead centres the universal
-    joint's second axis is held and does not move. Each half turn has its reversals, for every method."""
+    """A driven crank, a rod on a ball joint and a universal joint, and a slider on a cylindrical guide. At both dead centres the
+    universal joint's second axis is held and does not move. Every method finds the reversals of each half turn."""
     steel = {"density": 7801.0}
     bodies = {
         "crank": sm.Body(box=(0.5, 0.1, 0.1), points={"i": (-0.25, 0.0, 0.0), "o": (0.25, 0.0, 0.0)}, **steel),
@@ -194,8 +197,8 @@ SETTINGS = (("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6))
 
 
 def obeys(kind: str, seed: int) -> None:
-    """A random mechanism that rubs in every joint, in any size: what is done has lost energy to friction alone, and every setting
-    ends alike."""
+    """A random mechanism of any size with friction in every joint. A finished run has lost energy to friction alone, and all
+    settings end alike."""
     scene = rubbing(kind, seed).scene
     span = 3.0 / rate_scale(scene, np.zeros(1), length_scale(scene))
     ends = []
@@ -225,8 +228,8 @@ def test_random_loops_lose_energy_to_friction_alone(seed: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8])
 def test_a_pair_of_several_components_that_reverses_along_a_line_stays_on_it_at_every_row(rtol: float) -> None:
-    """The double pendulum ends up swinging in a plane: its guide turns and no longer travels. Just after a reversal, friction
-    across the line is very stiff. Stages of the dense output amplified round-off to 4 mm/s, with contact forces doubled or
+    """The double pendulum finally swings in a plane: its guide turns and no longer travels. Just after a reversal, friction across
+    the line of sliding is very stiff. Stages of the dense output amplified round-off to 4 mm/s, and contact forces were doubled or
     halved."""
     scene = load_scene("double_pendulum")
     scene = replace(scene, friction=replace(scene.friction, law="coulomb", normal_force="adams"))

@@ -1,4 +1,4 @@
-"""Independent code checks every accepted solution. Each violated law is detected, correct solutions pass, and a run with a wrong
+"""Independent code checks every accepted solution. It detects each violated law and passes correct solutions. A run with a wrong
 solution recovers or reports it."""
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def solution(block: bl.Block) -> np.ndarray:
 
 
 def block_on_table(push: float = 0.0, speed: float = 0.0, law: str = "coulomb", mu: float = 0.5, lean: float = 0.0) -> sm.Scene:
-    """A block of 2 kg on a rough table that leans by an angle, rad, pushed by a force, N."""
+    """A block of 2 kg on a rough table that is inclined by an angle, rad, and a force, N, that pushes it."""
     rub = sm.Friction(mu=mu, half_width=0.01, half_height=0.01, half_length=0.5)
     slide = sm.Joint("prismatic", "ground", "block", axis="x", pin="outboard", friction=rub, start=sm.Start(0.0, speed),
                      effort=push)  # fmt: skip
@@ -65,7 +65,8 @@ def test_a_held_block_that_is_given_other_friction_moves() -> None:
 
 @pytest.mark.parametrize(("off", "broken"), [(1e-7, set()), (1.5e-6, set()), (4e-6, {Breaks.LAW})])
 def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, broken: set) -> None:
-    """1.5 parts in a million are more than the first look lets pass: it knows friction alone, not a load of its size."""
+    """The first check of a solution rejects an error of 1.5 parts in a million. This check knows only the friction, not the size of
+    the load."""
     block = begun(block_on_table(speed=1.0))
     solution(block)[-1] *= 1.0 + off
     assert block.broken() == broken
@@ -82,7 +83,7 @@ def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: s
     unit.k_prepare_all(None, ctypes.c_void_p(block.parameters.ctypes.data), ctypes.c_void_p(constants.ctypes.data))
 
     def called(function: str, first: np.ndarray, second: np.ndarray, part: str, *outs: int) -> list[np.ndarray]:
-        """The arrays a function of the kernel fills, of these lengths."""
+        """The arrays of these lengths after a function of the kernel has filled them."""
         found = [np.zeros(n) for n in outs]
         pointer = [ctypes.c_void_p(a.ctypes.data) for a in (first, second, block.x, constants[sizes[part] :], *found)]
         getattr(unit, function)(*pointer)
@@ -171,7 +172,7 @@ def test_loops_that_do_not_stay_closed_are_seen(seed: int) -> None:
     ("kind", "seed"), [("tree", 0), ("tree", 1), ("tree", 2), ("tree", 3), ("loop", 0), ("loop", 1), ("loop", 6)]
 )
 def test_what_a_random_mechanism_comes_to_is_an_answer_and_no_neighbour_of_it_is(kind: str, seed: int) -> None:
-    """In any size. Any one friction that is off by a hundredth breaks a law: its own, or rest."""
+    """In any size of the mechanism. A friction that is wrong by a hundredth violates a law: its own, or that of rest."""
     scene = rubbing(kind, seed).scene
     block = block_after(scene, 1.0 / rate_scale(scene, np.zeros(1), length_scale(scene)), 1e-6)
     block.evaluate()

@@ -1,5 +1,4 @@
-"""Rest needs no steps. While nothing moves and no load changes, the number of steps does not grow with time, and later events are
-not missed."""
+"""While nothing moves and no load changes, the number of steps does not grow with time, and later events are not missed."""
 
 from __future__ import annotations
 
@@ -15,8 +14,8 @@ from trunnion.simulation.run import simulate
 
 METHODS = ("rk5", "rk8", "rosenbrock", "auto")
 STEPS = 60
-"""Steps of a run with one slip in it, whatever its length: a step is six times the last at most, fourteen of them make 1e-6 s into
-1e5 s, and as many go into the slip."""
+"""Most steps of a run with one slip, whatever its length. A step is at most six times the last, so that fourteen steps grow from
+1e-6 s to 1e5 s. The slip takes as many."""
 
 
 def pile(seed: int, late: float, size: float = 1.0) -> tuple[sm.Scene, float]:

@@ -23,13 +23,13 @@ KNEE = ("knee.q[1]", "knee.qd[1]", "hip.q[1]", "hip.drive.effort[1]")
 
 
 def said(host: Host) -> str:
-    """What the FMU tells the host's logger, though no log was asked for."""
+    """The FMU's messages to the host's logger, although no log was requested."""
     return " ".join(text for _, text in host.log)
 
 
 @BOTH
 def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -> None:
-    """While nothing changes from outside, internal steps do not depend on communication steps: the numbers are the same."""
+    """While no input changes, internal steps do not depend on communication steps: the numbers are the same."""
     file = exported("spherical_pendulum", flavour)
     ends = []
     for cuts in (np.linspace(0, 2, 3), np.linspace(0, 2, 2001), np.array([0, 0.001, 0.9, 0.94498, 0.95, 1.3, 2.0])):
@@ -95,7 +95,7 @@ def test_a_motion_follows_its_input_critically_damped(flavour: str) -> None:
 
 
 def test_a_motion_follows_exactly_when_the_derivatives_are_given() -> None:
-    """A parabola is continued by its two derivatives without error."""
+    """The FMU extends a parabola by its two derivatives without error."""
     host = Host(exported("arm"), angle=0.2)
     at = host.reference["angle"]
     for k in range(20):
@@ -187,7 +187,7 @@ def test_the_stop_time_is_honoured_and_other_start_times_work() -> None:
 
 
 def jamming() -> trunnion.Scene:
-    """Example 8.3 with the guide of the text's literal reading: it jams from the start once friction is raised."""
+    """Example 8.3 with the guide of the text's literal reading. It jams from the start after friction is raised."""
     data = scene_to_dict(trunnion.load_scene("double_pendulum"))
     data["name"] = "jamming"
     return scene_from_dict(data)

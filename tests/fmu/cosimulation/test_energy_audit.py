@@ -1,4 +1,4 @@
-"""A run whose energy is off is told by the FMU itself: one warning, with time and joint, and the run goes on."""
+"""An FMU itself reports a run with an energy error. It gives one warning, with time and joint, and the run continues."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ WARNING = 1
 
 
 def told(host: Host) -> list[str]:
-    """What the FMU has said of the audit."""
+    """The FMU's messages about the audit."""
     return [text for _, text in host.log if "audit" in text]
 
 

@@ -1,4 +1,5 @@
-"""An FMU exported so tells the global error of each of its outputs in place of the output, where its parameter asks for it."""
+"""An FMU with this export option gives the global error of each of its outputs in place of the output, if its parameter requires
+this."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ def certified(fmi: int) -> Path:
 
 
 def run(file: Path, errors: int, rtol: float) -> np.ndarray:
-    """A run of it in fmpy."""
+    """A run of this FMU in fmpy."""
     given = {"solver.errors": errors, "solver.tolerance": rtol}
     return simulate_fmu(str(file), stop_time=UNTIL, output_interval=SPACING, start_values=given)
 
@@ -53,7 +54,7 @@ def test_errors_told_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> 
 
 
 def test_where_decisions_fall_otherwise_no_error_is_told(tmp_path: Path) -> None:
-    """A block that rests on the edge: one run lets it go, the other does not, or errors have grown."""
+    """A block at the limit of rest: one run releases it, the other does not, or errors have grown."""
     file = tmp_path / "chaos.fmu"
     export(models_dir() / "stability" / "11_bifurcation.yaml", file, certify=True, outputs=["*.qd[*]"])
     given = {"solver.errors": 1, "solver.tolerance": 1e-4}
@@ -89,7 +90,7 @@ def test_errors_go_with_a_state_that_is_kept_written_and_read() -> None:
 
 
 def test_errors_follow_inputs_that_the_host_changes() -> None:
-    """Two links, a torque and an angle from outside, new at every communication point."""
+    """Two links with a torque and an angle as inputs, new at every communication point."""
     file = FOLDER / "certified-arm.fmu"
     export(arm(), file, certify=True, outputs=["*.q[*]", "*.qd[*]"])
 

@@ -1,4 +1,4 @@
-"""Joints that jam: an FMU goes through a jam where its scene does, and tells of one as the engine does."""
+"""Joints that jam: an FMU passes a jam where its scene does, and reports one as the engine does."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GUIDE = "joints.guide.friction.half_length"
 
 
 def through(half_length: float) -> dict[str, object]:
-    """Example 8.3 with a guide so short that it jams, and goes on from there."""
+    """Example 8.3 with a guide so short that it jams; the run continues from there."""
     return {GUIDE: half_length, "simulation.jams": "impact"}
 
 
@@ -34,9 +34,9 @@ def jamming(half_length: float, flavour: str) -> Path:
 @BOTH
 @pytest.mark.parametrize("half_length", [0.22, 0.15], ids=["jams on its way", "jams at its start"])
 def test_a_scene_that_goes_through_its_jams_does_so_in_its_fmu(half_length: float, flavour: str) -> None:
-    """The engine passes the same jams. It rounds otherwise than an FMU, and errors of rtol 1e-6 grow at each of up to six impacts:
-    the travel of 6 m is compared to a hundred times that, 1e-4 m. (Behind 4.94 s the guide jams as it turns back: how often is a
-    matter of the tolerance, three times or not at all at 1e-9.)"""
+    """The engine passes the same jams. Its rounding differs from an FMU's, and errors of rtol 1e-6 grow at each of up to six
+    impacts. The travel of 6 m is compared to a hundred times that, 1e-4 m. (After 4.94 s the guide jams as it reverses. The number
+    of these jams depends on the tolerance: three times or not at all at 1e-9.)"""
     until, steps, names = 4.9, 49, ["events.count", "guide.q[1]"]
     asked = {"every": until / steps, "overrides": through(half_length), "outputs": names}
     expected = trunnion.simulate("double_pendulum", until=1.1 * until, **asked)  # an FMU does not know where its host stops

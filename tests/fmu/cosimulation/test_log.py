@@ -1,4 +1,4 @@
-"""What a host is told that asks for a log: every event at its own time, how the run begins, proceeds and ends; by category."""
+"""The log that a host requests: every event at its own time, and the begin, progress and end of the run, by category."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEPS, H = 40, 0.1
 
 @BOTH
 def test_every_event_is_told_with_its_joint_at_its_own_time(flavour: str) -> None:
-    """Those of the engine, to a hundredth of a microsecond."""
+    """The events are those of the engine, to a hundredth of a microsecond."""
     events = trunnion.simulate("spherical_pendulum", until=1.1 * STEPS * H, every=H).events
     host = Host(exported("spherical_pendulum", flavour), logging=True)
     host.run(0.0, STEPS, H)

@@ -1,4 +1,4 @@
-"""FMUs of the bundled models with loops give what the engine gives."""
+"""FMUs of the bundled models with loops give the engine's results."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.scene import model_names
 
 OPEN = open_models.pytestmark[0].args[1]
 SOME = ("andrews", "caught_carriage", "crank_slider", "spatial_slider_crank")
-"""Planar and spatial loops, one with latches: those of which both flavours run by default."""
+"""Models with planar and spatial loops, one with latches, of which both flavours run by default."""
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""FMUs of the bundled models without loops, and of every friction law, give what the engine gives."""
+"""FMUs of the bundled models without loops, and of every friction law, give the engine's results."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_numbers_that_no_bundled_model_has_are_bounded_as_in_a_scene() -> None:
 
 
 def test_numbers_that_do_not_go_together_are_refused_when_they_take_effect_and_the_run_goes_on() -> None:
-    """Hosts set parameters one after the other: in between they may be in the wrong order."""
+    """Hosts set parameters one after the other, so that intermediate values may be in the wrong order."""
     host, same = (Host(exported("spherical_pendulum:stribeck")) for _ in range(2))
     mu, static = "joints.ball.friction.mu", "joints.ball.friction.mu_static"
     host.run(0.0, 3, 0.01)

@@ -1,4 +1,4 @@
-"""Motions that follow inputs, coupled by a host that passes no derivatives, and with rates and accelerations as inputs."""
+"""Motions that follow inputs. A host couples them without derivatives, or with rates and accelerations as inputs."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def made(part: str) -> Path:
 
 
 def coupled(step: float, derivatives: int = 0, **settings: float) -> float:
-    """The motor's angle at END, both parts stepped side by side by a host that hands over values at communication points, so many
-    derivatives of the angle, too."""
+    """The motor's angle at END. A host steps both parts side by side and passes values at communication points, together with so
+    many derivatives of the angle."""
     drive, load = Host(made("motor")), Host(made("crank"), **settings)
     for k in range(round(END / step)):
         q, rate, acceleration = drive.get("shaft.q[1]", "shaft.qd[1]", "shaft.qdd[1]")
@@ -50,8 +50,8 @@ def whole() -> float:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("bandwidth", [20.0, 100.0, 400.0])
 def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(bandwidth: float) -> None:
-    """The load is that of the last step, which alone is an error of first order: it halves with the step, or better, as far as the
-    next order goes. Any bandwidth will do."""
+    """The load is that of the last step, which alone causes an error of first order. This error halves with the step, or falls
+    faster where the next order matters. This is true for any bandwidth."""
     errors = np.array([abs(coupled(h, inputs__angle__bandwidth=bandwidth) - whole()) for h in (0.01, 0.005, 0.0025)])
     assert errors[0] < 0.07
     assert (errors[1:] / errors[:-1] < 0.55).all()
@@ -75,7 +75,7 @@ def test_the_log_names_the_bandwidth_that_the_samples_carry() -> None:
 
 @BOTH
 def test_rate_and_acceleration_as_inputs_are_what_derivatives_of_the_input_are(flavour: str) -> None:
-    """Set before or after the value; for a parabola the motion is on it."""
+    """They are set before or after the value; for a parabola the motion follows it exactly."""
     told, before, after = (Host(exported("arm", flavour), angle=0.2) for _ in range(3))
     at = told.reference["angle"]
     for k in range(20):
@@ -96,7 +96,7 @@ def test_rate_and_acceleration_as_inputs_are_what_derivatives_of_the_input_are(f
 
 
 def test_a_sampled_input_that_stops_is_reached() -> None:
-    """It is not taken to go on at its last rate."""
+    """The FMU does not assume that the input continues at its last rate."""
     host = Host(exported("arm"))
     for k in range(100):
         host.set(angle=0.2 + 0.01 * min(k, 10))

@@ -1,5 +1,5 @@
-"""FMUs made of parts: tables and parts as C text, which are the engine's run on parts to the last bit; what is kept of one moves to
-another place."""
+"""FMUs made of parts: tables and parts as C text. Their results equal the engine's run on parts to the last bit; the stored state
+of one FMU can be loaded in another place."""
 
 from __future__ import annotations
 

@@ -19,7 +19,8 @@ SCENE, STEP, UNTIL = "spherical_pendulum", 1e-3, 1.1
 ASKED = {"simulation.realtime": {"step": STEP}}
 WANTED = ["pendulum.tip.*", "ball.q*", "ball.friction.*", "energy.residual", "events.count", "realtime.*"]
 SAME = 1e-9
-"""Of a column's size: baseline and machine round differently, and events are found to 1e-7 of the speed unit."""
+"""Allowed difference relative to a column's size: baseline and machine round differently, and events are located to 1e-7 of the
+speed unit."""
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Export]:
 
 
 def stepped(host: Host, names: list[str], steps: int) -> np.ndarray:
-    """Outputs at the ends of so many steps."""
+    """Outputs at the ends of this number of steps."""
     rows = []
     for k in range(steps):
         host.fmu.doStep(k * STEP, STEP)
@@ -58,7 +59,8 @@ def test_the_fmu_and_the_c_library_step_as_the_engine_does(made: tuple[Path, Exp
 
 
 def test_bounds_are_parameters_and_what_is_over_them_is_seen(made: tuple[Path, Export]) -> None:
-    """One iteration a step: all steps are made by the fallback, each counted, named in an output and in the log; left, none is."""
+    """With one iteration for each step the fallback makes all steps. Each is counted, and named in an output and in the log;
+    without this bound none is."""
     host = Host(made[0], stop=1.0, logging=True)
     host.set(**{"solver.iterations": 1})
     got = stepped(host, ["realtime.overrun", "realtime.overruns"], 20)
@@ -70,7 +72,7 @@ def test_bounds_are_parameters_and_what_is_over_them_is_seen(made: tuple[Path, E
 
 
 def test_exports_promise_a_bound_that_steps_keep(made: tuple[Path, Export]) -> None:
-    """Operations counted by the weights of the export, over a run with an event and one made by the fallback."""
+    """Operations are counted by the weights of the export, over a run with an event and a run made by the fallback."""
     _, told = made
     for bounds in ({}, {"iterations": 1}):
         over = {"simulation.realtime": {"step": STEP, **bounds}}

@@ -1,5 +1,5 @@
-"""A sleeve that a host turns on its shaft: it slides while its input moves, and rests when that does, though a drive that follows
-an input only dies away."""
+"""A host turns a sleeve on its shaft. The sleeve slides while its input moves, and rests when the input does, although a drive that
+follows an input only approaches it gradually."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from trunnion.fmu.scene_export import export
 from trunnion.scene.scene_loader import scene_from_text
 
 STEP, STEPS, BEGIN = 0.005, 400, 100
-"""s; communication steps, and that at which the host sets another angle."""
+"""Communication step, s; number of these steps, and the step at which the host sets another angle."""
 TURN, BANDWIDTH = 0.5, 100.0
-"""rad, rad/s"""
+"""Angle set by the host, rad; bandwidth, rad/s."""
 
 
 def rate(t: float) -> float:
-    """That of a critically damped motion to the angle set, rad/s."""
+    """Rate of a critically damped motion to the angle that was set, rad/s."""
     since = max(t - BEGIN * STEP, 0.0)
     return TURN * BANDWIDTH**2 * since * np.exp(-BANDWIDTH * since)
 

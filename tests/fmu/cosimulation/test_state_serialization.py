@@ -1,4 +1,5 @@
-"""States as bytes are taken only when they are whole and of this very FMU; anything else is refused, and the run goes on."""
+"""An FMU accepts states as bytes only when they are complete and from this very FMU. It refuses all others, and the run
+continues."""
 
 from __future__ import annotations
 
@@ -16,12 +17,12 @@ from tests.fmu.fmpy_host import Host, exported
 from trunnion.fmu.scene_export import export
 
 SEAL, MODE = 16, 48
-"""Bytes: of the mark and the checksum before a state; in it, where its mode stands."""
+"""Number of bytes of the mark and the checksum before a state; place of the mode in the state."""
 KNEE = ("knee.q[1]", "knee.qd[1]", "events.count")
 
 
 def checksum(body: bytes) -> int:
-    """Of a state, written down apart from the FMU."""
+    """Checksum of a state, written independently of the FMU."""
     words = struct.unpack(f"<{len(body) // 8}Q", body)
 
     def mix(total: int, word: int) -> int:
@@ -38,13 +39,13 @@ def forged(state: bytes, at: int, value: bytes) -> bytes:
 
 
 def places(host: Host, state: bytes) -> int:
-    """Where in a state the places of its arrays stand: the first is 0, the next begins behind the parameters."""
+    """Positions at which a state stores the places of its arrays. The first place is 0, the next begins after the parameters."""
     count = sum(v.causality == "parameter" for v in host.md.modelVariables)
     return state[SEAL:].index(struct.pack("<2i", 0, count))
 
 
 def flipped(state: bytes, bit: int) -> bytes:
-    """The state with one bit turned."""
+    """The state with one inverted bit."""
     changed = bytearray(state)
     changed[bit // 8] ^= 1 << bit % 8
     return bytes(changed)
@@ -58,7 +59,7 @@ def midway(file: Path) -> tuple[Host, bytes]:
 
 
 def refusal(host: Host, state: bytes) -> str:
-    """What is said of bytes that are refused; "" when they are taken."""
+    """The message about refused bytes; "" when they are accepted."""
     host.log.clear()
     with suppress(FMICallException):
         host.fmu.deSerializeFMUstate(state)
@@ -80,7 +81,7 @@ def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_goes_on() -> None:
 
 @pytest.mark.parametrize("made", [exported, of_parts], ids=["compiled", "parts"])
 def test_the_same_state_is_the_same_bytes_in_every_instance(made) -> None:
-    """No address of a process stands in them."""
+    """The bytes contain no address of a process."""
     assert midway(made("arm"))[1] == midway(made("arm"))[1]
 
 
@@ -96,7 +97,7 @@ def test_states_of_other_lengths_and_of_another_version_are_refused(tmp_path: Pa
 
 
 def test_of_what_a_state_says_places_are_found_anew_and_numbers_are_looked_at() -> None:
-    """Even where its checksum is right."""
+    """Even where the state's checksum is right."""
     host, state = midway(exported("arm"))
     expected = host.run(0.1, 20, 0.01, *KNEE)
     assert forged(state, MODE, state[SEAL + MODE : SEAL + MODE + 4]) == state

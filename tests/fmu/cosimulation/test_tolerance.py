@@ -1,4 +1,5 @@
-"""Which tolerance counts, the host's or the FMU's own: the tighter one, unless the user decides otherwise, and the log says so."""
+"""Choice between the host's and the FMU's own tolerance: the tighter one counts, unless the user decides otherwise, and the log
+says so."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ OWN, LOOSE, TIGHT = 1e-6, 1e-4, 1e-9
 
 
 def swing(flavour: str, host_gives: float | None = None, **settings: float) -> list[list[float]]:
-    """Example 8.1 up to its last reversals, with a tolerance of the host's."""
+    """Example 8.1 up to its last reversals, with a tolerance that the host sets."""
     return Host(exported("spherical_pendulum", flavour), tolerance=host_gives, **settings).run(0.0, 20, 0.1, "ball.qd[2]")
 
 

@@ -1,4 +1,4 @@
-"""The file itself: complete, honest, the same bytes every time, and helpful when something is wrong."""
+"""The FMU file: it is complete and correct, has the same bytes every time, and its errors are explained."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
 
 
 def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Each unit once; then its tables alone."""
+    """Each unit is compiled once; after that only its tables are."""
     compiled: list[str] = []
     run = c_compiler.run
 
@@ -158,8 +158,8 @@ def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkey
 
 
 def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """What is shipped runs for long; a kernel of a structure tried once need not. What was compiled with the switch is what
-    is there without it."""
+    """A delivered FMU runs for long; a kernel of a structure that is tried once need not be optimised. A library compiled with the
+    switch is also used without it."""
     calls: list[Sequence[str]] = []
     run = c_compiler.run
 

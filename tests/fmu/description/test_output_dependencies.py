@@ -1,4 +1,4 @@
-"""What outputs are said to depend on: all that they do depend on, as differences show, and little else."""
+"""Declared dependencies of outputs: they include all actual dependencies, as differences show, and few others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def made(name: str) -> Path:
 
 
 def declared(file: Path, at_start: bool) -> dict[str, set[str]]:
-    """The variables each output is said to depend on."""
+    """The variables on which each output is declared to depend."""
     md = read_model_description(file)
     return {u.variable.name: {d.name for d in u.dependencies} for u in (md.initialUnknowns if at_start else md.outputs)}
 
@@ -38,7 +38,7 @@ def inputs_of(host: Host) -> list[str]:
 
 
 def moved(host: Host, name: str, by: float, outputs: list[str]) -> set[str]:
-    """The outputs that change at once when a variable does."""
+    """The outputs that change immediately with a variable."""
     before, value = host.get(*outputs), host.get(name)[0]
     host.put(name, value + by)
     after = host.get(*outputs)
@@ -50,7 +50,7 @@ def moved(host: Host, name: str, by: float, outputs: list[str]) -> set[str]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("file", [lambda: made("arm"), lambda: made("motor"), lambda: made("crank"), lambda: of_parts("arm")])
 def test_no_output_depends_on_more_than_is_declared(file) -> None:
-    """At once and at the start, on inputs and on parameters; what the audit measures of an answer is not part of it."""
+    """Immediate dependencies and those at the start, on inputs and on parameters. Results of the audit are not included."""
     now, start = declared(file(), at_start=False), declared(file(), at_start=True)
     for steps, h in STEPS:
         host = Host(file())
@@ -66,8 +66,8 @@ def test_no_output_depends_on_more_than_is_declared(file) -> None:
 
 
 def test_little_more_is_declared_than_there_is() -> None:
-    """Of the outputs said to depend on the angle, four in five change with it in one of three states; others are zero by
-    numbers, not by structure, or states of contacts."""
+    """Four in five of the outputs that are declared to depend on the angle change with it in one of three states. The others are
+    zero by numbers, not by structure, or are states of contacts."""
     now, found = declared(made("arm"), at_start=False), set()
     for steps, h in STEPS:
         host = Host(made("arm"))
@@ -87,7 +87,7 @@ def test_events_audit_and_structural_zeros_depend_on_no_input() -> None:
 
 
 def test_there_is_no_algebraic_loop_where_none_is() -> None:
-    """A motor whose angle the crank follows, and which is loaded by its drive's torque: at the start and at every point."""
+    """A motor whose angle the crank follows, and on which the torque of the crank's drive acts: at the start and at every point."""
     links = {"angle": "shaft.q[1]", "load": motor_and_crank.LOAD}
     for at_start in (True, False):
         needs = declared(made("crank"), at_start) | declared(made("motor"), at_start)

@@ -1,5 +1,5 @@
-"""A scene's own parameters are an FMU's where it can change all that follows them, and give the very run of the scene set so; the
-others are named as left out."""
+"""A scene's own parameters are parameters of its FMU where the FMU can change all that depends on them. Then they give the same run
+as in the scene. The others are listed as left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every bundled model in every form that there is of an FMU: fmpy's validation and the schemas of the standards find no problem."""
+"""Every bundled model in every form of an FMU: fmpy's validation and the schemas of the standards find no problem."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ TERMINALS = Path(str(fmpy.__file__)).parent / "schema" / "fmi3" / "fmi3Terminals
 
 
 def forms(made: Made, with_sources: bool) -> Iterator[tuple[str, dict[str, bytes]]]:
-    """(what it is, its files but for what is compiled) of a model in one standard and for one kind of use."""
+    """(description of the form, its files without compiled ones) of a model in one standard and for one kind of use."""
     for flavour in ("native", "python") if made.standard == "2.0" and made.kind == "cs" else ("native",):
         for sources in (False, True) if with_sources and flavour == "native" else (False,):
             yield f"{made.standard} {made.kind} {flavour}{' with sources' * sources}", made.documents(flavour, sources)
 
 
 def problems(files: dict[str, bytes]) -> list[str]:
-    """What fmpy and the schemas find in such files; files that a description names and that are not there."""
+    """Problems that fmpy and the schemas find in such files, and missing files that a description names."""
     box = io.BytesIO()
     with zipfile.ZipFile(box, "w") as z:
         for name, text in files.items():
@@ -53,7 +53,7 @@ def problems(files: dict[str, bytes]) -> list[str]:
 
 @pytest.mark.parametrize("name", [*model_names(), *DESIGNS, "arm"])
 def test_no_form_of_any_model_has_a_problem(name: str) -> None:
-    """Of kernels made of parts, which have no sources, what the description says is the same."""
+    """The description is the same for kernels made of parts, which have no sources."""
     scene = arm() if name == "arm" else trunnion.load_scene(trunnion.models_dir() / name)
     model, first = started(scene, None, "compiled")
     found = {}

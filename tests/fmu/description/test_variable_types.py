@@ -1,4 +1,5 @@
-"""Variables as the standard means them: types, quantities, derivatives, a short list of outputs; what the scene says of itself."""
+"""Variables as the standard defines them: types, quantities, derivatives, a short list of outputs, and the scene's information
+about itself."""
 
 from __future__ import annotations
 
@@ -77,7 +78,7 @@ def test_real_variables_have_the_quantity_of_their_unit() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", ["double_pendulum", "spherical_pendulum", "crank_slider"])
 def test_what_is_said_to_be_a_derivative_is_one(model: str) -> None:
-    """Differences of half a microsecond to both sides, as exact as round-off over that time."""
+    """The test uses differences of half a microsecond on both sides, which are as precise as round-off over this time."""
     host, h = Host(exported(model)), 1e-6
     pairs = [(v.name, v.derivative.name) for v in host.md.modelVariables if v.derivative is not None]
     assert {"position", "velocity", "qd"} <= {base.split(".")[-1].partition("[")[0] for _, base in pairs}
@@ -93,7 +94,8 @@ def test_what_is_said_to_be_a_derivative_is_one(model: str) -> None:
 @pytest.mark.default_cases(1)
 @BOTH
 def test_derivatives_of_outputs_are_known(flavour: str) -> None:
-    """Exactly where they are variables themselves, 0 of what is discrete, else as slopes; asking changes nothing."""
+    """Derivatives are exact where they are variables themselves, 0 for discrete variables, else slopes. Reading them changes
+    nothing."""
     host, same = (Host(exported("double_pendulum", flavour)) for _ in range(2))
     names = ["guide.q[1]", "guide.qd[2]", "upper.position[3]", "energy.kinetic", "cross.friction.torque[1]"]
     names.append("guide.friction.state[1]")

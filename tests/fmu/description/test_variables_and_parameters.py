@@ -1,4 +1,4 @@
-"""What the variables of an FMU are: which numbers are parameters, what they may be, and that a stop time changes nothing."""
+"""The variables of an FMU: which numbers are parameters, their limits, and that a stop time does not change the run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_states_of_contacts_are_discrete() -> None:
 
 
 def test_one_number_for_several_is_one_parameter() -> None:
-    """Radius and half length of a universal joint are those of both its axes, as with --set."""
+    """Radius and half length of a universal joint apply to both its axes, as with --set."""
     paths = ["joints.cross.friction.radius", "joints.cross.friction.half_length"]
     names = {v.name for v in read_model_description(exported("double_pendulum")).modelVariables}
     assert set(paths) <= names
@@ -62,7 +62,7 @@ def apply_radii() -> trunnion.Scene:
 
 @pytest.mark.parametrize("law", ["coulomb", "stribeck", "regularized", "lugre", "viscous"])
 def test_no_number_of_friction_may_be_negative(law: str) -> None:
-    """One that were could create energy."""
+    """A negative number could create energy."""
     more: dict[str, dict[str, object]] = {
         "stribeck": {"mu_static": 0.8, "v_stribeck": 0.01}, "lugre": {"bristle_stiffness": 1e3, "bristle_damping": 0.03},
         "viscous": {"viscosity": 0.1},
@@ -78,7 +78,7 @@ def test_no_number_of_friction_may_be_negative(law: str) -> None:
 
 
 def test_vectors_are_whole_where_that_is_asked_for() -> None:
-    """With their zeros: gravity that is turned makes the motion that a scene with that gravity makes."""
+    """Vectors include their zeros: a turned gravity gives the motion of a scene with this gravity."""
     file = FOLDER / "whole.fmu"
     export("spherical_pendulum", file, whole_vectors=True)
     names = {v.name for v in read_model_description(file).modelVariables}

@@ -1,4 +1,4 @@
-"""FMUs of FMI 3.0 for the tests, made once a process, and a small host around fmpy that drives them through event mode."""
+"""FMUs of FMI 3.0 for the tests, made once in each process, and a small host around fmpy that handles event mode."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def exported3(model: str) -> Path:
 
 
 class Host3:
-    """An instance in fmpy with names instead of references. events: it handles events; early: steps may return early; between: what
-    is called between communication points; begin: until the step mode."""
+    """An instance in fmpy with names instead of references. events: it handles events; early: steps may return early; between:
+    function that is called between communication points; begin: until the step mode."""
 
     def __init__(self, file: Path, events: bool = True, early: bool = True, between: Callable | None = None, begin: bool = True,
                  stop: float | None = None, tolerance: float | None = None, logging: bool = False, wanted: Iterable[str] = (),
@@ -72,7 +72,7 @@ class Host3:
         self.categories.append(category.decode())
 
     def size(self, name: str) -> int:
-        """How many numbers a variable has."""
+        """The number of values of a variable."""
         return int(self.of[name].dimensions[0].start) if self.of[name].dimensions else 1
 
     def get(self, *names: str) -> list:
@@ -88,7 +88,7 @@ class Host3:
         self.fmu.setFloat64([self.reference[name]], list(values))
 
     def ticking(self) -> list[str]:
-        """Names of the clocks that tick now."""
+        """Names of the clocks that tick at this event."""
         names = [n for n, v in self.of.items() if v.type == "Clock"]
         on = self.fmu.getClock([self.reference[n] for n in names])
         return [n for n, ticks in zip(names, on, strict=True) if ticks]
@@ -100,7 +100,7 @@ class Host3:
         return said
 
     def handle(self, *names: str) -> tuple[list[str], list, list]:
-        """Handle the event at hand: (clocks that tick, values before, values after)."""
+        """Handle the present event: (clocks that tick, values before, values after)."""
         self.fmu.enterEventMode()
         ticking, before = self.ticking(), self.get(*names)
         again, *_ = self.fmu.updateDiscreteStates()

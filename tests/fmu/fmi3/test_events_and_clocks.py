@@ -1,4 +1,5 @@
-"""FMI 3.0: every stick, slip, reversal, separation and impact is an event at its own instant; stopping there changes nothing."""
+"""FMI 3.0: every stick, slip, reversal, separation and impact is an event at its own instant. Stopping there does not change the
+run."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 
 SAME_TIME = 1e-8
-"""s: how well event times of the engine and of an FMU agree, which round otherwise."""
+"""Allowed difference of event times between the engine and an FMU, s; they round differently."""
 BALL = ("ball.qd", "ball.qdd", "ball.friction.torque")
 SOME = ("caught_carriage", "crank_slider", "double_pendulum", "spherical_pendulum", "spherical_pendulum:regularized")
 """Models with and without loops, with latches and with a law without events."""
@@ -24,7 +25,7 @@ LAWS = ("spherical_pendulum", "spherical_pendulum:regularized", "spherical_pendu
 
 
 def logged(model: str, until: float, h: float, skip: int = 0) -> list[tuple[float, str]]:
-    """(time, clock) of the events that the FMI 2.0 FMU of a model tells in its log, in the order of time."""
+    """(time, clock) of the events in the log of a model's FMI 2.0 FMU, in the order of time."""
     host = Host(exported(model), logging=True)
     host.run(0.0, round(until / h) + skip, h)
     found = [text.split() for _, text in host.log if text.startswith("event at")]
@@ -32,7 +33,7 @@ def logged(model: str, until: float, h: float, skip: int = 0) -> list[tuple[floa
 
 
 def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> None:
-    """In fmpy's own event mode: it makes two rows at each event."""
+    """In fmpy's own event mode, which makes two rows at each event."""
     expected = [e.time for e in trunnion.simulate("spherical_pendulum").events]
     assert len(expected) == 11
     got = simulate_fmu(str(exported3("spherical_pendulum")), stop_time=10, output_interval=0.01, use_event_mode=True,
@@ -44,7 +45,7 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", LAWS)
 def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
-    """Reversals inside a proportional zone, too, which are recorded only when it is left."""
+    """The test includes reversals inside a proportional zone, which the FMU records only when the motion leaves the zone."""
     until, h = 5.0, 0.1
     due = logged(model, until, h, skip=10)
     events, _ = Host3(exported3(model)).run(until, h)
@@ -81,7 +82,7 @@ def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: s
 
 
 def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_after_it() -> None:
-    """The acceleration jumps at a reversal: it is compared with those of the FMI 2.0 FMU a little earlier and later."""
+    """The acceleration jumps at a reversal. It is compared with accelerations of the FMI 2.0 FMU slightly before and after."""
     (time, clocks, before, after), *_ = Host3(exported3("spherical_pendulum")).run(1.0, 0.1, *BALL)[0]
     assert clocks == ["ball.events.reversal"]
     host, apart = Host(exported("spherical_pendulum")), 1e-6
@@ -150,7 +151,7 @@ def test_a_state_kept_at_an_event_goes_on_from_there() -> None:
 
 @pytest.mark.parametrize("early", [True, False])
 def test_inputs_that_are_set_at_every_point_act_as_in_fmi_2(early: bool) -> None:
-    """Whether steps end at events or not."""
+    """This holds whether steps end at events or not."""
 
     def motor(t: float) -> float:
         return 40.0 * np.sin(7.0 * t)
@@ -186,7 +187,7 @@ def test_an_input_that_is_changed_at_an_event_acts_from_there_on() -> None:
 
 
 def test_times_at_which_loads_and_drives_break_are_known_ahead_to_the_last_bit() -> None:
-    """The knots of a table, in co-simulation and in model exchange of either standard; no more after the last one."""
+    """The knots of a table, in co-simulation and in model exchange of either standard; there are none after the last one."""
     knots = [0.5, 0.50001, 1.0, 1.00001]
     host, found = Host3(exchange("swing", 3, "both"), begin=False), []
     host.fmu.enterInitializationMode(startTime=0.0)

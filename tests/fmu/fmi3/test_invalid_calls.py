@@ -1,4 +1,4 @@
-"""FMI 3.0: what is refused, by which status and in which words; what the command refuses."""
+"""FMI 3.0: refused calls, their status and message, and what the command refuses."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ OUT_OF_PLACE: dict[str, Callable] = {
 
 
 def _renamed() -> Path:
-    """The FMU of ``arm`` whose description is of another version."""
+    """The FMU of ``arm`` with a description of another version."""
     file = FOLDER / "renamed-3.fmu"
     with zipfile.ZipFile(exported3("arm")) as old, zipfile.ZipFile(file, "w") as new:
         for name in old.namelist():

@@ -1,4 +1,4 @@
-"""FMI 3.0: the description, variables and arrays, derivatives, what happens between communication points, states, refusals."""
+"""FMI 3.0: the description, variables and arrays, derivatives, calls between communication points, states, refusals."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_derivatives_of_outputs_are_those_of_fmi_2() -> None:
 
 
 class Between:
-    """What a host does when it is called between communication points; it may then use its instance."""
+    """The host's action when it is called between communication points; it may then use its instance."""
 
     def __init__(self, act: Callable | None = None):
         self.host: Host3 | None = None
@@ -154,7 +154,7 @@ class Between:
 
 
 def between(act: Callable | None = None, **how) -> tuple[Host3, Between]:
-    """A host of ``arm`` that is told of every step of the FMU's own."""
+    """A host of ``arm`` that is informed of every step of the FMU."""
     told = Between(act)
     host = told.host = Host3(exported3("arm"), between=told, wanted=["knee.q[1]", "motor"], **how)
     return host, told

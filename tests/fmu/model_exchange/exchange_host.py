@@ -1,4 +1,4 @@
-"""FMUs for model exchange for the tests, made once a process, runs of them in fmpy, and an instance by itself."""
+"""FMUs for model exchange for the tests, made once in each process, runs of them in fmpy, and a separate instance."""
 
 from __future__ import annotations
 
@@ -26,12 +26,13 @@ from trunnion.scene.overrides import apply
 TOLD = re.compile(r"event at t = (\S+) s: (.*) in joint (\S+)$")
 EVERY = 0.01
 AFTER = 1e-13
-"""s: so far behind a root an event is handled."""
+"""Time after a root at which an event is handled, s."""
 Told = list[tuple[float, str, str]]
 
 
 def swing() -> trunnion.Scene:
-    """Two links that lie: an input presses the first against a stop; the second rubs, pushed by a table whose knots are events."""
+    """Two horizontal links. An input presses the first against a stop. The second has friction, and a table whose knots are events
+    pushes it."""
     bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
     rub = {"mu": 0.3, "mu_static": 0.39, "radius": 0.1, "half_length": 0.05}
     load = {"table": {"time": [0, 0.5, 0.50001, 1, 1.00001, 3], "value": [0, 0, 40, 40, 0, 0]}}
@@ -49,7 +50,7 @@ def swing() -> trunnion.Scene:
 
 
 def thrown() -> trunnion.Scene:
-    """Two blocks thrown up a rail past their latches: one is let go by a signal, the other slips on the teeth of its ratchet."""
+    """Two blocks thrown up a rail past their latches. A signal releases one, the other slips on the teeth of its ratchet."""
     body = {"mass": 2, "inertia": [1, 1, 1]}
     hook, rail = {"at": 0.3, "stiffness": 4e4}, {"type": "prismatic", "axis": "x", "inboard": "ground"}
     rail |= {"effort": -6, "start": {"qd": 3}}
@@ -85,14 +86,14 @@ def exchange(name: str, fmi: int = 2, kind: str = "me", changes: tuple[tuple[str
 
 
 def scene_of(name: str, changes: tuple[tuple[str, Any], ...] = ()) -> trunnion.Scene:
-    """The scene of the same words."""
+    """The scene of the same name and changes."""
     return BUILT[name]() if name in BUILT else apply(trunnion.load_scene(name), dict(changes))
 
 
 def run_me(
     file: Path, until: float, names: list[str], log: list | None = None, **more: Any
 ) -> tuple[dict[str, np.ndarray], Told, list[str]]:
-    """A run in fmpy (CVode, 1e-8): columns by name, the events that the log tells, all other warnings and errors."""
+    """A run in fmpy (CVode, 1e-8): columns by name, the events in the log, all other warnings and errors."""
     log = [] if log is None else log
 
     def hear(*said: Any) -> None:
@@ -107,14 +108,14 @@ def run_me(
 
 
 def engine_run(scene: trunnion.Scene, until: float) -> tuple[trunnion.Result, Told]:
-    """A run of the engine far more exact than that, and its events."""
+    """A far more exact run of the engine, and its events."""
     made = trunnion.simulate(scene, until=until, every=EVERY, rtol=1e-11)
     assert made.outcome.ok, made.outcome
     return made, [(e.time, e.kind, e.joint) for e in made.events]
 
 
 class Importer:
-    """An instance of FMI 2.0 by itself, in continuous-time mode."""
+    """A separate instance of FMI 2.0, in continuous-time mode."""
 
     def __init__(self, file: Path):
         self.md = read_model_description(file)
@@ -146,7 +147,7 @@ class Importer:
         return self._numbers(self.fmu.getContinuousStates, self.md.numberOfContinuousStates)
 
     def rates(self) -> np.ndarray:
-        """Their derivatives."""
+        """The derivatives of the continuous states."""
         return self._numbers(self.fmu.getDerivatives, self.md.numberOfContinuousStates)
 
     def indicators(self) -> np.ndarray:
@@ -161,7 +162,7 @@ class Importer:
         self.fmu.setContinuousStates((ctypes.c_double * len(x))(*x), len(x))
 
     def euler(self, t: float, h: float, steps: int) -> float:
-        """Steps of Euler's method, events handled at their ends; the time reached."""
+        """Steps of Euler's method, with events handled at their ends; returns the time reached."""
         for _ in range(steps):
             before = self.indicators()
             x = self.states() + h * self.rates()
@@ -181,7 +182,7 @@ class Importer:
 
 
 def run_scipy(host: Importer, until: float, tolerance: float, columns: list[str], method: str = "DOP853") -> np.ndarray:
-    """A run in SciPy, each indicator an event of it: states by name (rows) every EVERY seconds."""
+    """A run in SciPy, in which each indicator is an event: states by name (rows) every EVERY seconds."""
     from scipy.integrate import solve_ivp
 
     states = [u.variable.derivative for u in host.md.derivatives]

@@ -1,4 +1,4 @@
-"""Model exchange: directional and adjoint derivatives with states and inputs are those of the model."""
+"""Model exchange: directional and adjoint derivatives with respect to states and inputs equal those of the model."""
 
 from __future__ import annotations
 
@@ -15,9 +15,11 @@ import trunnion
 from tests.fmu.model_exchange.exchange_host import Importer, exchange, scene_of
 
 EXACT = 1e-12
-"""Of the largest number of the matrix: both are exact; the engine's kernel is compiled for this machine."""
+"""Allowed difference relative to the largest number of the matrix. Both are exact; the engine's kernel is compiled for this
+machine."""
 SLOPE = 1e-6
-"""Of the largest difference of its column, by differences of fourth order over 1e-3 of the nominal sizes."""
+"""Allowed difference relative to the largest difference of its column, by differences of fourth order over 1e-3 of the nominal
+sizes."""
 STEP = 1e-3
 WEIGHTS = ((1, 8.0), (-1, -8.0), (2, -1.0), (-2, 1.0))
 MODELS = ("spherical_pendulum", "double_pendulum", "crank_slider", "swing", "bristles")
@@ -69,7 +71,7 @@ def test_they_are_what_differences_say(name: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
 def test_they_are_the_engines_exact_matrices(name: str) -> None:
-    """At the start: derivatives of states with states and inputs."""
+    """At the start: derivatives of states with respect to states and inputs."""
     host, linear = Importer(exchange(name)), trunnion.linearize(scene_of(name))
     n, ny = host.md.numberOfContinuousStates, len(linear.x)
     unknowns, knowns = asked(host)
@@ -81,7 +83,7 @@ def test_they_are_the_engines_exact_matrices(name: str) -> None:
 
 
 def test_adjoint_ones_are_the_same_from_the_other_side() -> None:
-    """FMI 3.0, in event mode; of indicators there are none, and it is said."""
+    """FMI 3.0, in event mode. Indicators have no derivatives, and the FMU reports this."""
     file = exchange("swing", 3)
     md, folder, log = read_model_description(file), extract(file), []
     atexit.register(shutil.rmtree, folder, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""Model exchange: an importer's solver gives what ours gives, with the same events; what its calls promise; what is refused."""
+"""Model exchange: an importer's solver gives our results, with the same events; guarantees of its calls; refusals."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ from trunnion.fmu.scene_export import Made, export, started
 from trunnion.scene import model_names, scene_from_dict
 
 MOTION = 1e-6
-"""Positions, rad or m, over the time given, in fmpy's CVode at 1e-8 (its BDF method loses two digits on the way)."""
+"""Allowed error of positions, rad or m, over the given time, in fmpy's CVode at 1e-8 (its BDF method loses two digits during the
+run)."""
 INSTANT = 2e-6
-"""Times of events, s: that error over the slowest sliding's deceleration."""
+"""Allowed error of event times, s: the error of positions over the slowest sliding's deceleration."""
 
 
 def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
-    """Positions to MOTION, the events of the engine in its order, each within INSTANT."""
+    """Check positions to MOTION, and the events of the engine in its order, each within INSTANT."""
     scene = scene_of(name)
     made, events = engine_run(scene, until)
     positions = [n for n in made.names if ".q[" in n]
@@ -52,12 +53,12 @@ def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: f
 
 @pytest.mark.slow
 def test_a_brake_that_yields_in_a_braced_train_yields_in_an_importers_solver_too() -> None:
-    """The ring's brake keeps its torque until the sun's bearing reaches its capacity; both slide from then on."""
+    """The ring's brake keeps its torque until the sun's bearing reaches its capacity; then both slide."""
     claim_is_the_engine("planets", 0.25, 2)
 
 
 def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> None:
-    """8.3 over 5 s in SciPy's DOP853 at 1e-11 (at 1e-8 it is off by 9e-6, CVode by 4e-6, the engine's rk8 by 4e-6)."""
+    """8.3 over 5 s in SciPy's DOP853 at 1e-11 (at 1e-8 its error is 9e-6; CVode's and the engine's rk8's are 4e-6)."""
     made, events = engine_run(scene_of("double_pendulum"), 5.0)
     host, names = Importer(exchange("double_pendulum")), [n for n in made.names if ".q[" in n]
     got = run_scipy(host, 5.0, 1e-11, names)
@@ -66,12 +67,12 @@ def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> 
 
 
 def test_a_loop_closed_by_the_drift_that_is_allowed_has_the_motion_and_the_events_of_the_engine() -> None:
-    """The coordinates of 8.2 that close its loop are states: outputs are of the loop closed."""
+    """The coordinates of 8.2 that close its loop are states. Outputs are those of the closed loop."""
     claim_is_the_engine("crank_slider", 2.0, 2)
 
 
 def three_balls() -> trunnion.Scene:
-    """Two balls and a cross between them, all rubbing: the lower ball comes to its cone, where its friction jumps."""
+    """Two balls and a cross between them, all with friction: the lower ball reaches its cone, where its friction jumps."""
     sizes = [(0.564, 0.026), (0.631, 0.041), (0.463, 0.028)]
     bodies = {f"b{k}": {"box": [length, 0.06, 0.05], "density": 7800, "points": {"a": [-0.15, 0, 0], "e": [0.15, up, 0]}}
               for k, (length, up) in enumerate(sizes)}
@@ -92,7 +93,8 @@ def three_balls() -> trunnion.Scene:
 
 @pytest.mark.slow
 def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
-    """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: the number that tells was negative from where it went on."""
+    """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: earlier, the indicator was negative at the point from which the run
+    continued."""
     scene, file = three_balls(), FOLDER / "three-balls.fmu"
     export(scene, file, kind="me", kernel="parts")
     made = trunnion.simulate(scene, until=1.0, every=EVERY, rtol=1e-11, kernel="parts")
@@ -104,12 +106,12 @@ def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_fr
 
 
 def test_latches_fall_catch_and_let_go_at_the_engines_instants() -> None:
-    """Their hooks are discrete states: they fall and lift in event mode only."""
+    """The latches' hooks are discrete states: they fall and lift only in event mode."""
     claim_is_the_engine("thrown", 4.0, 3)
 
 
 def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
-    """Errors grow by the stops' stiffness: they fall with the solver's tolerance."""
+    """The stiffness of the stops amplifies errors, which fall with the solver's tolerance."""
     made, events = engine_run(scene_of("swing"), 2.4)
     got, told, _ = run_me(exchange("swing"), 2.4, ["hip.q[1]", "knee.q[1]"], relative_tolerance=1e-10)
     assert {e[1] for e in events} == {"slip", "stick", "end_stop_engaged", "end_stop_released"}
@@ -118,7 +120,7 @@ def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
 
 
 def described(name: str) -> list[tuple[bytes, bytes]]:
-    """(FMI 2.0, FMI 3.0) descriptions of a scene for both kinds of use, each in an archive of nothing else."""
+    """(FMI 2.0, FMI 3.0) descriptions of a scene for both kinds of use, each alone in an archive."""
     model, first = started(scene_of(name), None, "auto")
     out = []
     for standard in ("2.0", "3.0"):
@@ -138,7 +140,7 @@ def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("name", ["a b", "joints.1", "der(a", "a[1,]"])
 def test_a_name_of_another_form_is_a_problem_that_fmpy_finds(name: str) -> None:
-    """After any number of legal ones, whose forms are parsed once."""
+    """The name comes after any number of legal ones, whose forms are parsed once."""
     with zipfile.ZipFile(io.BytesIO(described("swing")[0])) as z:
         text = z.read("modelDescription.xml").decode()
     first = re.search(r'<ScalarVariable name="([^"]+)"', text)
@@ -150,7 +152,7 @@ def test_a_name_of_another_form_is_a_problem_that_fmpy_finds(name: str) -> None:
 
 
 def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:
-    """Whatever was asked for in between, the same numbers but for round-off of the iteration for friction."""
+    """The numbers are the same whatever calls are made in between, up to round-off of the iteration for friction."""
     host = Importer(exchange("double_pendulum"))
     x = host.states()
     told = host.rates(), host.indicators()
@@ -174,7 +176,7 @@ def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
 
 
 def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
-    """Euler's method: the first events of the engine, each at the end of a step."""
+    """With Euler's method the first events are those of the engine, each at the end of a step."""
     host, h = Importer(exchange("double_pendulum")), 1e-4
     _, events = engine_run(scene_of("double_pendulum"), 1.0)
     for k in range(int(0.9 / h)):

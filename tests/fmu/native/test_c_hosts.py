@@ -23,8 +23,8 @@ HOST = Path(__file__).with_name("fmi2_host.c")
 
 
 def built(target: str, out: Path, source: Path = HOST) -> Path:
-    """The path of a C host, compiled for a target, from the system's own libraries, as FMUs are: the compiler would build its own
-    runtime first, for half a minute of processor time."""
+    """The path of a C host, compiled for a target from the system's own libraries, as FMUs are. Otherwise the compiler would first
+    build its own runtime, for half a minute of processor time."""
     sources, link = [source], ["-nostdlib", "-lc", "-ldl"]
     if "windows" in target:
         sources = [source, NATIVE / "windows_libc.c"]
@@ -73,11 +73,11 @@ def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_l
 
 
 ARM = Path("/usr/aarch64-linux-gnu")
-"""Where Debian puts the C library of 64-bit ARM (libc6-arm64-cross)."""
+"""The place of the C library of 64-bit ARM in Debian (libc6-arm64-cross)."""
 
 
 def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
-    """Under qemu, where it is installed; to 1e-9 s: other processors round otherwise."""
+    """Under qemu, where it is installed; to 1e-9 s, because other processors round differently."""
     program = shutil.which("qemu-aarch64")
     if program is None or not ARM.is_dir():
         reason = "qemu-user or libc6-arm64-cross is not installed (apt-get install qemu-user libc6-arm64-cross)"
@@ -94,20 +94,20 @@ def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> Non
 
 
 def wine() -> str | None:
-    """wine64, also where Debian keeps it off the PATH."""
+    """The path of wine64, also where Debian keeps it outside the PATH."""
     found = shutil.which("wine64") or shutil.which("wine")
     return found or next((str(p) for p in Path("/usr/lib/wine").glob("wine64")), None)
 
 
 def wanted() -> None:
-    """Skip where wine is not installed, or fail where it has to be."""
+    """Skip where wine is not installed, or fail where it is required."""
     if wine() is None:
         reason = "wine64 is not installed (Debian: apt-get install wine64)"
         pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
 
 
 def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -> list[float]:
-    """What a C host prints of a library for Windows."""
+    """The output of a C host with a library for Windows."""
     program = wine()
     assert program is not None
     env = dict(os.environ, WINEPREFIX=str(folder / "wine"), WINEDEBUG="-all", HOME=str(folder))
@@ -119,9 +119,9 @@ def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -
 
 @pytest.mark.slow
 def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
-    """Same motion to 1e-9 m: the C libraries' sines differ in the last bit. It needs nothing but the system's own C library, so
-    that nothing else is built for it. The loader of the python flavour stands before it the same: wine has no Python, so a
-    library that plays the slave stands for pythonfmu's."""
+    """The motion is the same to 1e-9 m: the C libraries' sines differ in the last bit. The library needs only the system's own C
+    library, so that nothing else is built for it. The loader of the python flavour works in the same way. wine has no Python, so
+    that a library in the role of the slave replaces pythonfmu's."""
     wanted()
     host = built("x86_64-windows-gnu", tmp_path / "host.exe")
     file = FOLDER / "windows.fmu"
@@ -145,7 +145,7 @@ def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
 
 
 def claim_that_of_fmi_3_finds_the_same_events(tmp_path: Path) -> None:
-    """In the same folder, in which wine is set up already."""
+    """The test runs in the same folder, in which wine is already set up."""
     file = FOLDER / "windows-3.fmu"
     export("spherical_pendulum", file, platform="win64", fmi=3)
     host = built("x86_64-windows-gnu", tmp_path / "host3.exe", HOST.with_name("fmi3_host.c"))

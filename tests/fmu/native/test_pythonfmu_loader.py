@@ -1,4 +1,4 @@
-"""The loader before pythonfmu: what the python flavour's slave says reaches the host, as from the native flavour."""
+"""The loader before pythonfmu: messages of the python flavour's slave reach the host, as from the native flavour."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_states_are_looked_at_as_by_the_native_flavour() -> None:
 
 
 def test_what_pythonfmu_does_not_pass_on_goes_to_the_model() -> None:
-    """Derivatives of inputs, and of outputs with them: the same numbers as of the native flavour."""
+    """Derivatives of inputs, and with them of outputs: the same numbers as from the native flavour."""
     found = []
     for flavour in ("native", "python"):
         host = Host(exported("arm", flavour), angle=0.2)
@@ -102,7 +102,8 @@ RUN = "import sys; from fmpy import simulate_fmu; simulate_fmu(sys.argv[1], vali
 @pytest.mark.default_cases(1)
 @BOTH
 def test_it_runs_wherever_it_is_unpacked(flavour: str, tmp_path: Path) -> None:
-    """Each in a process of its own, for a bad path may end it. pythonfmu itself takes %20 for a blank: such a path is refused."""
+    """Each run has a process of its own, because a bad path may end it. pythonfmu itself replaces %20 by a blank; such a path is
+    refused."""
     plain = tmp_path / flavour
     extract(str(exported("spherical_pendulum", flavour)), str(plain))
     for name in [*PATHS, "a%20b"]:

@@ -1,4 +1,4 @@
-"""Exported C compiled, loaded and run: what the tests of sources share."""
+"""Functions that compile, load and run exported C, for the tests of sources."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from trunnion.scene import models_dir
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wvla")
 DESIGNS = sorted(f"designer/{f.parent.name}" for f in models_dir().glob("designer/*/scene.yaml"))
-"""Mechanisms of more bodies, some with many joints that rub; an arm with inputs besides."""
+"""Mechanisms of more bodies, some with friction in many joints, and an arm with inputs."""
 BARE = Path(__file__).with_name("bare_metal_headers")
 FITS = "-DTR_FITS(n,most)=((long)(n)>(long)(most)?(void)(trunnion_overruns++):(void)0)"
-"""Lengths held against their bounds: those beyond are counted."""
+"""A macro that compares lengths with their bounds and counts those that exceed them."""
 MAIN = """#include <stdio.h>
 #include "@.h"
 static @ m;
@@ -53,7 +53,7 @@ def columns(made: Library) -> list[str]:
 
 
 def zig(arguments: Sequence[str], what: str = "cc") -> str:
-    """What the compiler that comes with Trunnion says; "" when it takes all. Caches as in the product."""
+    """Messages of the compiler that comes with Trunnion; "" when it accepts all. Caches as in the product."""
     shared = str(c_compiler.shared_cache(library_cache.cache_folder()))
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=shared, ZIG_LOCAL_CACHE_DIR=shared)
     done = subprocess.run([sys.executable, "-m", "ziglang", what, *arguments], capture_output=True, text=True, env=env, check=False)
@@ -61,7 +61,7 @@ def zig(arguments: Sequence[str], what: str = "cc") -> str:
 
 
 def foreign(target: Sequence[str], arguments: Sequence[str]) -> str:
-    """What clang says for a machine whose C library is not here, to sources of which nothing is linked; "" when it takes all."""
+    """Messages of clang for a machine whose C library is not here, about sources that are not linked; "" when it accepts all."""
     own = find_spec("ziglang")
     assert own is not None
     assert own.origin is not None
@@ -70,7 +70,7 @@ def foreign(target: Sequence[str], arguments: Sequence[str]) -> str:
 
 
 class Loaded:
-    """A library compiled for this machine, its lengths counted, and one mechanism of it."""
+    """A library compiled for this machine, which counts its lengths, and one mechanism of it."""
 
     def __init__(self, folder: Path, made: Library):
         sources = write(folder, made)
@@ -92,12 +92,12 @@ class Loaded:
         return function(ctypes.byref(self.block), *given)
 
     def row(self) -> np.ndarray:
-        """All outputs now."""
+        """The present values of all outputs."""
         return np.array([self.call("get", i) for i in range(len(columns(self.made)))])
 
     @property
     def overruns(self) -> int:
-        """How many arrays were asked for more than their bound, so far."""
+        """The number of arrays so far that needed more than their bound."""
         return ctypes.c_int.in_dll(self.library, "trunnion_overruns").value
 
 

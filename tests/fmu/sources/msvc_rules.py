@@ -1,4 +1,4 @@
-"""C for compilers that are not here: what Microsoft's refuses of what others take, found in a text."""
+"""C for a compiler that is not here: code that Microsoft's compiler refuses and others accept, found in the text."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ LACKED = {
     r"\b0b[01]+\b": "a binary number",
     r"\brestrict\b(?!\n)": "restrict, which older ones spell otherwise",
 }
-"""What Microsoft's compiler lacks of C as others have it, as patterns of code without comments and strings."""
+"""Features of C that Microsoft's compiler lacks and others have, as patterns of code without comments and strings."""
 LONGEST = 16_380
-"""Bytes of a string that it takes (C2026)."""
+"""Longest string in bytes that it accepts (C2026)."""
 PLAIN = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
 CONSTANT = re.compile(r"\bsizeof\b.*|\bTR_DOUBLES\(\w+\)")  # TR_DOUBLES is a sizeof in doubles
 SIZED = re.compile(r"^ +(?:const )?(?:double|int|char|long|tr_\w+|fmu_\w+) [^;=()]*?\w\[([^\]]*[a-z][^\]]*)\]", re.MULTILINE)
 
 
 def refused(text: str) -> list[str]:
-    """What Microsoft's compiler would not take in a C text: what it is, and where."""
+    """Code in a C text that Microsoft's compiler would refuse: the feature, and its place."""
     code = PLAIN.sub(lambda found: '""' if found[0].startswith('"') else " ", text)
     wrong = [f"{what}: {m[0]!r}" for pattern, what in LACKED.items() for m in re.finditer(pattern, code)]
     lengths = ((m[0].strip(), CONSTANT.sub("", m[1])) for m in SIZED.finditer(code))

@@ -1,4 +1,4 @@
-"""Exported sources are C99 that any compiler takes, and compute what the engine computes."""
+"""Exported sources are C99 that any compiler accepts, and compute the engine's results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ from trunnion.fmu.scene_export import export
 SCENE, UNTIL, EVERY = "spherical_pendulum", 0.5, 0.05
 HEADERS = Path(str(fmpy.__file__)).parent / "c-code"
 SAME = 1e-12
-"""Of a column's size. The FMU is for a baseline that cannot fuse products, so that both compute alike but for round-off."""
+"""Allowed difference relative to a column's size. The FMU is for a baseline that cannot fuse products, so that both compute the
+same up to round-off."""
 HEAP = ("malloc", "calloc", "realloc", "free", "printf", "snprintf", "vsnprintf", "fopen", "puts", "exit", "abort", "time")
 
 

@@ -1,4 +1,4 @@
-"""Exported sources on machines of other kinds: each builds without a warning, and each computes the same."""
+"""Exported sources on other kinds of machines: each builds without a warning, and each computes the same."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from trunnion.scene import model_names, models_dir
 
 pytestmark = pytest.mark.slow
 EXAMPLE, UNTIL, EVERY = "spherical_pendulum", 10.0, 0.02
-"""Example 8.1 of the paper, to its rest."""
+"""Example 8.1 of the paper, until it rests."""
 SAME = 1e-12
-"""Of a column's size."""
+"""Allowed difference relative to a column's size."""
 MACHINES = {"x86_64-linux-musl": "", "aarch64-linux-musl": "qemu-aarch64", "arm-linux-musleabihf": "qemu-arm"}
-"""Targets whose programs run here, and by what."""
+"""Targets whose programs run here, and the program that runs them."""
 CORTEX = ("--target=thumbv7em-none-eabihf", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-ffreestanding")
 WASI = """const {readFileSync} = require("fs"), {WASI} = require("wasi");
 const wasi = new WASI({version: "preview1", args: [], env: {}});
@@ -39,7 +39,7 @@ def made() -> Library:
 
 @pytest.fixture(scope="module")
 def there(made: Library, tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
-    """Its rows as the program for this machine prints them, in the C library that the others have."""
+    """The example's rows as the program for this machine prints them, with the same C library as the others."""
     return _rows(made, tmp_path_factory.mktemp("here"), "x86_64-linux-musl")
 
 

@@ -1,4 +1,5 @@
-"""A scene as a page: WebAssembly that needs nothing from outside, stepped and drawn while its numbers are changed."""
+"""A scene as a page: WebAssembly that needs nothing from outside. The page steps and draws the scene while the user changes its
+numbers."""
 
 from __future__ import annotations
 
@@ -19,13 +20,13 @@ from trunnion.fmu.c_library.wasm_page import wasm, web
 
 SCENE, STEPS, EVERY = "spherical_pendulum", 50, 0.02
 SAME = 1e-12
-"""Of a column's size: both are the same C; only sines and cosines are of another library."""
+"""Allowed difference relative to a column's size: both are the same C; only sines and cosines come from another library."""
 IMPORTS = 2
-"""Number of the section of a module that says what it imports."""
+"""Number of the section that lists a module's imports."""
 
 
 def model_of(page: str) -> Any:
-    """What a page is told of its mechanism."""
+    """The data of its mechanism that a page receives."""
     found = re.search(r'<script id="model" type="application/json">(.*?)</script>', page, re.DOTALL)
     assert found is not None
     return json.loads(found[1])

@@ -1,4 +1,4 @@
-"""The scenario scripts run and show what they promise."""
+"""The scenario scripts run and show the promised results."""
 
 from __future__ import annotations
 

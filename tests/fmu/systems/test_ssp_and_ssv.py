@@ -41,7 +41,7 @@ simulation: {until: 0.2 s, step: 10 ms}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the system and what it is made of."""
+    """A folder with the system and its parts."""
     made = tmp_path_factory.mktemp("system")
     (made / "rotor.yaml").write_text(ROTOR)
     (made / "system.yaml").write_text(SYSTEM)
@@ -52,7 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_side(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """fmpy's order: all step, then outputs are handed on; nothing is before the first step."""
+    """fmpy's order: first all parts step, then it passes on outputs; before the first step it passes nothing."""
     assert main(["ssp", str(folder / "system.yaml"), "-o", str(folder / "pair.ssp")]) == 0
     assert "components rotor, arm; 2 connections, 2 parameters" in capsys.readouterr().out
     file, h, steps = str(folder / "pair.ssp"), 0.01, 20

@@ -1,4 +1,4 @@
-"""Forward kinematics straight from notation.md ("Joints and frames"): poses of all bodies at the start, gaps of the
+"""Forward kinematics written directly from notation.md ("Joints and frames"): poses of all bodies at the start, gaps of the
 loops."""
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def motion(j: Joint, q: np.ndarray, qd: np.ndarray, t: float) -> tuple[np.ndarra
 
 
 def start(j: Joint) -> tuple[np.ndarray, np.ndarray] | None:
-    """Start coordinates and rates, a drive's where it prescribes them; None when the scene gives none."""
+    """Start coordinates and rates, those of a drive where it prescribes them; None when the scene gives none."""
     if j.drive is not None:
         return np.array([j.drive.constant.start]), np.array([j.drive.constant.rate])
     if j.start is None:
@@ -125,8 +125,7 @@ class Poses:
 
 
 def gaps(poses: Poses) -> dict[str, np.ndarray]:
-    """What is open at every joint without start values: offset of the points; of a revolute also the tilt of the
-    axes."""
+    """Gaps of every joint without start values: offset of the points, and for a revolute also the tilt of the axes."""
     out = {}
     for name, j in poses.scene.joints.items():
         if start(j) is not None:

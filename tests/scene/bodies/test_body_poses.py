@@ -1,4 +1,4 @@
-"""Bodies that are placed stand there when a run starts, in whatever frame they are described, and joints are found from there."""
+"""Bodies with given poses have these poses when a run starts, in any body frame, and joints follow from them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ POINTS = {"a": [0, 0, 0], "b": [0.3, 0.2, 0], "c": [0.9, 0, 0.1]}
 
 
 def linkage() -> dict[str, Any]:
-    """A spatial slider-crank whose bodies are turned in all three ways."""
+    """A spatial slider-crank whose bodies are rotated in all three ways of writing."""
     return {
         "gravity": [0, -9.81, 0],
         "bodies": {

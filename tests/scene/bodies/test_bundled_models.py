@@ -1,5 +1,5 @@
-"""Bundled models: they load, their loops are closed in position and in velocity, their reference numbers are
-well-formed and, where they hold at t = 0 by geometry alone, true; generated scenes are what they are said to be."""
+"""Bundled models: they load, and their loops are closed in position and velocity. Their reference numbers are well-formed and,
+where they hold at t = 0 by geometry alone, true. Generated scenes match their description."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODELS = [
     "friction_identification", "governor", "n_four_bar", "simple_pendulum", "spatial_slider_crank", "spherical_pendulum",
 ]  # fmt: skip
 CLOSED = 1e-15
-"""m or rad: rounding of start values written with 16 digits, in mechanisms of about 1 m."""
+"""Allowed gap, m or rad: rounding of start values written with 16 digits, in mechanisms of about 1 m."""
 
 
 def test_the_models_are_all_there():

@@ -1,4 +1,4 @@
-"""What a joint side or a load says is resolved in one place: body, point, axes, friction law."""
+"""One place in the code resolves a joint side or a load: body, point, axes, friction law."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Mass properties: solid shapes against sums over many small cells, explicit ones as given."""
+"""Mass properties: solid shapes compared with sums over many small cells, explicit ones as given."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def midpoints(low: float, high: float, n: int) -> np.ndarray:
 
 
 def summed(x, y, z, weight) -> tuple[float, np.ndarray]:
-    """Volume and inertia per density of cells at x, y, z with their volumes."""
+    """Volume and inertia for unit density, summed over cells at x, y, z with their volumes."""
     p = np.stack([np.broadcast_to(a, weight.shape) for a in (x, y, z)])
     inertia = np.eye(3) * np.sum(weight * (p**2).sum(0)) - np.einsum("iabc,jabc,abc->ij", p, p, weight)
     return float(weight.sum()), inertia
@@ -86,7 +86,8 @@ def test_zeros_stay_exact_zeros():
 
 
 def whole(x: float) -> float:
-    """The number, or 0 below what the reference can square: LAPACK misses eigenvalues by 3e-4 where 1e-128 stands beside 3."""
+    """The number, or 0 where its square is too small for the reference: LAPACK's eigenvalues are wrong by 3e-4 when a matrix holds
+    1e-128 and 3."""
     return x if abs(x) > 1e-100 else 0.0
 
 

@@ -1,4 +1,5 @@
-"""Surfaces of bodies, packed as text: what is packed comes back, in a mirror too, and what is no surface is told."""
+"""Surfaces of bodies, packed as text. Unpacking gives the same surface, also mirrored, and text that is not a surface is
+reported."""
 
 from __future__ import annotations
 

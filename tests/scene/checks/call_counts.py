@@ -1,4 +1,4 @@
-"""How the work of reading grows with what is read: calls are counted, no clock is asked."""
+"""The work of reading, as a function of the size of what is read. Tests count calls and use no clock."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from tests.scene.valid_scene import edited
 from trunnion.basics.problems import SceneError
 
 FEW, MANY = 110, 330
-"""Sizes compared: above the number of problems that are told, so that telling them costs the same in both."""
+"""Compared sizes. They exceed the number of problems that are reported, so that reporting costs the same in both."""
 LINEAR = 3.375
-"""Three times as much may take three times the work, and an eighth of that for logarithms and growing tables."""
+"""Allowed growth of work for three times the size: three times, and an eighth more for logarithms and growing tables."""
 
 
 def calls(work: Callable[[], object]) -> int:
@@ -26,7 +26,7 @@ def calls(work: Callable[[], object]) -> int:
 
 
 def growth(made: Callable[[int], Any], work: Callable[[Any], object]) -> float:
-    """Calls for MANY over calls for FEW, what is computed once having been computed."""
+    """Calls for MANY over calls for FEW, after results that are computed only once exist."""
     few, many = made(FEW), made(MANY)
     work_of = {id(x): (lambda x=x: work(x)) for x in (few, many)}
     calls(work_of[id(few)])
@@ -43,7 +43,7 @@ def extended(n: int, body: dict[str, Any] | None = None, joint: dict[str, Any] |
 
 
 def under(path: str, made: Callable[[int], Any]) -> Callable[[int], dict[str, Any]]:
-    """A function n → the scene with what ``made`` gives for n at this path."""
+    """A function n → the scene with the result of ``made`` for n at this path."""
     return lambda n: edited({path: made(n)})
 
 

@@ -1,4 +1,4 @@
-"""Scenes in which any value is replaced by any other load or have problems; nothing else happens."""
+"""Scenes in which any value is replaced by another either load or have problems; there is no other result."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def put(data: Any, path: Path, value: Any, key: bool) -> None:
 
 
 def tried(examples: int, drawn: st.SearchStrategy[Any], law: Callable[[Any], None]) -> None:
-    """Hold a law against so many examples."""
+    """Check a law with this number of examples."""
     settings(max_examples=examples, deadline=None)(given(drawn)(law))()
 
 

@@ -1,4 +1,4 @@
-"""Curves that cannot be are refused with why."""
+"""Impossible curves are refused with the reason."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_curves_that_cannot_be_are_refused_with_why(says: str) -> None:
 
 @pytest.mark.parametrize("way", [(0.0, 1.0), (1.0, 0.0), (1.0, 0.3), (-0.7, 1.1)])
 def test_a_straight_curve_of_many_points_does_not_cross_itself(way: tuple[float, float]) -> None:
-    """Round-off puts points on either side of the line."""
+    """Round-off places points on either side of the line."""
     points = [tuple(float(x) * k * 0.1 for x in way) for k in range(7)]
     curve = Curve(points=tuple(points))
     scene = sm.Scene({"b": sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0))}, {

@@ -1,4 +1,4 @@
-"""Mistakes of form (keys, types, units) are said in plain words at their place."""
+"""Mistakes of form (keys, types, units) are reported in plain words, with their place."""
 
 from __future__ import annotations
 

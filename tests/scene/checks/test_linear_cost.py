@@ -1,4 +1,4 @@
-"""Reading and checking take work in proportion to what is read, whatever is wrong with it; endless things are refused."""
+"""Reading and checking take work in proportion to the size of the text, whatever its mistakes; endless structures are refused."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_the_work_of_changing_a_scene_grows_in_proportion_to_the_changes(path):
 
 
 A_VALUE = 600
-"""Calls to read a value and, at most, to find the unit that it may have meant; building this scene takes 15,000."""
+"""Calls to read a value, including, at most, the search for the unit that was meant; building this scene takes 15,000."""
 VALUES = {"words": "x", "texts with a unit": "5 N", "texts with the right unit": "0.5 1", "half numbers": "0.5 x", "numbers": 0.5}
 
 
@@ -126,7 +126,7 @@ def nested(depth, value=1.0):
 ENDLESS: dict = {"a": 1}
 ENDLESS["b"] = ENDLESS
 DEEP = {"groups": lambda: nested(100_001), "lists": lambda: nested(100_000), "a group in itself": lambda: ENDLESS}
-"""Made by the test: Python's search for unused objects would visit them again and again in every test process."""
+"""The test creates them itself. Otherwise Python's search for unused objects would visit them repeatedly in every test process."""
 
 
 @pytest.mark.parametrize("kind", DEEP)

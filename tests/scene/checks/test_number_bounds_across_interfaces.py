@@ -1,6 +1,7 @@
-"""Numbers that a scene refuses are refused at every door, in the same words; numbers it accepts are accepted at all of them.
+"""Numbers that a scene refuses are refused by every interface, in the same words; accepted numbers are accepted by all.
 
-What each kind of number may be is written out here by hand; the doors are compared for a number of every kind that models have."""
+The limits of each kind of number are written out here by hand. The interfaces are compared for a number of every kind that models
+have."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ BEYOND = {
 
 
 def said(change: Any) -> list[str]:
-    """The problems, without hints, that doing something raises; none when it succeeds."""
+    """The problems, without hints, that a call raises; none when it succeeds."""
     try:
         change()
     except SceneError as e:
@@ -49,7 +50,7 @@ def said(change: Any) -> list[str]:
 
 
 def from_text(scene: trunnion.Scene, path: str, value: float) -> trunnion.Scene:
-    """The scene read from the text of a file in which one number is another."""
+    """The scene read from the text of a file in which one number is replaced."""
     data = opened(scene)
     at = parse_path(path)
     assert at is not None
@@ -68,12 +69,12 @@ def swept(scene: trunnion.Scene, path: str, value: float) -> None:
 
 
 def asked_of_the_service(scene: trunnion.Scene, path: str, value: float) -> None:
-    """Ask for the scene with this value as a REST request does."""
+    """Request the scene with this value, as a REST client does."""
     scene_of(SceneSource(scene=opened(scene), overrides={path: value}), Limits())
 
 
 def doors(scene: trunnion.Scene, path: str, value: float) -> dict[str, list[str]]:
-    """What is said about a value by every way of giving it: override, option, file, sweep, request."""
+    """The problems that every way of giving a value reports: override, option, file, sweep, request."""
     return {
         "override": said(lambda: apply(scene, {path: value})),
         "--set": said(lambda: apply(scene, dict([parse_assignment(f"{path}={value!r}")]))),
@@ -84,7 +85,7 @@ def doors(scene: trunnion.Scene, path: str, value: float) -> dict[str, list[str]
 
 
 def kinds(scene: trunnion.Scene) -> dict[tuple[Any, ...], tuple[str, float]]:
-    """One number of every kind: (path, value) by its path without names."""
+    """One number of every kind: (path, value), by its path without names."""
     out: dict[tuple[Any, ...], tuple[str, float]] = {}
     for p in list_parameters(scene):
         path = parse_path(p.path)
@@ -103,7 +104,8 @@ def small(scene: trunnion.Scene) -> bool:
 
 @cache
 def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
-    """By model: one number of every kind that no model before it has. Small models come first: they are tried with more values."""
+    """By model: one number of every kind that earlier models lack. Small models come first, because they are tested with more
+    values."""
     seen: set[tuple[Any, ...]] = set()
     out: dict[str, dict[tuple[Any, ...], tuple[str, float]]] = {}
     for model in sorted(model_names(), key=lambda m: not small(load_scene(m))):
@@ -113,7 +115,7 @@ def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
 
 
 def test_kinds_of_numbers_that_are_refused_are_met() -> None:
-    """At least a mass or density, a size and settings of the run, in every model."""
+    """Each model has at least a mass or density, a size and settings of the run."""
     for model in model_names():
         scene = load_scene(model)
         met = [at for at in kinds(scene).values() if said(lambda s=scene, p=at[0]: apply(s, {p: -1.0}))]
@@ -121,7 +123,8 @@ def test_kinds_of_numbers_that_are_refused_are_met() -> None:
 
 
 def trials() -> list[Any]:
-    """Every model with a number below zero; small ones also with zero and a half of the number, every third of them by default."""
+    """Every model with a number below zero. Small models are also tested with zero and with half of the number, every third of them
+    by default."""
     models = [m for m in model_names() if new_kinds()[m]]
     few = [m for m in models if small(load_scene(m))]
     more = [pytest.param(m, (0.0, 0.5), marks=() if i % 3 == 0 else pytest.mark.slow) for i, m in enumerate(few)]
@@ -154,7 +157,7 @@ def test_a_number_beyond_its_bound_is_refused_and_one_inside_is_not(path: str) -
 
 
 def given_in_full(path: str) -> trunnion.Scene:
-    """The scene with one of everything, and some number at ``path`` where it has none."""
+    """The scene with one of everything, and a number at ``path`` where it has none."""
     scene = scene_from_dict(VALID)
     known = {p.path for p in list_parameters(scene)}
     return scene if path in known else apply(scene, {path: 0.05})

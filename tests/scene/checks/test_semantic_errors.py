@@ -1,4 +1,4 @@
-"""Every mistake of meaning is found, at its place, in words that say it; a valid scene has none."""
+"""Every mistake of meaning is reported at its place, with an explanation; a valid scene has none."""
 
 from __future__ import annotations
 

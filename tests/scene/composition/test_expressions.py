@@ -1,4 +1,4 @@
-"""Expressions have the value, dimension and derivative they say, and can do nothing else."""
+"""Expressions have the documented value, dimension and derivative, and cannot run any other code."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ACCURACY = 1e-12  # a few dozen operations, each rounded once, of numbers near o
 
 
 def grown(rng: random.Random, depth: int) -> str:
-    """A random expression of x and y whose parts stay near one, so that all functions have values."""
+    """A random expression of x and y whose parts stay near one, so that all functions are defined."""
     if depth == 0:
         return rng.choice(["x", "y", f"{rng.uniform(0.5, 1.5):.3f}"])
     kind = rng.choice(["+", "-", "*", "/", "^", "neg", "call", "call"])

@@ -1,4 +1,4 @@
-"""Whatever stands in a scene with parameters, assemblies and copies, it is a scene or has problems; nothing else is raised."""
+"""Any data with parameters, assemblies and copies give a scene or have problems; no other exception is raised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Includes, assemblies and copies are the scene that they stand for, and tell mistakes where these were written."""
+"""Includes, assemblies and copies equal the scene that they stand for, and report mistakes at the place where these were
+written."""
 
 from __future__ import annotations
 
@@ -65,7 +66,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def told(file: Path) -> list[Problem]:
-    """What is wrong with a file."""
+    """The problems of a file."""
     with pytest.raises(SceneError) as e:
         load_scene(file)
     return list(e.value.problems)

@@ -1,4 +1,4 @@
-"""Copies of an assembly move as the first one does, seen in a mirror, turned or shifted, and know their neighbours."""
+"""Copies of an assembly move like the first one, mirrored, turned or shifted, and find their neighbours."""
 
 from __future__ import annotations
 

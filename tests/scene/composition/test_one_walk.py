@@ -1,4 +1,5 @@
-"""From what a user gives to a built system, a scene's data is walked once; the cases of a batch walk only what differs."""
+"""From the user's input to a built system, the code traverses a scene's data once. The cases of a batch traverse only their
+differences."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from trunnion.scene.overrides import apply, list_parameters, scene_given
 from trunnion.simulation.execution import cut_joint_starts
 
 STAGES = ("compose", "evaluate", "build", "findings")
-"""Stages of the walk: parts put together, expressions, types, checks."""
+"""Stages of this traversal: composition of parts, expressions, types, checks."""
 ROD = {
     "parameters": {"a": "1 m"},
     "bodies": {"rod": {"mass": 1, "center": ["{a/2}", 0, 0], "inertia": [0.1, 0.1, 0.1]}},
@@ -35,7 +36,7 @@ GIVEN = {
 
 @pytest.fixture
 def counts(monkeypatch):
-    """How often each stage of the walk, and the building of a system, is entered."""
+    """Number of times that each stage, and the building of a system, is entered."""
     found: Counter[str] = Counter()
 
     def counted(owner, name, label):

@@ -1,4 +1,4 @@
-"""Scenes with parameters are those with the numbers written out: in their runs, sweeps, derivatives, fits and at the command."""
+"""Scenes with parameters equal those with the numbers written out: in runs, sweeps, derivatives, fits and commands."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def scene() -> Scene:
 
 
 def written_out() -> Scene:
-    """The same scene with every number typed in."""
+    """The same scene with every number written out."""
     text = TEXT.replace('parameters: {a: 600 mm, thick: "{a/15}", mu: 0.12, pin: 8 mm, lift: 30 deg}', "")
     for expression, number in WRITTEN.items():
         text = text.replace('"{' + expression + '}"', number)

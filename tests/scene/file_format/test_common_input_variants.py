@@ -1,4 +1,5 @@
-"""What people and their tools write: decimal commas, ``on`` as a word for true, folders without a scene, other units."""
+"""Usual variants of input by people and their tools: decimal commas, ``on`` as a word for true, folders without a scene, other
+units."""
 
 from __future__ import annotations
 

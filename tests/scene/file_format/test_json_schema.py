@@ -1,4 +1,4 @@
-"""The published JSON Schema says something about every key, and accepts what the loader accepts."""
+"""The published JSON Schema has an entry for every key, and accepts all input that the loader accepts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ KEYWORDS = {
 
 
 def faults(value: Any, schema: dict[str, Any], path: str = "$") -> list[str]:
-    """Where a value breaks the schema: the keywords the published schema uses, no more."""
+    """Places at which a value violates the schema. Only the keywords of the published schema are supported."""
     assert set(schema) <= KEYWORDS, set(schema) - KEYWORDS
     if "$ref" in schema:
         schema = {

@@ -19,7 +19,7 @@ KEYS = {f"{name}.{key}": (name, key) for name, group in groups_of_keys().items()
 
 @cache
 def as_read() -> dict[str, Any]:
-    """The data of the scene of examples; copied before it is changed."""
+    """The data of the scene of examples; tests copy them before they change them."""
     return source_of_file(EXAMPLES).data
 
 

@@ -1,4 +1,4 @@
-"""Scenes written and read again are the same; overrides change what they name and nothing else."""
+"""Scenes that are written and read again are the same; overrides change only the values that they name."""
 
 from __future__ import annotations
 

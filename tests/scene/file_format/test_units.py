@@ -1,4 +1,4 @@
-"""Units: numbers with units become SI exactly, wrong ones are refused in plain words."""
+"""Units: numbers with units are converted to SI exactly; wrong units are refused in plain words."""
 
 from __future__ import annotations
 

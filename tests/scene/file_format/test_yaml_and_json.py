@@ -1,4 +1,4 @@
-"""Files: YAML 1.2 and JSON, lines of every problem, limits; no content leads to anything but a list of problems."""
+"""Files: YAML 1.2 and JSON, lines of every problem, limits. Any wrong content gives a list of problems and nothing else."""
 
 from __future__ import annotations
 

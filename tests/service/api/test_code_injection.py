@@ -1,4 +1,4 @@
-"""No code in scenes, no text of the user in generated C, and a wheel that holds all the service needs."""
+"""Scenes contain no code, generated C contains no text of the user, and a wheel holds all files that the service needs."""
 
 from __future__ import annotations
 

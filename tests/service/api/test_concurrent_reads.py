@@ -1,4 +1,4 @@
-"""Who reads much holds up nobody: rows of jobs are read in turns, and what never changes is read once."""
+"""Clients that read much delay no other client: rows of jobs are read in turn, and unchanging data are read once."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_too_many_are_sent_away_but_none_who_is_being_answered() -> None:
 
 @pytest.fixture(scope="module")
 def job(server: InProcess) -> str:
-    """A crossed sample that keeps rows."""
+    """A crossed sample that stores rows."""
     sample = {"ranges": {MU: [0.1, 0.6]}, "count": 32, "method": "saltelli"}
     there = server.submit(SMALL | {"vary": None, "sample": sample, "trajectories": ["ball.q[1]"], "spacing": 0.1})
     server.ended(there)

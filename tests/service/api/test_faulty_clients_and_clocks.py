@@ -1,5 +1,5 @@
-"""Small things that hold however a client or the clock behaves: leases, streams, slow senders, frames, owners, wrong keys,
-words."""
+"""Properties that hold for any behaviour of a client or the clock: leases, streams, slow senders, frames, owners, wrong keys,
+messages."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_a_clock_that_was_set_back_leaves_the_pace_as_it_is(store: WorkStore, mo
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, dict[str, str]]]:
-    """A server that wants keys, and keys."""
+    """A server that requires keys, and keys."""
     with unstarted(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0")) as s:
         found = {}
         for name, role in (("read", "read"), ("mine", "submit"), ("yours", "submit"), ("admin", "admin")):
@@ -203,7 +203,7 @@ def test_a_grid_that_asks_for_too_many_values_is_told_so() -> None:
 
 
 def reply(port: int, data: bytes, seconds: float) -> bytes:
-    """What a server says to some bytes until it closes the connection, or for so long."""
+    """A server's answer to some bytes, until it closes the connection or this time has passed."""
     with socket.create_connection(("127.0.0.1", port), seconds) as s:
         s.settimeout(seconds)
         s.sendall(data)

@@ -1,4 +1,4 @@
-"""Keys, roles, the loopback exception, the rate limit; where a request comes from."""
+"""Keys, roles, the loopback exception, the rate limit, and the origin of a request."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.service.basics.server_settings import Limits, Settings
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, dict[str, str]]]:
-    """A server that wants keys, and one of each role."""
+    """A server that requires keys, and one key of each role."""
     with unstarted(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0")) as s:
         made = {}
         for role in ("read", "submit", "admin"):

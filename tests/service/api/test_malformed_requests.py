@@ -1,4 +1,4 @@
-"""Rubbish in: always a problem document, never the server's fault; memory and files stay bounded."""
+"""Malformed requests always give a problem document, and never a server error; memory and files stay bounded."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ ODD: list[Any] = [
     "nan",
 ]
 GROWTH = 300_000_000
-"""Bytes the server may grow by: what its libraries and caches take when first used, not a share of what was sent."""
+"""Bytes by which the server may grow: the memory of its libraries and caches at their first use, not a share of the sent bytes."""
 
 
 def spoiled(chance: random.Random, value: Any, budget: list[int]) -> Any:
-    """The same plain data with a few of its parts changed, dropped, doubled or swapped."""
+    """The same plain data with a few of its parts changed, dropped, duplicated or swapped."""
     if budget[0] and chance.random() < 0.06:
         budget[0] -= 1
         return chance.choice(ODD)
@@ -63,7 +63,7 @@ def spoiled(chance: random.Random, value: Any, budget: list[int]) -> Any:
 
 
 def rubbish(chance: random.Random, place: str) -> bytes:
-    """A body for a place: random bytes, broken JSON, YAML of the wild, or a request whose scene or sweep is spoiled."""
+    """A malformed body for an operation: random bytes, broken JSON, unusual YAML, or a request with a spoiled scene or sweep."""
     kind = chance.randrange(5)
     if kind == 0:
         return chance.randbytes(chance.randrange(2000))

@@ -1,4 +1,4 @@
-"""The OpenAPI document is complete and true: whatever is sent, the answer is one it describes, and never the server's fault."""
+"""The OpenAPI document is complete and correct: for any request, the answer is one that it describes, and never a server error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.service.http_servers import MU, SMALL, InProcess, Served
 
 
 def checks() -> list[Any]:
-    """What every answer is held to. (Schemathesis takes a second to import: who runs no test of it does without.)"""
+    """The checks of every answer. (Schemathesis takes a second to import, so that only its tests import it.)"""
     from schemathesis.checks import not_a_server_error
     from schemathesis.specs.openapi import checks
 
@@ -23,7 +23,7 @@ def checks() -> list[Any]:
 
 @pytest.fixture(scope="module")
 def job(bounded: Served) -> str:
-    """A job that is there: without one, what is asked about jobs would only ever be not found. It has indices and rows."""
+    """An existing job with indices and rows. Without one, requests about jobs would always get "not found"."""
     sample = {"ranges": {MU: [0.1, 0.6]}, "count": 32, "method": "saltelli"}
     there = bounded.submit(SMALL | {"vary": None, "sample": sample, "trajectories": ["ball.q[1]"], "spacing": 0.1})
     bounded.ended(there)
@@ -55,11 +55,12 @@ def api_schema(bounded: Served) -> Any:
 
 
 COSTLY = {"fmus": 5, "sensitivities": 20, "animation": 10, "trajectory": 20}
-"""How often at most is asked what takes seconds: a compiler, a run."""
+"""Largest number of requests that take seconds, because they need a compiler or a run."""
 
 
 def tried(schema: Any, examples: int, *jobs: str) -> list[str]:
-    """Send right and wrong requests to every operation, those about a job also with a real one; what is wrong with the answers."""
+    """Send right and wrong requests to every operation, those about a job also with an existing one; return the defects of the
+    answers."""
     from schemathesis import GenerationMode
 
     wrong: list[str] = []
@@ -99,7 +100,7 @@ def test_every_answer_is_one_the_document_describes(api_schema: Any, job: str) -
 def test_every_one_of_ten_thousand_answers_is_one_the_document_describes(
     api_schema: Any, job: str, study: str, fit: str, bounded: Served
 ) -> None:
-    """``python -m pytest tests/service/api/test_openapi.py -m slow -n 0 -s``: what was sent, by operation, and what was found."""
+    """``python -m pytest tests/service/api/test_openapi.py -m slow -n 0 -s`` prints the requests by operation, and the findings."""
     before, wrong = requests(bounded), tried(api_schema, 130, job, study, fit)
     sent = requests(bounded) - before
     print(f"\n{sent} requests, {len(wrong)} findings")
@@ -109,7 +110,7 @@ def test_every_one_of_ten_thousand_answers_is_one_the_document_describes(
 
 
 def requests(s: Served) -> int:
-    """How many requests a server has answered."""
+    """Number of requests that a server has answered."""
     lines = [x for x in s.get("/metrics").text.splitlines() if x.startswith("trunnion_requests_total")]
     return round(sum(float(x.rpartition(" ")[2]) for x in lines))
 
@@ -131,7 +132,7 @@ OPERATIONS = (
     "get_case_events get_job_bins get_job_scene list_models get_model get_scene_schema check_scene view_scene export_fmu "
     "compute_sensitivities get_usage list_audit make_key list_keys revoke_key get_health get_readiness get_metrics"
 )
-"""Operations by which generated clients call the API: none may be renamed."""
+"""Operations whose names generated clients use: none may be renamed."""
 
 
 def test_operations_keep_names_of_a_verb_and_an_object(bounded: Served) -> None:

@@ -1,5 +1,5 @@
-"""What one client sends holds up nobody: checks are linear, leave the event loop, wait their turn, and end when they take too
-long."""
+"""Requests of one client delay no other client: checks are linear, run outside the event loop, wait their turn, and end when they
+take too long."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ JSON = {"content-type": "application/json"}
 
 
 def unknown_keys(n: int) -> dict[str, Any]:
-    """A scene with n keys nobody knows."""
+    """A scene with n unknown keys."""
     scene = scene_to_dict(load_scene(model_file("spherical_pendulum")))
     next(iter(scene["bodies"].values())).update({f"masss{i}": 1 for i in range(n)})
     return {"scene": scene}
@@ -72,7 +72,7 @@ def test_text_and_values_of_a_scene_have_limits() -> None:
 
 
 def test_no_long_body_is_read_by_the_server_itself(server: InProcess) -> None:
-    """A million values where a few tags are expected held up everybody for half a second."""
+    """Earlier, a million values where a few tags are expected delayed all clients for half a second."""
     document, alone = server.get("/openapi.json").json(), list[str]()
     for path, methods in document["paths"].items():
         for method, operation in methods.items():
@@ -86,7 +86,7 @@ def test_no_long_body_is_read_by_the_server_itself(server: InProcess) -> None:
 
 
 def asked(pool: WorkerPool, *calls: Any) -> list[Any]:
-    """What becomes of several requests at a pool, all sent at once."""
+    """Results of several requests to a pool, all sent at once."""
 
     async def all_of_them() -> list[Any]:
         return await asyncio.gather(*(pool.ask(*c, seconds=5.0) for c in calls), return_exceptions=True)
@@ -95,15 +95,15 @@ def asked(pool: WorkerPool, *calls: Any) -> list[Any]:
 
 
 class Told(WorkerProcess):
-    """A worker process without a process, who notes whom it served."""
+    """A worker without a process that records which requests it served."""
 
     served: list[str]
 
     def start(self) -> None:
-        """There is nothing to start."""
+        """Do nothing: this worker has no process."""
 
     def run_task(self, name: str, arguments: tuple[Any, ...], seconds: float) -> Any:
-        """Note it."""
+        """Record the request."""
         time.sleep(0.005)
         self.served.append(name)
 
@@ -145,7 +145,7 @@ def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
 
 
 class Slow(WorkerProcess):
-    """A worker without a process, whose answers have come within so many seconds each."""
+    """A worker without a process; each of its answers arrives within a given number of seconds."""
 
     def __init__(self, *seconds: float):
         super().__init__(0)
@@ -168,7 +168,7 @@ class Slow(WorkerProcess):
 
 
 def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
-    """On a busy machine the first request was told to ask for less."""
+    """Earlier, on a busy machine the first request was refused with the advice to send a smaller one."""
     assert Slow(0.9 * START_SECONDS, 0.1).run_task("check_scene", (), 0.2) == ("answer", [])
     with pytest.raises(TookTooLong):
         Slow(0.1, 0.3).run_task("check_scene", (), 0.2)
@@ -188,7 +188,7 @@ def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
 
 
 def crowd(url: str, key: str, stop: threading.Event, clients: int, answers: list[int]) -> list[threading.Thread]:
-    """Clients with a key that send hostile checks until they are told to stop. answers: statuses of their answers as they come."""
+    """Clients with a key that send hostile checks until the test stops them. answers: statuses of their answers as they arrive."""
     body, headers = json.dumps(wide_yaml(9000)).encode(), {"X-API-Key": key, "Content-Type": "application/json"}
 
     def ask() -> None:

@@ -1,4 +1,4 @@
-"""Finished results over HTTP: not sent again when they have not changed, in parts, compressed; answers are sent at once."""
+"""Finished results over HTTP: not sent again when unchanged, in parts, compressed. The server sends answers at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.service.cli.serve import listener
 
 @pytest.fixture(scope="module")
 def small(server: InProcess) -> str:
-    """A job of 40 cases that has ended."""
+    """A finished job of 40 cases."""
     job = server.submit(SMALL)
     assert server.ended(job)["state"] == "done"
     return job
@@ -58,7 +58,7 @@ def test_text_comes_compressed_to_whom_that_suits(server: InProcess, small: str)
 
 
 def test_answers_are_sent_at_once_and_not_held_until_the_last_one_was_received() -> None:
-    """Without TCP_NODELAY the body of an answer waits until its head was acknowledged: 44 ms for each, idle or not."""
+    """Without TCP_NODELAY the body of an answer waits until its head is acknowledged: 44 ms for each, on an idle or busy server."""
 
     async def accepted() -> int:
         sent = asyncio.get_running_loop().create_future()

@@ -1,4 +1,5 @@
-"""Housekeeping: jobs are found again, deleted with all they have kept, no more than a key may have; it is known who did what."""
+"""Housekeeping: jobs are found again, and deleted with all their files; a key's quota is respected; actions are recorded with their
+key."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, dict[str, str]]]:
-    """A server that wants keys, and gives each of them two jobs and 100 cases; and keys."""
+    """A server that requires keys and allows each two jobs and 100 cases; and keys."""
     limits = Limits(key_jobs=2, key_cases=100)
     with unstarted(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0", limits=limits)) as s:
         found = {}

@@ -1,4 +1,4 @@
-"""Ends of jobs are told to others: signed, tried again, and only to addresses that the server was started with."""
+"""Webhooks report the ends of jobs: signed, repeated on failure, and only to addresses with which the server was started."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_only_addresses_below_those_of_the_server_are_told(url: str, told: bool)
 
 
 class Listener:
-    """Someone who is told, and answers with these statuses in turn, the last for ever."""
+    """A listener that answers with these statuses in turn, and then always with the last."""
 
     def __init__(self, *statuses: int):
         self.got: list[tuple[dict[str, str], bytes]] = []
@@ -58,7 +58,7 @@ class Listener:
                 self.end_headers()
 
             def log_message(self, *words: object) -> None:
-                """Say nothing."""
+                """Print nothing."""
 
         self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.url = f"http://127.0.0.1:{self.server.server_port}/told"
@@ -67,7 +67,7 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, Listener]]:
-    """A server of one worker that may tell a listener, who does not listen the first two times."""
+    """A server of one worker with permission to report to a listener, who does not answer properly the first two times."""
     listener = Listener(500, 302, 200)
     patch = pytest.MonkeyPatch()
     patch.setattr(webhooks, "FIRST_DELAY", 0.05)

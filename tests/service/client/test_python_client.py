@@ -1,4 +1,4 @@
-"""Jobs as Python objects: what ``trunnion.sweep`` gives, from a server, with units, and with dimensions of a grid."""
+"""Jobs as Python objects: the results of ``trunnion.sweep``, from a server, with units, and with dimensions of a grid."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ OVER = {MU: "0.1:0.6:6", START: [-9.9, -9.8, -9.7]}
 
 @pytest.fixture(scope="module")
 def there(served: Served) -> Connection:
-    """A server as its users have it."""
+    """A server as users run it."""
     return connect(str(served.client.base_url))
 
 
 @pytest.fixture(scope="module")
 def job(there: Connection) -> Job:
-    """A grid that was run."""
+    """The job of a grid that was run."""
     made = there.submit("spherical_pendulum", OVER, reductions=[FORCE, "first:reversal"], until=0.5, every="10 ms", tags=["grid"])
     assert made.state == "queued"
     assert made.wait(progress=True, timeout=PATIENCE).state == "done"
@@ -36,7 +36,7 @@ def job(there: Connection) -> Job:
 
 @pytest.fixture(scope="module")
 def whole() -> Any:
-    """What ``trunnion.sweep`` gives."""
+    """The result of ``trunnion.sweep``."""
     return trunnion.sweep("spherical_pendulum", OVER, reductions=[FORCE, "first:reversal"], until=0.5, every=0.01)
 
 

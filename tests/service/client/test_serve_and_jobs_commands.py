@@ -1,4 +1,4 @@
-"""``trunnion serve`` and ``trunnion jobs``: what their users type."""
+"""``trunnion serve`` and ``trunnion jobs``: the commands that users type."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.service.client import remote_jobs
 
 
 class Told:
-    """A callable that runs a command: (exit code, what it printed)."""
+    """A callable that runs a command: (exit code, its output)."""
 
     def __init__(self, capsys: pytest.CaptureFixture[str]):
         self.capsys = capsys
@@ -30,7 +30,7 @@ class Told:
 
 @pytest.fixture
 def told(served: Served, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Told:
-    """The command, talking to that server."""
+    """The command, connected to that server."""
     monkeypatch.setenv("TRUNNION_SERVER", f"http://127.0.0.1:{served.port}")
     return Told(capsys)
 

@@ -22,7 +22,7 @@ ANSWER = b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\nok"
 
 
 def crowd(url: str, key: str, clients: str) -> None:
-    """Hostile checks until the process is ended."""
+    """Send hostile checks until the process is ended."""
     from tests.service.api.test_overload_protection import crowd as threads
 
     for t in threads(url, key, threading.Event(), int(clients)):
@@ -30,7 +30,7 @@ def crowd(url: str, key: str, clients: str) -> None:
 
 
 def readers(url: str, key: str, clients: str, path: str) -> None:
-    """The same request, again and again, until the process is ended."""
+    """Send the same request repeatedly until the process is ended."""
 
     def ask() -> None:
         c = http.client.HTTPConnection(urlsplit(url).hostname or "", urlsplit(url).port, timeout=600)
@@ -73,7 +73,7 @@ def _answering(port: object) -> None:
 
 
 def probe(url: str, key: str, path: str, seconds: str) -> None:
-    """One request after the other, in turns with the idle loop."""
+    """Send one request after the other, in turn with requests to the idle loop."""
     place = urlsplit(url)
     both = {
         "asked": (http.client.HTTPConnection(place.hostname or "", place.port, timeout=60), path),

@@ -40,7 +40,7 @@ JOB = document_of(ASKED, plan_of_request(ASKED, Limits()))
 
 @pytest.fixture
 def parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Parts:
-    """Where a job is, which has no kernel yet. Whether it was stopped is looked for whenever the work can be given up."""
+    """The state of a job that has no kernel yet. The worker checks for a stop wherever it can give up its work."""
     from trunnion.simulation.runtime_interface.c_signatures import library as stepping
 
     stepping()
@@ -53,7 +53,7 @@ def parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Parts:
 
 
 def chunk(parts: Parts, seconds: float = 600.0) -> BaseException | dict[str, Any]:
-    """What a worker makes of the job's only chunk, or how it ends."""
+    """The worker's result for the job's only chunk, or its exception."""
     found: list[BaseException | dict[str, Any]] = []
 
     def working() -> None:
@@ -69,7 +69,8 @@ def chunk(parts: Parts, seconds: float = 600.0) -> BaseException | dict[str, Any
 
 
 def stopped_by(monkeypatch: pytest.MonkeyPatch, stop: Callable[[], None]) -> list[Any]:
-    """Compilers that take ten minutes; ``stop`` is called as soon as the first one has started. Those that were started."""
+    """Compilers that take ten minutes; ``stop`` is called as soon as the first one has started. Returns the compilers that were
+    started."""
     started: list[Any] = []
     popen = subprocess.Popen
 
@@ -111,7 +112,7 @@ def test_a_budget_of_time_ends_a_build(parts: Parts, monkeypatch: pytest.MonkeyP
 
 
 def test_what_one_job_has_given_up_another_builds(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In the same worker, with the same kernel."""
+    """The other job runs in the same worker, with the same kernel."""
     monkeypatch.setenv("TRUNNION_QUICK_BUILD", "1")
     parts.write(parts.marker("a"), b"")
     assert isinstance(chunk(parts), Cancelled)
@@ -123,7 +124,7 @@ def test_what_one_job_has_given_up_another_builds(parts: Parts, monkeypatch: pyt
 
 @GROUPS
 def test_a_sweep_that_is_interrupted_waits_for_no_compiler(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its threads hear no signal: they are told."""
+    """Its threads do not receive the signal: the main thread informs them."""
     of, its = plan_of_document(JOB), []
     take = _Work.take
     monkeypatch.setattr(_Work, "take", lambda w: (its.append(w), take(w))[1])

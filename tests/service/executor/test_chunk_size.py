@@ -1,4 +1,4 @@
-"""However many workers there are, one server can hand out what they ask for, and one store answer them."""
+"""For any number of workers, one server can hand out their work, and one store can record their results."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from trunnion.service.executor.chunk_size import BUSY, CHECKS_PER_SECOND, COMMIT
 from trunnion.service.store.job_and_chunk_records import Job
 
 CASE = 1e-3
-"""s a case."""
+"""Time of a case, s."""
 PIECE = 5e-3
-"""s of the dispatcher a piece."""
+"""Time of the dispatcher for each piece, s."""
 
 
 def active(cases: int, planned: int = 0) -> Active:
@@ -69,7 +69,7 @@ def test_many_workers_have_short_pieces_where_many_are_handed_out_together() -> 
 
 @pytest.mark.slow
 def test_ten_thousand_workers_have_their_fill_of_a_thousand_million_cases() -> None:
-    """In the model of CAPACITY.md: pieces of two seconds, as they were, leave nine tenths of them idle."""
+    """In the model of CAPACITY.md: the former pieces of two seconds leave nine tenths of the workers idle."""
     fleet = Fleet(workers=10_000, case=CASE, cut=PIECE / 2, land=PIECE / 2)
     grown, fixed = (simulated(cases, fleet, learns=learns) for cases, learns in ((10**9, True), (10**7, False)))
     assert grown.share > 0.45

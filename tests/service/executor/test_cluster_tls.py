@@ -1,5 +1,5 @@
-"""The cluster behind a server answers nobody but its server: not another account of the machine, not one with a certificate of its
-own."""
+"""The cluster behind a server answers only its server: neither another account of the machine, nor a program with a certificate of
+its own."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ TRIES = textwrap.dedent("""
 
 @pytest.fixture(scope="module")
 def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """A server that wants keys, with one worker, in a folder that everyone may enter up to the server's own."""
+    """A server that requires keys, with one worker, in a folder that everyone may enter up to the server's own."""
     folder = tmp_path_factory.mktemp("keyed")
     for place in (folder, *folder.parents[:2]):
         place.chmod(0o755)
@@ -67,7 +67,7 @@ def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 def listening(s: Served) -> list[int]:
-    """Ports on which the server and its processes listen, but for the API's."""
+    """Ports on which the server and its processes listen, without the API's."""
     assert s.process is not None
     own = psutil.Process(s.process.pid)
     found = [c for p in (own, *own.children(recursive=True)) for c in p.net_connections("tcp") if c.status == psutil.CONN_LISTEN]

@@ -1,4 +1,4 @@
-"""Whatever is killed, a job ends with exactly its results, each the same as in an uninterrupted run."""
+"""Whichever process is killed, a job ends with exactly its results, each the same as in an uninterrupted run."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ BRIM = Path(__file__).parent / "full_disk"
 
 
 def uninterrupted(request: dict[str, Any]) -> list[list[Any]]:
-    """The rows that the job gives when nothing goes wrong."""
+    """The rows of the job in an uninterrupted run."""
     t = trunnion.sweep(request["scene"], request["vary"], reductions=request["reductions"], until=request["until"]).table
     return [list(r.values()) for r in t.to_pylist()]
 
 
 @pytest.fixture(scope="module")
 def expected() -> list[list[Any]]:
-    """The rows that LONG gives when nothing goes wrong, computed once."""
+    """The rows of LONG in an uninterrupted run, computed once."""
     return uninterrupted(LONG)
 
 
@@ -115,7 +115,7 @@ def test_an_outside_scheduler_runs_the_same_job_also_when_it_is_restarted_on_the
 
 @pytest.fixture(scope="module")
 def brimming(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served, Path]]:
-    """A server whose disk is full for the parts whose names hold a line of a file, and that file."""
+    """A server whose disk is full for parts whose names contain a line of a file, and that file."""
     folder = tmp_path_factory.mktemp("brimming")
     results = folder / "results"
     results.mkdir()
@@ -195,7 +195,7 @@ def stop_postgres(folder: Path) -> None:
 
 
 def start_postgres(folder: Path) -> None:
-    """Start it again on the same files."""
+    """Start the database again on the same files."""
     from pgserver import pg_ctl
 
     options = f'-h "" -k {folder}'

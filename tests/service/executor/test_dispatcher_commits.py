@@ -1,4 +1,4 @@
-"""Many workers are served in few commits, and what breaks off in the midst of that loses no piece."""
+"""Many workers are served in few commits, and an interruption in the middle loses no piece."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 WORKERS = 130
 CASE = 0.5
-"""s a case."""
+"""Time of a case, s."""
 
 
 class Counted(WorkStore):
@@ -45,7 +45,7 @@ class Counted(WorkStore):
 
 
 class Workers:
-    """A cluster whose workers do nothing of themselves. room: how many pieces it takes before it goes away."""
+    """A cluster whose workers do nothing. room: number of pieces that it accepts before it disconnects."""
 
     def __init__(self) -> None:
         self.counted, self.room, self.sent = WORKERS, 10**6, list[tuple[Piece, Later]]()
@@ -72,7 +72,7 @@ def store(tmp_path: Path) -> Iterator[Counted]:
 
 @pytest.fixture
 def dispatcher(store: Counted, tmp_path: Path) -> Dispatcher:
-    """One that works on a job whose kernel is there."""
+    """A dispatcher that works on a job whose kernel exists."""
     parts = Parts(f"{tmp_path}/results")
     made = Dispatcher(store, Workers(), parts, Settings(tmp_path), Metrics())  # type: ignore[arg-type]
     store.submit("me", "d", "scene", "", "{}", 100_000, 1e9)
@@ -87,7 +87,7 @@ def held(dispatcher: Dispatcher) -> Active:
 
 
 def covered(store: Counted, job: Job) -> list[tuple[int, int]]:
-    """Cases of all pieces, whatever their states; they leave none out and hold none twice."""
+    """Cases of all pieces, in any state; checks that none is missing and none occurs twice."""
     with store.engine.connect() as c:
         found = c.exec_driver_sql("SELECT start, stop FROM chunks ORDER BY start").all()
     ends = [0, *(stop for _, stop in found)]
@@ -122,7 +122,7 @@ def test_pieces_are_as_large_together_as_one_after_the_other(dispatcher: Dispatc
 
 
 def test_where_the_time_of_a_job_is_short_its_pieces_are_cut_one_by_one(dispatcher: Dispatcher) -> None:
-    """So that each has its grant: together they never have more than there is."""
+    """Each piece then has its grant: together they never have more time than there is."""
     active, cluster = held(dispatcher), dispatcher.cluster
     active.spent = active.job.budget - 1000.0
     assert active.chunks_at_once(100) == 1
@@ -175,7 +175,8 @@ def test_what_came_back_while_the_database_was_away_is_recorded_when_it_is_there
 
 
 def test_a_job_taken_over_is_settled_in_few_commits_as_its_parts_say(store: Counted, tmp_path: Path) -> None:
-    """A server that was killed had many pieces out, of which some are there: these are done, the others wait, no attempt counts."""
+    """A server that was killed had many pieces out, some of whose parts exist. These pieces are done, the others wait, and no
+    attempt counts."""
     job, _ = store.submit("me", "d", "scene", "", "{}", 5000, 1e9)
     store.claim("killed", 60.0)
     store.begin("killed", job.id)

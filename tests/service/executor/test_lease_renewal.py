@@ -1,4 +1,4 @@
-"""A server keeps its leases while it is busy with what is long: nobody takes its jobs because there are many pieces to see to."""
+"""A server renews its leases during long work: no other server takes its jobs because it handles many pieces."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEASE, PIECES = 6.0, 100
 
 
 class Clock:
-    """A clock that goes on when something is done, and when its lease was renewed."""
+    """A clock that advances with each action, and the times at which its lease was renewed."""
 
     def __init__(self) -> None:
         self.now, self.renewed = 1000.0, list[float]()
@@ -44,7 +44,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 
 def settled(jobs: LeasedJobs, clock: Clock) -> None:
-    """Pieces of the server before this one, whose parts are there to be read."""
+    """Pieces of the previous server, whose parts can be read."""
     active = SimpleNamespace(job=SimpleNamespace(id="job"), document="", flying={}, follow=None, sure=False)
     chunks: Any = [SimpleNamespace(job="job", start=k, stop=k + 1) for k in range(PIECES)]
     parts: Any = SimpleNamespace(part=lambda piece: f"job/{piece.start}", names=lambda job: set(map(str, range(PIECES))))
@@ -55,7 +55,7 @@ def settled(jobs: LeasedJobs, clock: Clock) -> None:
 
 
 def recorded(jobs: LeasedJobs, clock: Clock) -> None:
-    """Pieces that came back all at once."""
+    """Pieces that returned all at once."""
     future, chunk = object(), SimpleNamespace(job="job", stop=1)
     flying = dict.fromkeys(range(PIECES), (chunk, future))
     active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, planned=0, known=1, release_grant=lambda *given: None)

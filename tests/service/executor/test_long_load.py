@@ -1,5 +1,5 @@
-"""Slow evidence about the service, with its figures printed: ``python -m pytest tests/service/executor/test_long_load.py -m slow
--n 0 -s``."""
+"""Slow tests of the service, which print their figures: ``python -m pytest tests/service/executor/test_long_load.py -m slow -n 0
+-s``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ HOSTILE_SECONDS, ORDINARY, HOSTILE = 60.0, 50, 45
 
 
 class Clients:
-    """Ordinary clients: each looks at a job and at readiness, and checks a scene now and then. taken: s of each answer, by what."""
+    """Ordinary clients: each regularly requests a job and readiness, and sometimes checks a scene. taken: time of each answer, s,
+    by request."""
 
     def __init__(self, s: Served, key: str, job: str, stop: threading.Event):
         self.s, self.key, self.job, self.stop = s, key, job, stop
@@ -38,7 +39,7 @@ class Clients:
             t.start()
 
     def go_on(self, i: int) -> None:
-        """What one of them does."""
+        """The loop of one client."""
         c = http.client.HTTPConnection("127.0.0.1", self.s.port, timeout=60)  # a tenth of what httpx takes, which would be measured
         for n in range(10**9):
             if self.stop.wait(0.5):
@@ -50,7 +51,7 @@ class Clients:
                 self.one("check", c, "POST", "/v1/scenes/check", b'{"scene": "spherical_pendulum"}')
 
     def one(self, what: str, c: http.client.HTTPConnection, method: str, path: str, body: bytes | None = None) -> None:
-        """Send one request and note what became of it."""
+        """Send one request and record its result."""
         began = time.perf_counter()
         try:
             c.request(method, path, body, {"X-API-Key": self.key, "Content-Type": "application/json"})
@@ -64,7 +65,7 @@ class Clients:
 
 
 def memory(s: Served) -> float:
-    """Bytes of the server and of its worker processs, without its workers."""
+    """Memory of the server and of its helper processes, without its workers, bytes."""
     assert s.process is not None
     server = psutil.Process(s.process.pid)
     workers = [p for p in server.children() if spawned(p)]
@@ -72,7 +73,7 @@ def memory(s: Served) -> float:
 
 
 def beside(*words: str) -> subprocess.Popen[str]:
-    """A process that asks the server from outside of this one, whose many threads wait for each other."""
+    """A process that measures the server from outside this one, whose many threads wait for each other."""
     return subprocess.Popen(
         [sys.executable, "-W", "ignore", "-m", "tests.service.executor.load_generator", *words], cwd=ROOT, stdout=-1, text=True
     )
@@ -152,7 +153,7 @@ def test_each_of_two_hundred_spoilt_parts_is_found_and_computed_again(tmp_path: 
 
 
 FIRST = (".friction.mu", ".friction.", ".start.")
-"""What the page offers to vary, the best first (form.js)."""
+"""Numbers that the page offers to vary, the best first (form.js)."""
 
 
 @pytest.mark.parametrize("name", bundled_names())

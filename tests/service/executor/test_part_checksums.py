@@ -1,4 +1,5 @@
-"""Every part holds whose it is and a checksum of its bytes: whatever becomes of it is found when it is read, and computed again."""
+"""Every part contains its owner and a checksum of its bytes. Any damage to it is found when it is read, and the part is computed
+again."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ ASKED = plan_of_request(JobRequest.model_validate(SMALL), Limits())
 
 @pytest.fixture(scope="module")
 def pieces(tmp_path_factory: pytest.TempPathFactory) -> tuple[Parts, list[Piece], list[Any]]:
-    """Parts of two neighbours of a job, and of the same cases of another; and their tables."""
+    """Parts of two neighbouring pieces of a job, and of the same cases of another; and their tables."""
     parts = Parts(str(tmp_path_factory.mktemp("parts")))
     runner = Runner(ASKED)
     found = [Piece("a", "d", 0, 10), Piece("a", "d", 10, 20), Piece("b", "e", 0, 10)]
@@ -76,7 +77,7 @@ def test_neighbours_strangers_pieces_and_nothing_are_not_taken_for_a_part(pieces
 
 
 def flipped(file: Path) -> None:
-    """Turn one bit in the middle round."""
+    """Invert one bit in the middle."""
     data = bytearray(file.read_bytes())
     data[len(data) // 2] ^= 1
     file.write_bytes(data)
@@ -98,7 +99,7 @@ SPOILT: dict[str, Callable[[Path], None]] = {
 
 @pytest.fixture(scope="module")
 def job(server: InProcess) -> str:
-    """A job that is done, of several parts."""
+    """A finished job of several parts."""
     made = server.submit(SMALL | {"vary": {MU: "0.1:0.6:60"}})
     assert server.ended(made)["state"] == "done"
     return made
@@ -132,7 +133,7 @@ def test_a_spoilt_document_beside_the_parts_is_written_again(server: InProcess, 
 
 @pytest.mark.parametrize("left", [b"PAR1 is all that is left", b"", None])
 def test_a_chunk_whose_part_cannot_be_read_is_run_again_by_the_next_server(tmp_path: Path, left: bytes | None) -> None:
-    """It used to keep its job running for ever."""
+    """Earlier, such a chunk kept its job running for ever."""
     store, parts = WorkStore(f"sqlite:///{tmp_path / 'store.db'}"), Parts(str(tmp_path / "parts"))
     store.upgrade()
     job, _ = store.submit("me", "d", "arm", "", "{}", 20, 60.0)

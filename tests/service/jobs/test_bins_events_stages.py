@@ -1,4 +1,4 @@
-"""What there is to look at of a job without fetching it whole: bins, events, its scene, its start, its stages."""
+"""Views of a job without fetching all of it: bins, events, its scene, its start, its stages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ASKED: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def job(served: Served) -> Job:
-    """A job some of whose cases jam."""
+    """A job in which some cases jam."""
     return connect(str(served.client.base_url)).job(served.ended(served.submit(ASKED))["id"])
 
 

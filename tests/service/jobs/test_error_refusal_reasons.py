@@ -1,4 +1,4 @@
-"""Why no error is stated of a case is said over REST, by the client and on the page, in the words of a sweep here."""
+"""The reason for a missing error of a case is the same over REST, in the client, on the page and in a local sweep."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ASKED: dict[str, Any] = {"vary": {GUIDE: [0.1, 0.45, 0.6], "simulation.rtol": [1
 
 @pytest.fixture(scope="module")
 def job(served: Served) -> Job:
-    """A job some of whose cases have no errors."""
+    """A job in which some cases have no errors."""
     return connect(str(served.client.base_url)).submit("double_pendulum", certify=True, **ASKED).wait(timeout=PATIENCE)
 
 

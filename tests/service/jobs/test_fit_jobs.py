@@ -1,4 +1,4 @@
-"""Fits as jobs: what the functions find, to the bit, whatever is killed meanwhile; within budgets and limits."""
+"""Fits as jobs: they find the results of the functions, to the bit, whichever process is killed; within budgets and limits."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ONE: dict[str, Any] = {"parameters": [QD, Q], "runs": [{"time": TIME.tolist(), "
 
 
 def plain(data: Any) -> Any:
-    """Data as JSON has it."""
+    """Data in JSON form."""
     return json.loads(json.dumps(finite(data)))
 
 

@@ -38,7 +38,7 @@ QUESTIONS = ("indices", f"spreads?at=0.1&at=0.9&above={FORCE}%3D900", f"bins?x={
 
 @pytest.fixture(scope="module")
 def job(server: InProcess) -> str:
-    """A crossed sample some of whose cases jam, in several pieces, none of them with a tally."""
+    """A crossed sample in which some cases jam, in several pieces, none of them with a tally."""
     made = server.submit(ASKED)
     end = server.ended(made)
     assert (end["state"], end["done"], len(end["outcomes"])) == ("done", CASES, 2)
@@ -48,7 +48,7 @@ def job(server: InProcess) -> str:
 
 @pytest.fixture
 def many(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """So few cases are very many, to a server that knows nothing of its jobs."""
+    """A server without knowledge of its jobs, for which this small number of cases counts as very many."""
     monkeypatch.setattr(part_tallies, "MANY", 10)
     monkeypatch.setattr(server.service, "tallies", TallyCache())
     yield
@@ -85,7 +85,7 @@ def exact(server: InProcess, job: str) -> list[Any]:
 
 
 def alike(a: Any, b: Any) -> None:
-    """The same, numbers to the rounding of sums over all rows."""
+    """Check that both answers are the same, numbers up to the rounding of sums over all rows."""
     if isinstance(a, dict):
         assert a.keys() == b.keys()
         for k in a:
@@ -194,7 +194,7 @@ def test_while_a_job_goes_on_only_what_is_new_is_read(server: InProcess, job: st
 
 @pytest.fixture
 def alone(tmp_path: Path, server: InProcess, job: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Parts, Piece]:
-    """A piece that this process works on as a worker does."""
+    """A piece that this process computes as a worker does."""
     monkeypatch.setattr(part_tallies, "MANY", 10)
     parts, document = Parts(str(tmp_path)), document_bytes(server.service.store.document(job))
     parts.write(parts.job_file("job"), document)

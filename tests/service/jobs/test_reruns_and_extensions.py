@@ -1,4 +1,4 @@
-"""Jobs that follow from others: failed cases again, more of the same."""
+"""Jobs that follow from others: failed cases again, additional cases."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def following(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
 
 @pytest.fixture(scope="module")
 def failed(following: InProcess) -> str:
-    """A job two of whose cases have run out of steps."""
+    """A job in which two cases have run out of steps."""
     job = following.submit(ASKED | {"cases": MIXED, "max_steps": 300, "label": "mixed", "tags": ["a"]})
     assert following.ended(job)["outcomes"] == {"max_steps": 2, "done": 2}
     return job

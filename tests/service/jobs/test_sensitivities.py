@@ -1,4 +1,4 @@
-"""POST /v1/sensitivities gives what ``trunnion.sensitivity`` gives, within its limits, and in nobody's way."""
+"""POST /v1/sensitivities gives the result of ``trunnion.sensitivity``, within its limits, and delays no other request."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ def test_what_takes_longer_than_its_budget_is_ended_and_its_worker_free(server: 
 
 
 def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> None:
-    """More requests than the queue takes, on one worker: other requests are answered, and those beyond the queue are refused. The
-    worker is free for a job when the clients hang up."""
+    """More requests than the queue accepts, on one worker: other requests are answered, and those beyond the queue are refused. The
+    worker is free for a job when the clients disconnect."""
     assert served.post("/v1/sensitivities", ASKED).status_code == 200
 
     async def crowd() -> list[httpx.Response]:

@@ -1,4 +1,4 @@
-"""Questions to samples: REST, client and page answer what ``trunnion.sweep`` and the command answer."""
+"""Queries of samples: REST, client and page give the answers of ``trunnion.sweep`` and of the command."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def job(served: Served) -> Job:
 
 @pytest.fixture(scope="module")
 def whole() -> Any:
-    """The same in this process."""
+    """The same sample, computed in this process."""
     return trunnion.sweep("double_pendulum", sample=RANGES, count=32, seed=4, sampling="saltelli", reductions=TRAVEL, **RUN)
 
 
@@ -77,7 +77,7 @@ def test_what_is_no_sample_has_neither(served: Served) -> None:
 
 
 def assert_shown(page: Any, expected: dict[str, Any]) -> None:
-    """The page tells these indices with their intervals, and draws them."""
+    """Check that the page shows these indices with their intervals, and draws them."""
     rows = page.evaluate(
         "[...document.querySelectorAll('#answers tbody tr')].map((row) => [...row.children].map((x) => x.textContent.trim()))"
     )
@@ -107,7 +107,7 @@ joints:
     {type: prismatic, axis: x, inboard: ground, outboard: block,
      start: {q: "{(sin(first) + 7*sin(second)^2 + 0.1*third^4*sin(first)) * 1 m}"}}
 """
-"""A block that stays where Ishigami's function puts it."""
+"""A block that rests at the value of Ishigami's function."""
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Studies as jobs: their cases follow from results, as in one process, whatever is killed meanwhile."""
+"""Studies as jobs: their cases follow from results, as in one process, whichever process is killed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RUN: dict[str, Any] = {"until": 0.5, "every": 0.05}
 
 
 def alone(kind: str, asked: dict[str, Any], **run: Any) -> Any:
-    """The same study in this process."""
+    """The same study, computed in this process."""
     given = dict(asked)
     return {"optimise": trunnion.optimise, "refine": trunnion.refine}[kind]("double_pendulum", given.pop("bounds"), **given, **run)
 

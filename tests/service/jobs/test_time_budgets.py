@@ -1,4 +1,5 @@
-"""Budgets hold: a job uses no more time than it has, however many workers, and a case that never ends costs the others nothing."""
+"""Budgets are kept: a job uses no more time than it has, for any number of workers. A case that never ends takes no time from the
+others."""
 
 from __future__ import annotations
 
@@ -18,12 +19,12 @@ NEVER = {"until": 90_000.0, "every": 0.01, "kernel": "parts"}
 """A run that no machine ends within any of these budgets."""
 END = "simulation.until"
 MIXED = [{MU: 0.0, END: 90_000.0} if i in (2, 9) else {MU: 0.1 + i / 100, END: 0.2} for i in range(16)]
-"""Without friction it swings all the while."""
+"""Cases without friction oscillate for the whole time."""
 
 
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
-    """A server with two workers whose pieces are short, so that what overruns is soon seen."""
+    """A server with two workers and short pieces, so that overruns are found soon."""
     settings = Settings(tmp_path_factory.mktemp("quick"), workers=2, chunk_seconds=0.1, limits=Limits(cpu_limit=1.5))
     with InProcess(settings) as s:
         yield s

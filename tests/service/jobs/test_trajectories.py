@@ -1,4 +1,5 @@
-"""Rows of all cases kept while a job runs: checked like the table, counted, fetched, computed again where they were spoilt."""
+"""Rows of all cases stored while a job runs: checked like the table, counted, fetched, and computed again where they were
+damaged."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ ASKED: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def expected() -> Any:
-    """The rows that ``trunnion.sweep`` keeps."""
+    """The rows that ``trunnion.sweep`` stores."""
     given = {k: v for k, v in ASKED.items() if k not in ("scene", "vary")}
     return trunnion.sweep("spherical_pendulum", ASKED["vary"], **given)
 
@@ -42,7 +43,7 @@ def job(served: Served) -> Job:
 
 @pytest.fixture(scope="module")
 def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
-    """A server whose files are spoilt."""
+    """A server whose files the test damages."""
     with InProcess(Settings(tmp_path_factory.mktemp("rows"), workers=1)) as s:
         yield s
 

@@ -1,4 +1,4 @@
-"""The page in headless Chromium, for tests: one browser and one tab each module, and what they do over and over."""
+"""The page in headless Chromium, for tests: one browser and one tab in each module, and their frequent actions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.service.conftest import missing
 from tests.service.http_servers import Served, eventually
 
 PICTURES = os.environ.get("TRUNNION_PICTURES", "")
-"""A folder to leave screenshots in, to be looked at."""
+"""A folder for screenshots that a person inspects."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,8 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
-    """A tab, and what its pages log as errors or ask anyone else for. One for all tests: a new one compiles all scripts anew."""
+    """A tab, and its pages' logged errors and requests to other servers. All tests share it, because a new one compiles all scripts
+    again."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000})
     context.set_default_timeout(60_000)
     p = context.new_page()
@@ -50,7 +51,7 @@ def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
 
 @pytest.fixture
 def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
-    """The page, loaded anew; the test fails when it logs an error or asks anyone else for anything."""
+    """The page, loaded again; the test fails when it logs an error or sends a request to another server."""
     p, errors = tab
     errors.clear()
     p.goto(f"http://127.0.0.1:{served.port}/page/icon.svg")  # the smallest of its files
@@ -63,7 +64,7 @@ def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
 
 
 def until(page: Any, true: str) -> None:
-    """Wait until an expression holds (asked from here: the page's policy lets nothing be evaluated in it again and again)."""
+    """Wait until an expression holds (asked from here, because the page's policy forbids repeated evaluation in the page)."""
     eventually(lambda: page.evaluate(f"() => {true}"), 60.0)
 
 
@@ -73,7 +74,7 @@ def picture(page: Any, name: str) -> None:
 
 
 def run(page: Any, values: str, end: str, model: str = "") -> None:
-    """Choose a model, what its first number varies over, and when it ends; run it."""
+    """Choose a model, the range of its first number and its end time; run it."""
     if model:
         page.select_option("#model", model)
         page.wait_for_timeout(500)
@@ -86,7 +87,7 @@ def run(page: Any, values: str, end: str, model: str = "") -> None:
 
 
 def told(page: Any, start: str) -> None:
-    """Wait until the job that is looked at says so of its state."""
+    """Wait until the selected job reports this state."""
     until(page, f"document.getElementById('state').textContent.startsWith({start!r})")
 
 

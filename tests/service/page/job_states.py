@@ -1,4 +1,4 @@
-"""Each state a job can be seen in on the page (``states.py``)."""
+"""Each state of a job that the page can show (``states.py``)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.service.page.page_states import GUIDE, STATES, There, go, looked, sta
 
 
 def report_stages(page: Any, there: There, now: dict[str, Any]) -> None:
-    """A job as its document would say it is: what takes a moment holds still for a picture."""
+    """A job as its document would describe it; stages that last a moment stand still for a picture."""
     job = there.job("one")
     begun = {"state": "running", "finished": None, "done": 0, "outcomes": {}, "progress": 0.0, "eta_seconds": None}
     document = job.document | begun | now

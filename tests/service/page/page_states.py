@@ -1,4 +1,4 @@
-"""Each state the page can be in: how it is come by, and when it is there."""
+"""Each state of the page: the way to reach it, and the condition that it is reached."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ GUIDED: dict[str, Any] = {"scene": "double_pendulum", "reductions": [FORCE, "cou
 
 @dataclass
 class There:
-    """A server, one that wants a key, and jobs that have ended, each run when it is first looked at."""
+    """A server, another that requires a key, and finished jobs, each run at its first use."""
 
     served: Served
     locked: Served
@@ -53,7 +53,7 @@ STATES: dict[str, Show] = {}
 
 
 def state(show: Show) -> Show:
-    """A state by the name of the function that brings it about."""
+    """A state by the name of the function that produces it."""
     STATES[show.__name__.strip("_").replace("_", "-")] = show
     return show
 
@@ -64,7 +64,7 @@ def go(page: Any, there: There, address: str, ready: str = "body[data-ready]") -
 
 
 def form(page: Any, there: There, model: str = "") -> None:
-    """The form, as it is for one who comes for the first time."""
+    """The form as a first-time visitor sees it."""
     go(page, there, "/")
     page.evaluate("sessionStorage.clear()")
     go(page, there, "/")
@@ -81,7 +81,7 @@ def start(page: Any) -> None:
 
 
 def looked(page: Any, there: There, name: str, more: str = "") -> None:
-    """A job that has ended, with everything of it drawn."""
+    """A finished job, with all of its views drawn."""
     go(page, there, f"/jobs/{there.job(name).id}{more}")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
     page.frame_locator("#animation").locator("#clock").wait_for()

@@ -1,4 +1,5 @@
-"""The web page in headless Chromium: a scene is drawn and run, its answers are looked at. Nothing comes from elsewhere."""
+"""The web page in headless Chromium: a scene is drawn and run, and its results are viewed. The page loads nothing from other
+servers."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
 
 @pytest.mark.slow
 def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any, served: Served) -> None:
-    """Any column of the scene can be looked at meanwhile, and cases that are not there yet are said to be not there."""
+    """Any column of the scene can be viewed meanwhile, and missing cases are shown as missing."""
     run(page, "0.1:0.6:200000", "2")
     counted = "document.getElementById('sweepnote').textContent"
     until(page, f"{counted}.startsWith('All ')")
@@ -101,7 +102,7 @@ def test_mistakes_are_written_at_their_lines_and_fields_and_can_be_gone_to(page:
 
 @pytest.fixture(scope="module")
 def earlier(served: Served) -> str:
-    """A job that is in the list before the page is loaded."""
+    """A job that is in the list before the page loads."""
     return served.submit(SMALL | {"label": "an earlier one"})
 
 

@@ -1,4 +1,4 @@
-"""Small things of the page that were wrong when its pictures were looked at (``test_page_pictures.py``)."""
+"""Small defects of the page that were found in its pictures (``test_screenshots.py``)."""
 
 from __future__ import annotations
 

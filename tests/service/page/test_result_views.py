@@ -222,7 +222,7 @@ HEADINGS = "[...document.querySelectorAll('h1')].filter((h) => h.checkVisibility
 
 
 def violations(page: Any) -> str:
-    """What axe finds, where it is installed."""
+    """The findings of axe, where it is installed."""
     try:
         from axe_playwright_python.sync_playwright import Axe
     except ImportError:
@@ -233,7 +233,8 @@ def violations(page: Any) -> str:
 
 
 def test_every_view_is_usable_by_all_and_on_a_narrow_screen(page: Any, grid: Job, three: Job) -> None:
-    """By the rules of axe where it is installed; everywhere: all has a name, one heading, nothing off the screen."""
+    """The views obey the rules of axe where it is installed. Everywhere, all elements have a name, there is one heading, and
+    nothing is outside the screen."""
     views = {"/": "#count", "/jobs": "#joblist a"} | {f"/jobs/{j.id}": "#timeplot .trace" for j in (grid, three)}
     wide = page.viewport_size
     for address, ready in (views | {f"/compare?jobs={grid.id},{three.id}": "#compareplot .trace"}).items():

@@ -14,10 +14,10 @@ def cut(store: WorkStore, server: str, job: str, size: int, pause: float = 3000.
 
 
 def chunk_done(store: WorkStore, server: str, job: str, start: int, done: Done) -> None:
-    """Store that a chunk is done."""
+    """Record that a chunk is done."""
     store.record_outcomes(server, job, {start: done})
 
 
 def chunk_lost(store: WorkStore, server: str, job: str, start: int, error: str, most: int, delay: float, blame: bool = True) -> str:
-    """Store a failed attempt; the state of the chunk."""
+    """Record a failed attempt; returns the state of the chunk."""
     return store.record_outcomes(server, job, {}, {start: Lost(error, delay, blame)}, most)[start]

@@ -1,4 +1,4 @@
-"""Many pieces in one commit: it is kept as it would be one by one, in any database; all of it or none."""
+"""Many pieces in one commit are stored as they would be one by one, in any database: all of them or none."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["store"]
 
 
 def test_many_chunks_cut_at_once_are_those_that_are_cut_one_by_one(store: WorkStore) -> None:
-    """Retries that are due first, then new cases, cases that overran last; numbers of attempts alike."""
+    """Retries that are due come first, then new cases, and cases that overran last; numbers of attempts are the same."""
 
     def begun() -> Job:
         job = taken(store, 100)

@@ -1,5 +1,5 @@
-"""A connection to the database may break after it was told to write and before it could say that it has: no job is stranded by
-that, and nothing is counted twice."""
+"""A connection to the database may break after a command to write and before the confirmation. No job is stranded by this, and
+nothing is counted twice."""
 
 from __future__ import annotations
 

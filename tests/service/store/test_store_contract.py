@@ -1,4 +1,4 @@
-"""The contract every store keeps, whichever database is behind it."""
+"""The contract that every store obeys, with any database."""
 
 from __future__ import annotations
 

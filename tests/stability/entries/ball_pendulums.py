@@ -1,4 +1,4 @@
-"""Rows of the gallery about example 8.1's pendulum on its ball, and about a sphere that spins on one."""
+"""Rows of the gallery about example 8.1's pendulum on its ball, and about a sphere that spins on a ball joint."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.simulation.run import simulate
 STEEL, G = 7800.0, 9.81
 MU, RADIUS = 0.6, 0.05
 FIRST_STOP = 0.94498035248
-"""s; integrated without the engine."""
+"""Time of the first stop, s; integrated without the engine."""
 PAINLEVE = 26.065 / 78.0 / 0.5 * math.hypot(1, MU) / MU
 
 
@@ -43,7 +43,7 @@ def spinner(angle: float) -> sm.Scene:
 
 
 def rubs(scene: sm.Scene) -> str:
-    """The word "rubs" or "spins free" by the power of friction at the start, or that power where it is neither."""
+    """The word "rubs" or "spins free", depending on the power of friction at the start. In all other cases that power."""
     r = ran(scene, rows=1)
     w = np.array([r[f"socket.qd[{k}]"][0] for k in (1, 2, 3)])
     t = np.array([r[f"socket.friction.torque[{k}]"][0] for k in (1, 2, 3)])
@@ -52,13 +52,14 @@ def rubs(scene: sm.Scene) -> str:
 
 
 def counted(scene: sm.Scene) -> str:
-    """Roots of the complement equations at the start, or the named outcome."""
+    """Number of roots of the complement equations at the start, or the named outcome."""
     r = ran(scene)
     return r.outcome.name if not r.outcome.ok else "one root" if r.certificate.roots[0] == 1 else "several roots"
 
 
 def jumps(scene: sm.Scene) -> str:
-    """Events of a swing: how many ends of sliding, whether each normal turned by less than 2 atan μ and no wrap was reported."""
+    """Events of a swing: the number of ends of sliding, whether each normal turned by less than 2 atan μ, and whether no wrap was
+    reported."""
     r = ran(scene)
     turns = [t for e in r.events if e.kind == "reversal" for t in e.turn]
     good = all(0.5 * math.atan(MU) < t <= 2 * math.atan(MU) for t in turns) and not any(e.kind == "separation" for e in r.events)

@@ -1,4 +1,4 @@
-"""Rows of the gallery about closed loops: their scenes, and what is asked of them."""
+"""Rows of the gallery about closed loops: their scenes and verdicts."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from trunnion.scene.data_classes import scene as sm
 
 
 def four_bar(beyond: float) -> sm.Scene:
-    """Four rubbing joints in a loop, with 1 + beyond times the largest additional torque that they hold by plane statics."""
+    """Four joints with friction in a loop, with 1 + beyond times the largest additional torque that they hold by plane statics."""
     scene = FOUR_BAR.scene((1 + beyond) * FOUR_BAR.most(1.0))
     return replace(scene, simulation=sm.Simulation(until=0.01))
 
 
 def reaching(beyond: float) -> sm.Scene:
-    """A crank-slider whose guide is so high that crank and rod must stand upright: 1 + beyond times as long as needed."""
+    """A crank-slider whose guide is so high that crank and rod must stand upright: they are 1 + beyond times as long as needed."""
     scene = load_scene("crank_slider_free")
     height, joints = 1.5 / (1 + beyond), dict(scene.joints)
     joints["guide"] = replace(joints["guide"], inboard=sm.Side("ground", (0.0, height, 0.0)), start=sm.Start(0.0, 0.0))
@@ -32,7 +32,8 @@ def reaching(beyond: float) -> sm.Scene:
 
 
 def hanging(energy: float, until: float) -> sm.Scene:
-    """The two-four-bar, cranks down, with ``energy`` times what lifts it until the cranks lie flat (2: over the top)."""
+    """The two-four-bar with its cranks down, and ``energy`` times the energy that lifts it until the cranks lie flat (2: over the
+    top)."""
     scene, rate = load_scene("n_four_bar"), math.sqrt(7 * 9.81 / 3 * energy)
     joints = dict(scene.joints)
     for name, joint in scene.joints.items():
@@ -43,7 +44,8 @@ def hanging(energy: float, until: float) -> sm.Scene:
 
 
 def lifted(scene: sm.Scene, to: float, word: str, rows: int) -> str:
-    """Whether the cranks (their mean; where they lie flat each could go its own way) turn beyond an angle; the run being right."""
+    """Whether the cranks turn beyond an angle, in a correct run. Their mean counts: where they lie flat, each could move in its own
+    way."""
     r = ran(scene, 1e-10, rows)
     most = float(np.mean([r[f"pivot{k}.q[1]"] for k in range(3)], axis=0).max())
     lost = np.abs(r["energy.residual"]).max() / r["energy.kinetic"].max()
@@ -51,14 +53,15 @@ def lifted(scene: sm.Scene, to: float, word: str, rows: int) -> str:
 
 
 def bricard(beyond: float) -> sm.Scene:
-    """Bricard's mechanism, its last pivot 1e-6 of a bar beside its place below the threshold."""
+    """Bricard's mechanism. Below the threshold its last pivot is 1e-6 of a bar beside its place."""
     scene = load_scene("bricard")
     ground = sm.Ground({"p0": (0.0, 0.0, 0.0), "p5": (max(-beyond, 0.0), 0.0, 1.0)})
     return replace(scene, ground=ground, simulation=sm.Simulation(until=1.0), outputs=("*",))
 
 
 def closing(scene: sm.Scene) -> str:
-    """Whether it closes; then whether it runs right and how many joints' reactions are said not to be unique."""
+    """Whether the mechanism closes. If it does, whether its run is right, and for how many joints it says that reactions are not
+    unique."""
     word = honest(scene)
     return f"{word}, {len(ran(scene).certificate.not_unique)} joints' reactions not unique" if word == "right" else word
 
@@ -78,6 +81,6 @@ ROWS = (
         Edge("last pivot out of line / in line", bricard, closing, "open_loop", "right, 6 joints' reactions not unique"),),
         "singular constraint matrix from the start"),
     Row(14, "sticking_loop", "several joints sticking in one loop", (
-        Edge("the most torque plane statics allows", four_bar, holding, "holds", "slips"),),
-        "friction of least norm lets go too early"),
+        Edge("the largest torque that plane statics allows", four_bar, holding, "holds", "slips"),),
+        "friction of least norm slips too early"),
 )  # fmt: skip

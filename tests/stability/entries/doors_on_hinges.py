@@ -1,4 +1,4 @@
-"""Rows of the gallery about joints that share what they carry: a door on its hinges. And about an event on its edge."""
+"""Rows of the gallery about joints that share a load: a door on its hinges. One row is about a marginal event."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from trunnion.simulation.run import simulate
 
 G = 9.81
 DOOR, REACH, SPACING = 30.0, 0.45, 1.5
-"""Of the door: kg, m from its hinges to its mass centre, m between them."""
+"""Of the door: mass, kg; distance from its hinges to its mass centre, m; distance between the hinges, m."""
 MU, RADIUS, HALF, THRUST = 0.15, 0.006, 0.03, 0.008
 """Of a hinge: friction, radius and half length of its pin, radius of its end face, m."""
 BLOCK, MU_TABLE, SPRING = 2.0, 0.3, 500.0
-"""Of the block: kg, friction, N/m."""
+"""Of the block: mass, kg; friction coefficient; stiffness of its spring, N/m."""
 
 
 def friction_of_door(spacing: float) -> float:
@@ -29,7 +29,8 @@ def friction_of_door(spacing: float) -> float:
 
 
 def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene:
-    """A door on two hinges (spacing 0: on one as long as both are apart) that 1 + beyond times its friction turns further."""
+    """A door on two hinges that 1 + beyond times its friction turns further. Spacing 0: on one hinge as long as the distance of
+    both."""
     rub = sm.Friction(mu=MU, radius=RADIUS, half_length=HALF if spacing else SPACING / 2, thrust_radius=THRUST)
     points = {"low": (0.0, 0.0, -spacing / 2)} | ({"high": (0.0, 0.0, spacing / 2)} if spacing else {})
     body = sm.Body(mass=DOOR, inertia=(10.0, 12.0, 2.0), center=(REACH, 0.0, 0.0), points=points)
@@ -43,12 +44,12 @@ def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene
 
 
 def turning(beyond: float) -> sm.Scene:
-    """The same, turning so slowly that what pulls it outwards is 1e-12 of its weight."""
+    """The same door. It turns so slowly that its centrifugal force is 1e-12 of its weight."""
     return door(beyond, 1e-6)
 
 
 def going(scene: sm.Scene) -> str:
-    """Whether what turns slows down or speeds up."""
+    """Whether the door slows down or speeds up."""
     r = ran(scene)
     return r.outcome.name if not r.outcome.ok else "speeds up" if r["low.qdd[1]"][0] * r["low.qd[1]"][0] > 0 else "slows down"
 
@@ -76,8 +77,8 @@ def settles(scene: sm.Scene) -> str:
 
 
 def crooked() -> float:
-    """Excess of least-norm friction at the door: numpy's least squares for the force and the couple on either hinge (N and N m
-    alike), the choice of a pseudo-inverse."""
+    """Excess of least-norm friction at the door. numpy's least squares gives the force and the couple on each hinge (N and N m
+    alike), as a pseudo-inverse chooses them."""
     couple = REACH * DOOR * G
     force, inside = np.linalg.lstsq(np.array([[SPACING / 2, 1.0]]), [couple / 2], rcond=None)[0]
     pressed = 2 * sum(abs(force / 2 + side * inside / (2 * HALF)) for side in (-1, 1))
@@ -91,6 +92,6 @@ ROWS = (
         Edge("the same while it turns", turning, going, "slows down", "speeds up"),
         Edge("as one journal as long as both are apart", lambda b: door(b, 0.0, 0.0), holding, "holds", "slips"),),
         "reactions of least norm press couples into the pins"),
-    Row(25, "marginal", "an event on its edge", (
+    Row(25, "marginal", "a marginal event", (
         Edge("stop where the spring pulls with μ N", settling, settles, "stick", "reversal"),), "decided by the tolerance"),
 )  # fmt: skip

@@ -17,7 +17,8 @@ TORQUE = 0.2 * 40.0 * 0.015
 def rotor(
     push: float, until: float, rate: float = 20.0, thrust: float = 0.0, thrust_radius: float | None = None, torque: float = 0.0
 ):
-    """A wheel that turns about a level journal: weight, a push upward that grows from 0 to ``push`` weights, an axial thrust."""
+    """A wheel that turns about a level journal, under its weight, a push upward that grows from 0 to ``push`` weights, and an axial
+    thrust."""
     mass = 3.0
     wheel = sm.Body(cylinder=sm.Cylinder(0.1, 0.05, "y"), mass=mass)
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02, thrust_radius=thrust_radius)
@@ -36,7 +37,7 @@ def rotor(
 
 
 def normal_turn(scene: sm.Scene) -> str:
-    """Whether the contact's normal turns by π while the wheel turns on, every number being finite."""
+    """Whether the contact's normal turns by π while the wheel continues to turn, with finite numbers only."""
     r = ran(scene, rows=101)
     n = np.array([r[f"axle.contact[1].normal[{k}]"] for k in (1, 2, 3)])
     turned = float(n[:, 1] @ n[:, -1]) < 0.0
@@ -45,7 +46,7 @@ def normal_turn(scene: sm.Scene) -> str:
 
 
 def crossed(angle: float) -> sm.Scene:
-    """A universal joint whose second axis leans on the first: at angle 0 they would be parallel."""
+    """A universal joint whose second axis is inclined to the first; at angle 0 they would be parallel."""
     rub = sm.Friction(mu=0.3, radius=0.01, half_length=0.03)
     arm = sm.Body(box=(1.0, 0.1, 0.1), density=STEEL, center=(0.5, 0.0, 0.0))
     joint = sm.Joint("universal", "ground", "arm", axis="y", reference=(0.0, math.cos(angle), math.sin(angle)), friction=rub)
@@ -53,7 +54,7 @@ def crossed(angle: float) -> sm.Scene:
 
 
 def overhung(half_length: float) -> sm.Scene:
-    """A bar on a level journal that also carries its bending moment: the ends press with m/(2c)."""
+    """A bar on a level journal that also carries the bar's bending moment: the journal's ends press with m/(2c)."""
     bar = sm.Body(box=(0.5, 0.05, 0.05), density=STEEL, center=(0.25, 0.2, 0.0))
     rub = sm.Friction(mu=0.1, radius=0.02, half_length=half_length)
     joint = sm.Joint("revolute", "ground", "bar", axis="y", friction=rub, start=sm.Start(0.0, 0.0))
@@ -71,7 +72,7 @@ ROWS = (
         Edge("axes 1e-6 rad apart", lambda b: crossed(1e-6 * (1 + b)), accepted, "refused", "right"),),
         "a singular Jacobian in the middle of a run"),
     Row(6, "short_journal", "half length c → 0", (
-        Edge("c at which the bending moment grips", lambda b: overhung(GRIP * (1 + b)), holding, "holds", "slips"),
+        Edge("c at which the bending moment makes the pin hold", lambda b: overhung(GRIP * (1 + b)), holding, "holds", "slips"),
         Edge("c = 0 ∓ 1 µm", overhung, settled, "refused", "holds"),), "division by c"),
     Row(17, "axial_thrust", "axial thrust on a journal", (
         Edge("torque μ F R on the end face", lambda b: rotor(0.0, 0.01, 0.0, 40.0, 0.015, TORQUE * (1 + b)), holding,

@@ -1,4 +1,4 @@
-"""Rows of the gallery about masses, springs and spin: their scenes, and what is asked of them."""
+"""Rows of the gallery about masses, springs and spin: their scenes and verdicts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from trunnion.scene.overrides import apply
 
 
 def tumbling(beyond: float, spin: float = 1e4) -> sm.Scene:
-    """A free box that spins fast about its axis y, 1e-3 off it: of middle inertia while its side is below 0.3 m."""
+    """A free box that spins fast about an axis 1e-3 off its axis y. The inertia about y is the middle one while its side is below
+    0.3 m."""
     body = sm.Body(box=(0.3, 0.3 * (1 + beyond), 0.1), mass=1.0)
     start = sm.Start((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1e-3 * spin, spin, 0.0))
     return sm.Scene({"top": body}, {"free": sm.Joint("free", "ground", "top", start=start)}, "tumbling", gravity=(0.0, 0.0, 0.0),
@@ -35,13 +36,13 @@ def normed(scene: sm.Scene) -> str:
 
 
 def massive(mass: float) -> sm.Scene:
-    """A body with a mass that may be no number."""
+    """A body whose mass may be NaN."""
     return sm.Scene({"b": sm.Body(box=(1.0, 1.0, 1.0), mass=mass)}, {"j": sm.Joint("prismatic", "ground", "b", axis="z",
                     start=sm.Start(0.0, 1.0))}, "massive", simulation=sm.Simulation(until=0.1))  # fmt: skip
 
 
 def governor(beyond: float) -> sm.Scene:
-    """The flyball governor at the rate where centrifugal force just carries its balls, springs unloaded."""
+    """The flyball governor at the rate at which centrifugal force just carries its balls, with relaxed springs."""
     slope, m, c = math.pi / 6, 5.3, 5.15 / 5.3
     inertia = m * c * c + 0.09575721698113207 - 5e-6
     rate = math.sqrt(m * 9.81 * c * math.cos(slope) / (math.sin(slope) * (0.05 * m * c + inertia * math.cos(slope))))
@@ -49,7 +50,7 @@ def governor(beyond: float) -> sm.Scene:
 
 
 def lifting(scene: sm.Scene) -> str:
-    """Which way the balls set off, and whether the run is right."""
+    """The direction in which the balls begin to move, and whether the run is right."""
     word, sets_off = honest(scene), float(ran(scene)["pin_right.qdd[1]"][0])
     return f"{word}, {'lifts' if sets_off < 0 else 'sinks'}"
 

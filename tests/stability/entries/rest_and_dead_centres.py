@@ -1,4 +1,4 @@
-"""Rows of the gallery about rest: what a dead centre takes from it or leaves to it, and how often a load does."""
+"""Rows of the gallery about rest: what a dead centre changes in a joint at rest, and how often a load releases one."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from trunnion.simulation.run import simulate
 
 G = 9.81
 ROUND_OFF = 1e-9
-"""Of a joint's largest rate: a millionth of the way before or beyond the place where it turns round it is a thousand times that."""
+"""Round-off of a rate, relative to the joint's largest rate. A millionth of the way before or beyond the place of reversal, the
+rate is a thousand times larger."""
 ROD, ASIDE, SPEED = 1.0, 0.3, 1.0
-"""Of the trammel: length of the rod and distance of the driven slider from the dead centre at the start, m; its speed, m/s."""
+"""Of the trammel: length of the rod and start distance of the driven slider from the dead centre, m; the slider's speed, m/s."""
 MASS, MU, SWING, TURNS = 2.0, 0.3, 0.9, 5
-"""Of the ratchet: kg, friction, amplitude of the load over the most that friction holds, periods of 1 s."""
+"""Of the ratchet: mass, kg; friction coefficient; amplitude of the load over the most that friction holds; periods of 1 s."""
 RATE, START = 10.0, 0.3
-"""Of the crank: rad/s, rad."""
+"""Of the crank: rate, rad/s; start angle, rad."""
 
 
 def trammel(beyond: float) -> sm.Scene:
-    """Two rubbing sliders in series along x, and a rod of length L from the second to a slider driven along y, at v, from y = −s.
-    The second slider is at √(L² − y²). It reverses at the dead centre y = 0, after s/v, with −v²/L. It cannot rest there,
-    although its speed is zero and the first slider rests. (μ₁ N₁ is some fifteen times the drag of the second on the first, μ₂
-    N₂.)"""
+    """Two sliders with friction in series along x, and a rod of length L from the second to a slider driven along y, at v, from y =
+    −s. The second slider is at √(L² − y²). It reverses at the dead centre y = 0, after s/v, with −v²/L. It cannot rest there,
+    although its speed is zero and the first slider rests. (μ₁ N₁ is some fifteen times the drag of the second slider on the first,
+    μ₂ N₂.)"""
     block = sm.Body(mass=1.0, inertia=(0.05, 0.05, 0.05))
     bodies = {
         "first": block,
@@ -51,9 +52,9 @@ def trammel(beyond: float) -> sm.Scene:
 
 
 def crank(beyond: float) -> sm.Scene:
-    """A driven crank, a rod on a ball and a rubbing universal joint, and a slider on a rubbing cylindrical guide, up to the dead
-    centre at crank angle π, after (π − start)/rate. The slider's rate is zero there and prescribed by the loop, so its own
-    friction cannot move it. The universal joint's second axis is held throughout."""
+    """A driven crank, a rod on a ball and a universal joint with friction, and a slider on a cylindrical guide with friction. The
+    run ends near the dead centre at crank angle π, after (π − start)/rate. The slider's rate is zero there and prescribed by the
+    loop, so that its own friction cannot move it. The universal joint's second axis is held throughout."""
     steel = {"density": 7801.0}
     bodies = {
         "crank": sm.Body(box=(0.5, 0.1, 0.1), points={"i": (-0.25, 0.0, 0.0), "o": (0.25, 0.0, 0.0)}, **steel),
@@ -74,8 +75,8 @@ def crank(beyond: float) -> sm.Scene:
 
 
 def turned_round(scene: sm.Scene, joint: str) -> str:
-    """Number of reversals of the joint by the end of a correct run: changes of sign of its rate, beyond round-off. Round-off
-    decides whether a reversal is reported, or a turn for friction of two components."""
+    """Number of reversals of the joint by the end of a correct run: changes of sign of its rate, beyond round-off. For friction of
+    two components, round-off decides whether the run reports a reversal or a turn."""
     word, r = honest(scene), ran(scene)
     told = ("separation", "contact_jump", "reversal")
     changes = [e.kind for e in r.events if e.joint == joint and e.time > 1e-6 * r.time[-1] and e.kind not in told]
@@ -109,12 +110,12 @@ def slips(scene: sm.Scene) -> str:
 ROWS = (
     Row(20, "trammel", "rest that a dead centre forbids", (
         Edge("run that ends at the dead centre, s/v", trammel, partial(turned_round, joint="inner"), "right", "right, turns"),),
-        "two pairs held that cannot both rest: the energy is gone"),
-    Row(21, "ratchet", "loads that come and go", (
+        "two pairs are held that cannot both rest: kinetic energy is lost"),
+    Row(21, "ratchet", "periodic loads", (
         Edge("largest load = μ N", ratchet, slips, f"0 slips in {TURNS} periods", f"{TURNS} slips in {TURNS} periods"),),
         "steps that grow over rest pass over slips"),
     Row(22, "held_at_dead_centre", "a held pair at a dead centre", (
         Edge("run that ends at the dead centre, (π − start)/rate", crank, partial(turned_round, joint="guide"), "right",
              "right, turns"),),
-        "a motion that is prescribed is taken for a jam"),
+        "prescribed motion is mistaken for a jam"),
 )  # fmt: skip

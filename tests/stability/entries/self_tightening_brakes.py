@@ -1,4 +1,4 @@
-"""Rows of the gallery about a brake that tightens itself: balls between turning about their contact and rubbing."""
+"""Rows of the gallery about a self-tightening brake: its ball turns about its contact or slides."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tests.stability.scene_verdicts import ran
 from trunnion.scene.data_classes import scene as sm
 
 MU, RADIUS, ARM, PRESS, SPIN = 0.4, 0.1, 0.08, 100.0, 20.0
-"""Friction and radius (m) of the ball, arm of the lever, m, force along the shaft, N, its turning, rad/s."""
+"""Friction coefficient and radius (m) of the ball, arm of the lever, m, force along the shaft, N, speed of the shaft, rad/s."""
 REACH = RADIUS * MU / math.hypot(1, MU)
 V_EPS, UNTIL = 1e-4, 0.01
 LEAVES = ARM * MU * PRESS
-"""N m; the torque on the lever at which the ball leaves its cone."""
+"""The torque on the lever, N m, at which the ball leaves its cone."""
 GRIPS = MU * PRESS * math.sqrt(ARM**2 - REACH**2)
-"""N m; the least torque at which it can rub."""
+"""The least torque, N m, at which the ball can slide."""
 
 
 def at_kink() -> float:
@@ -29,10 +29,10 @@ def at_kink() -> float:
 
 
 def brake(torque: float, start: float, law: str) -> sm.Scene:
-    """A shaft spins in a guide and is pressed along it, with its ball, into the seat of a lever. A pin that can slide along the
-    lever holds the lever, and a torque (N m) turns it, from ``start`` to ``torque``. The pin carries nothing along the lever. The
-    ball's force has the components PRESS along the axis and y across it: ARM y = torque + REACH √(y² − μ² PRESS²), the last term
-    where it rubs. There are three roots between GRIPS and LEAVES, otherwise one."""
+    """A shaft spins in a guide, and a force presses it along the guide, with its ball, into the seat of a lever. A pin that can
+    slide along the lever holds the lever, and a torque (N m) turns it, from ``start`` to ``torque``. The pin carries no load along
+    the lever. The ball's force has the components PRESS along the axis and y across it: ARM y = torque + REACH √(y² − μ² PRESS²),
+    the last term where it slides. There are three roots between GRIPS and LEAVES, otherwise one."""
     rub = sm.Friction(mu=MU, radius=RADIUS, law=law, v_eps=V_EPS if law == "regularized" else None)
     turned = sm.Signal(table=sm.Table((0.0, UNTIL), (start, torque)))
     joints = {
@@ -51,13 +51,13 @@ def brake(torque: float, start: float, law: str) -> sm.Scene:
 
 
 def tightened(beyond: float, law: str = "coulomb") -> sm.Scene:
-    """The torque grows to 1 + beyond times that at which the ball can no longer turn about its contact."""
+    """The torque grows to 1 + beyond times the torque above which the ball can no longer turn about its contact."""
     most = LEAVES if law == "coulomb" else at_kink()
     return brake((1 + beyond) * most, 0.5 * most, law)
 
 
 def loosened(beyond: float, law: str = "coulomb") -> sm.Scene:
-    """The torque falls to 1 − beyond times that at which the ball can no longer rub."""
+    """The torque falls to 1 − beyond times the torque below which the ball can no longer slide."""
     return brake((1 - beyond) * GRIPS, 1.2 * LEAVES, law)
 
 
@@ -77,9 +77,9 @@ def folds(scene: sm.Scene) -> str:
 
 
 ROWS = (
-    Row(23, "fold", "a root folds away", (
+    Row(23, "fold", "a root ends at a fold", (
         Edge("torque at which the ball leaves its cone", tightened, folds, "turns freely", "fold, rubs"),
-        Edge("least torque at which it can rub", loosened, folds, "rubs", "fold, turns freely"),
+        Edge("least torque at which the ball can slide", loosened, folds, "rubs", "fold, turns freely"),
         Edge("the first, regularised", lambda b: tightened(b, "regularized"), folds, "turns freely", "fold, rubs"),
         Edge("the second, regularised", lambda b: loosened(b, "regularized"), folds, "rubs", "fold, turns freely"),),
         "no root, or a jump that nobody is told of"),

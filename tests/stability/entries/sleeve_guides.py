@@ -1,4 +1,4 @@
-"""Rows of the gallery about sleeves on guides: their scenes, and what is asked of them."""
+"""Rows of the gallery about sleeves on guides: their scenes and verdicts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def pushed(beyond: float, v_eps: float = 1e-9) -> sm.Scene:
 
 
 def creeping(scene: sm.Scene) -> str:
-    """Below μN it creeps at v_eps F/(μN), beyond it slides with (F − μN)/m; in less than 500 steps."""
+    """Below a push of μN the sleeve creeps at v_eps F/(μN), beyond it slides with (F − μN)/m; in less than 500 steps."""
     joint, r = scene.joints["guide"], ran(scene, 1e-9)
     assert joint.friction is not None
     v_eps, mass = float(joint.friction.v_eps or 0.0), float(scene.bodies["carriage"].mass or 0.0)
@@ -48,8 +48,8 @@ def creeping(scene: sm.Scene) -> str:
 
 
 def light(beyond: float, mass: float = 1e-6) -> sm.Scene:
-    """A cart of 1 mg on a rubbing rail, and a pole of 1 kg that hangs from it at an angle. It holds while tan φ is within
-    friction."""
+    """A cart of 1 mg on a rail with friction, and a pole of 1 kg that hangs from the cart at an angle. The cart holds while tan φ
+    is within friction."""
     mu = 0.4
     angle = 0.5 * (math.atan(mu) + math.asin(mu * (1 + 2 * mass) / math.hypot(1, mu))) * (1 + beyond)
     bodies = {
@@ -64,7 +64,7 @@ def light(beyond: float, mass: float = 1e-6) -> sm.Scene:
 
 
 def carried(scene: sm.Scene) -> str:
-    """Whether the cart stays where it is while the pole swings."""
+    """Whether the cart stays in its place while the pole swings."""
     r = ran(scene)
     moved = np.any(r["rail.qd[1]"] != 0.0) or any(e.kind in ("slip", "stick", "reversal") for e in r.events)
     return r.outcome.name if not r.outcome.ok else "slips" if moved else "holds"

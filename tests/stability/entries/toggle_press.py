@@ -21,20 +21,20 @@ from trunnion.simulation.run import simulate
 CHANGE = -math.pi / 2
 """Angle between the upper link and the press's way at its change point, rad."""
 STRAIGHT = math.radians(5.0)
-"""The same where it presses, nearly straight."""
+"""The same angle where the press works, nearly straight."""
 RESIST = 2000.0
-"""What it presses on, N."""
+"""The resistance against the press, N."""
 
 
 def folding(until: float) -> sm.Scene:
-    """The press, pushed through its change point until a time in s; all its pins rub."""
+    """The press, pushed through its change point until a time in s; all its pins have friction."""
     text = TOGGLE.replace("RUB", "friction: {mu: 0.1, radius: 20 mm, half_length: 30 mm}")
     scene = scene_from_text(text.replace("TIMES", str(PUSH_TIMES)).replace("PUSH", str(PUSH)))
     return replace(scene, simulation=sm.Simulation(until=until))
 
 
 def placed(angle: float, rate: float, push: float, resist: float, until: float) -> sm.Scene:
-    """The same without its stop, at an angle (rad) of the upper link, turning at a rate, under other forces, N."""
+    """The press without its stop, at an angle (rad) of the upper link, turning at a rate, under other forces, N."""
     scene = folding(until)
     loads = {"push": sm.Force("force", "upper.knee", (push, 0.0, 0.0)), "resist": sm.Force("force", "ram", (0.0, 0.0, resist))}
     start = {"crown": sm.Start(angle, rate), "knee": sm.Start(-2 * angle, -2 * rate)}
@@ -43,19 +43,19 @@ def placed(angle: float, rate: float, push: float, resist: float, until: float) 
 
 
 def pressing(push: float, rate: float = 0.0) -> sm.Scene:
-    """Nearly straight, pushed at its knee (N) and straightening at a rate."""
+    """The press nearly straight, pushed at its knee (N) and straightening at a rate."""
     return placed(STRAIGHT, -rate, push, RESIST, 0.01)
 
 
 def pushed(beyond: float, rate: float = 0.0) -> sm.Scene:
-    """The same with 1 + beyond times the push at which it slides on."""
+    """The same with 1 + beyond times the push at which its sliding neither slows down nor speeds up."""
     return pressing((1 + beyond) * most(pressing, "crown", 100.0, 2000.0), rate)
 
 
 @cache
 def pole() -> float:
-    """Distance from the change point (rad) at which friction of the press has a pole, in plane. There a lateral force, with the
-    friction that it alone causes, does not accelerate the foot sideways."""
+    """Distance from the change point (rad) at which friction of the press in plane has a pole. There a lateral force, together with
+    the friction that it alone causes, does not accelerate the foot sideways."""
     model = SprungToggle(0.0, 0.0, lambda _: 0.0)
 
     def lean(beside: float) -> float:
@@ -72,7 +72,8 @@ def pole() -> float:
 
 
 def beside(beyond: float, rate: float) -> sm.Scene:
-    """Folded through its change point, 1 + beyond times as far as that, on its way back (or on, at a negative rate)."""
+    """The press folded through its change point, 1 + beyond times the distance ``pole`` behind it, on its way back (or, at a
+    negative rate, on its way on)."""
     return placed(CHANGE - (1 + beyond) * pole(), rate, 0.0, 0.0, 1e-10)
 
 
@@ -89,9 +90,9 @@ def folds(scene: sm.Scene) -> str:
 
 
 ROWS = (
-    Row(28, "toggle", "a change point of rubbing links", (
+    Row(28, "toggle", "a change point of links with friction", (
         Edge("pushed through it", lambda _: folding(1.0), folds, "folds through, jammed on its way back"),
-        Edge("a pole of friction beside it, on the way back", lambda b: beside(b, 1.0), counted, "jammed", "one root"),
+        Edge("a pole of friction near it, on the way back", lambda b: beside(b, 1.0), counted, "jammed", "one root"),
         Edge("the same on the way through", lambda b: beside(b, -1.0), counted, "several roots", "one root"),
         Edge("nearly straight: push at which it slides on", pushed, rests, "holds", "slips"),
         Edge("the same while it moves", lambda b: pushed(b, SLOW), partial(going, joint="crown"), "slows down", "speeds up"),),

@@ -1,4 +1,4 @@
-"""Rows of the gallery about many rubbing joints on few freedoms: the corner of a car, a platform on sprung legs."""
+"""Rows of the gallery about many joints with friction on few freedoms: the corner of a car, a platform on sprung legs."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 
 SLOW = 1e-6
-"""Rate at which a mechanism moves so slowly that nothing depends on how fast, rad/s or m/s: its square is 1e-12."""
+"""Rate of a mechanism, rad/s or m/s, that is so slow that its value does not matter: its square is 1e-12."""
 ROUND_OFF = 1e-12
-"""rad/s or m/s; of rates that loops leave at rest. What is let go at one part in a million has a hundred thousand times that."""
+"""Round-off of rates that loops leave at rest, rad/s or m/s. A joint that is released at one part in a million has a hundred
+thousand times this rate."""
 
 
 def wishbone(load: float, rate: float = 0.0) -> sm.Scene:
-    """The corner of a car, five of whose joints rub on one freedom, under a wheel's load in N."""
+    """The corner of a car, five joints of which have friction on one freedom, under a wheel's load in N."""
     scene = corner(ALL)
     joints = scene.joints | {
         "lower_in": replace(scene.joints["lower_in"], start=sm.Start(0.0, rate)),
@@ -38,7 +39,7 @@ def wishbone(load: float, rate: float = 0.0) -> sm.Scene:
 
 
 def platform(legs: int, until: float, rate: float = 0.0) -> sm.Scene:
-    """A platform on sprung legs, all joints of which rub; at rest, or with all legs growing longer at a rate in m/s."""
+    """A platform on sprung legs with friction in all joints. It is at rest, or all its legs grow longer at a rate in m/s."""
     scene = stewart(legs)
     joints = {n: replace(j, start=replace(j.start, qd=rate)) if n.startswith("leg") else j for n, j in scene.joints.items()}
     return replace(scene, joints=joints, simulation=sm.Simulation(until=until), outputs=("*",))
@@ -46,8 +47,8 @@ def platform(legs: int, until: float, rate: float = 0.0) -> sm.Scene:
 
 @cache
 def most(scene: Callable[[float, float], sm.Scene], joint: str, low: float, high: float) -> float:
-    """The load (N) beyond which all joints slide on. At that load a slow mechanism neither slows down nor speeds up, by the
-    formulation that shares no code with the engine. Only the start, with loops closed, is the engine's."""
+    """The load (N) beyond which all joints continue to slide. At that load a slow mechanism neither slows down nor speeds up, by
+    the formulation that shares no code with the engine. Only the start, with loops closed, is the engine's."""
     start = simulate(scene(low, SLOW), until=1e-9, every=1e-9)
     at = state_at(start, 0)
 
@@ -58,7 +59,7 @@ def most(scene: Callable[[float, float], sm.Scene], joint: str, low: float, high
 
 
 def lifted(beyond: float, rate: float = 0.0) -> sm.Scene:
-    """The wheel of the corner under 1 + beyond times the reference load."""
+    """The corner whose wheel carries 1 + beyond times the reference load."""
     return wishbone((1 + beyond) * most(wishbone, "lower_in", 4000.0, 6000.0), rate)
 
 
@@ -70,7 +71,7 @@ def rests(scene: sm.Scene) -> str:
 
 
 def going(scene: sm.Scene, joint: str) -> str:
-    """Whether what moves slows down or speeds up."""
+    """Whether the mechanism slows down or speeds up."""
     r = ran(scene, rows=1)
     rate, change = r[f"{joint}.qd[1]"][0], r[f"{joint}.qdd[1]"][0]
     return r.outcome.name if not r.outcome.ok else "speeds up" if change * rate > 0 else "slows down"
@@ -86,14 +87,15 @@ def dense(scene: sm.Scene) -> str:
 
 
 ROWS = (
-    Row(26, "wishbone", "five joints rub on one freedom", (
+    Row(26, "wishbone", "five joints with friction on one freedom", (
         Edge("wheel load at which all slide", lifted, rests, "holds", "slips"),
         Edge("the same while it moves", lambda b: lifted(b, SLOW), partial(going, joint="lower_in"), "slows down", "speeds up"),),
         "hundreds of events, other ones at every tolerance"),
-    Row(27, "stewart", "a platform on six legs, all joints rub", (
+    Row(27, "stewart", "a platform on six legs, friction in all joints", (
         Edge("from rest, 0.3 s", lambda _: platform(6, 0.3), honest, "right", slow=True),
-        Edge("all legs growing, 36 freedoms that rub", lambda _: platform(6, 1e-3, 0.1), dense, "as by dense equations", slow=True),
+        Edge("all legs extending, 36 frictional freedoms", lambda _: platform(6, 1e-3, 0.1), dense, "as by dense equations",
+             slow=True),
         Edge("from rest on three legs, 0.3 s", lambda _: platform(3, 0.3), honest, "right"),
-        Edge("three legs growing", lambda _: platform(3, 1e-3, 0.1), dense, "as by dense equations"),),
+        Edge("three legs extending", lambda _: platform(3, 1e-3, 0.1), dense, "as by dense equations"),),
         "one turn of a pair after the other: minutes for a millisecond"),
 )  # fmt: skip

@@ -1,1 +1,1 @@
-"""FMUs at work in fmpy, as runnable scripts: ``python -m tests.fmu.systems.scenarios.parameter_study`` and the others."""
+"""FMUs in use with fmpy, as scripts: ``python -m tests.fmu.systems.scenarios.parameter_study`` and the others."""

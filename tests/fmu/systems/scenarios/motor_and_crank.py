@@ -23,7 +23,7 @@ LOAD = "crank_pivot.drive.effort[1]"
 
 
 def motor() -> trunnion.Scene:
-    """A rotor with two torques on it: the field's and the load's."""
+    """A rotor with two torques: the field's and the load's."""
     return scene_from_dict({
         "name": "motor", "gravity": [0, 0, 0], "bodies": {"rotor": {"mass": 1, "inertia": [ROTOR, ROTOR, ROTOR]}},
         "inputs": {"field": {"start": TORQUE, "unit": "N*m"}, "load": {"unit": "N*m"}},
@@ -45,7 +45,7 @@ def crank_slider() -> trunnion.Scene:
 
 
 def one_scene() -> trunnion.Scene:
-    """The same with the rotor's inertia on the crank and the field's torque in its pivot."""
+    """The crank-slider with the rotor's inertia on the crank and the field's torque in its pivot."""
     data = scene_to_dict(crank_slider())
     del data["inputs"]
     pivot = data["joints"]["crank_pivot"]

@@ -1,4 +1,4 @@
-"""How far does the pendulum of example 8.1 swing, for six coefficients of friction? One FMU, six runs, no recompilation."""
+"""Largest angle of the pendulum of example 8.1 for six coefficients of friction: one FMU, six runs, no recompilation."""
 
 from __future__ import annotations
 

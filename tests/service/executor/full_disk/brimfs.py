@@ -1,4 +1,4 @@
-"""A file system for tests, at brim://folder: a local folder that can be full. While a file named FULL lies in it, nothing can be
+"""A file system for tests, at brim://folder: a local folder that can be full. While it contains a file named FULL, no file can be
 written whose path contains one of that file's lines."""
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 
 class BrimFileSystem(AbstractFileSystem):
-    """Only what parts need, by way of the local file system."""
+    """The functions that parts need, by way of the local file system."""
 
     protocol = "brim"
     cachable = False
