@@ -15,7 +15,7 @@ from tests.reference.compliant.laws import NotJudged
 from trunnion import simulate
 
 SURE = 3.0
-"""Errors of the judge that count as agreement: neighbouring extrapolations differ by about one."""
+"""Number of the compliant model's errors that count as agreement: neighbouring extrapolations differ by about one."""
 
 
 @dataclass(frozen=True)
