@@ -173,7 +173,7 @@ def _agreed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
         if given[n] is not None:
             weights[i], want[i] = 1.0, given[n][k]
     x = scale * _least(G * scale, target, weights[:, None] * free * scale, weights * want)
-    for _ in range(2):  # the light weights of open rates disturb the given ones by their square: again from there
+    for _ in range(2):  # the small weights of open rates disturb the given ones; a second pass corrects this
         rest = want - free @ x
         rest[weights < 1] = 0.0
         x = x + scale * _least(G * scale, 0 * target, weights[:, None] * free * scale, weights * rest)

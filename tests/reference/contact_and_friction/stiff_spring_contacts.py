@@ -188,7 +188,7 @@ class Compliant:
         col = np.tile([1.0, 1.0, 1.0, *[1 / typical_length(self.state)] * 3], self.size // 6)
         null = col[:n, None] * eq.null
         within = np.linalg.svd(eq.null.T)[2][eq.null.shape[1] :].T * col[:n, None]
-        inside = block_diag(within, np.diag(col[n:]))  # the crosses have no inertia that resists: all their displacements
+        inside = block_diag(within, np.diag(col[n:]))  # crosses have no inertia, so that all their displacements are unknown
         rest = eq.u[:, 0]
 
         def residual(x, share):

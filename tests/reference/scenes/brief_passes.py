@@ -248,7 +248,7 @@ def passed_hook(r: np.random.Generator, span: float) -> Part:
         return side * speed * (t + math.sin(rate * within) / rate + math.cos(rate * within) * after)
 
     until = 3 * span
-    if lifts < off and not passes_on:  # it comes back to the hook's place, where the hook may fall again
+    if lifts < off and not passes_on:  # the body returns to the hook's place, where the hook may fall again
         until = min(until, lifts - 0.9 * math.tan(rate * (lifts - t)) / rate)
     elif not passes_on and len(later) > 1:
         until = min(until, later[1][0])
