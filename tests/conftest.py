@@ -1,5 +1,5 @@
-"""What all tests share: linear algebra has one thread, kernels are compiled quickly, Python programs that tests start keep their
-compiled modules for the next one, and drawing examples has no time limit."""
+"""Settings that all tests share: linear algebra has one thread, kernels are compiled fast, Python programs that tests start keep
+their compiled modules for the next program, and drawing examples has no time limit."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tests.sampling import keep_default_cases
 
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-"""Linear algebra in one thread, also in programs that tests start; numpy reads this when it is imported. Threads that wait for each
-other on processors that other tests use cost up to ten times the time of small matrices."""
+"""Linear algebra in one thread, also in programs that tests start; numpy reads this setting at its import. Threads that wait for
+each other, on processors that other tests use, take up to ten times the time for small matrices."""
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
@@ -56,19 +56,20 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One more than there are processors: tests of the service wait for servers, workers and browsers a third of their time."""
+    """One more than the number of processors: tests of the service wait for servers, workers and browsers for a third of their
+    time."""
     return (os.cpu_count() or 1) + 1
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Cases beyond the default ones become slow before pytest chooses tests by their marks."""
+    """Mark cases beyond the default ones as slow before pytest selects tests by their marks."""
     keep_default_cases(items)
 
 
 @pytest.fixture
 def needs() -> Callable[[str], None]:
-    """A function that skips or fails the test when the package it is given is not installed."""
+    """A function that skips or fails the test when the given package is not installed."""
 
     def check(package: str) -> None:
         if find_spec(package) is not None:

@@ -13,7 +13,8 @@ import pytest
 
 
 def sampled(values: Iterable[Any], keep: int | Collection[Any] | Callable[[Any], bool]) -> list[Any]:
-    """Parameters of a test: ``keep`` says which of the values run by default (the first so many, these, or those it accepts)."""
+    """Parameters of a test: ``keep`` determines which of the values run by default (this many first ones, these, or those that it
+    accepts)."""
     every = list(values)
     kept = every[:keep] if isinstance(keep, int) else [v for v in every if (keep(v) if callable(keep) else v in keep)]
     assert kept, "some run by default"
@@ -21,8 +22,8 @@ def sampled(values: Iterable[Any], keep: int | Collection[Any] | Callable[[Any],
 
 
 def crossed(*axes: Iterable[Any]) -> list[Any]:
-    """Every choice of one value of each axis, as parameters of a test. By default those run in which every two values of
-    different axes meet at least once."""
+    """Every combination of one value from each axis, as parameters of a test. By default a selection runs in which every two values
+    of different axes meet at least once."""
     every = list(product(*(list(enumerate(a)) for a in axes)))
     kept = _pairwise([tuple(k for k, _ in case) for case in every])
     given = [tuple(v for _, v in case) for case in every]
@@ -30,13 +31,13 @@ def crossed(*axes: Iterable[Any]) -> list[Any]:
 
 
 def slow(value: Any) -> Any:
-    """A parameter, or several as a tuple, with which a test is slow."""
+    """A parameter, or several as a tuple, that makes a test slow."""
     values = value if isinstance(value, tuple) else (value,)
     return pytest.param(*values, marks=pytest.mark.slow)
 
 
 def _pairwise(cases: list[tuple[int, ...]]) -> set[tuple[int, ...]]:
-    """Cases in which all pairs meet: again and again the first one with the most pairs that have not met yet."""
+    """Cases in which all pairs meet, chosen one after the other: each is the first with the most pairs that have not met yet."""
     met: set[tuple[tuple[int, int], ...]] = set()
     kept = set()
     while True:
@@ -64,7 +65,8 @@ def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
 
 
 def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """(kept, others): again and again the first case with the most values of parameters that no kept case has."""
+    """(kept, others), chosen one after the other: each is the first case with the most values of parameters that no kept case
+    has."""
     met: set[tuple[str, int]] = set()
     kept, others = [], list(cases)
     while others and len(kept) < keep:

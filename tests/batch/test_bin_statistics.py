@@ -39,7 +39,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
     there = np.isfinite(y)
     assert got.y is not None
     expected, _, _ = np.histogram2d(x[there], y[there], [got.x.edges, got.y.edges])
-    assert (got.count.reshape(expected.shape) == expected).all()  # with the edges told, numpy counts the same
+    assert (got.count.reshape(expected.shape) == expected).all()  # numpy counts the same with these edges
     cells = got.cells()
     for i, j, cases, first, known, least, mean, most_ in zip(
         *(cells[k] for k in ("x", "y", "cases", "first", "known", "least", "mean", "most")), strict=True

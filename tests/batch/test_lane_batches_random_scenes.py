@@ -116,7 +116,7 @@ def rubs_alike(kind: str, seed: int) -> None:
     others = [swept(scene, "compiled", part)[1] for part in (2.0**-52, -(2.0**-52))]
     assert together.column("outcome") == alone.column("outcome")
     if not runner.loops:
-        return  # no case of it can be run
+        return  # no case of this scene can run
     with_lanes = runner.loops[0].together
     assert with_lanes is not None, "it has no lanes"
     assert with_lanes.all.asked > CASES

@@ -191,7 +191,7 @@ def test_cases_are_drawn_as_if_by_chance_the_same_ones_in_every_piece(monkeypatc
     taken = mergeable_statistics.drawn(case, n)
     assert abs(taken.sum() - 2000) < 4 * np.sqrt(2000)
     assert np.array_equal(taken[777:900], mergeable_statistics.drawn(case[777:900], n))
-    for every in (2, 8, 1000):  # no regularity of a grid or of a point's cases shows
+    for every in (2, 8, 1000):  # regularities of a grid or of a point's cases have no effect
         found, expected = np.bincount(case[taken] % every, minlength=every), taken.sum() / every
         assert ((found - expected) ** 2 / expected).sum() < every - 1 + 4 * np.sqrt(2 * every), "as Pearson says"
     assert mergeable_statistics.drawn(case[:2000], 2000).all()

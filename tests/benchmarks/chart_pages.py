@@ -14,7 +14,7 @@ CHARTS = ROOT / "models" / "charts"
 VIEWER = ROOT / "engine" / "analysis" / "work_precision" / "viewer"
 INLINE_DATA = re.compile(r"<script>(const study = .*;)</script>")
 POLICY = {"'unsafe-inline'": "'self' file: 'unsafe-inline'"}
-"""The short page may load files beside itself, from a server or from disk."""
+"""The short page may load files from its own folder, from a server or from disk."""
 
 
 def short_page(title: str) -> str:

@@ -75,7 +75,7 @@ def menagerie() -> Iterator[tuple[str, str, Path]]:
 
 
 def cached() -> str:
-    """The models of mujoco_menagerie that could be tried."""
+    """The models of mujoco_menagerie that the script can test."""
     if find_spec("mujoco_menagerie") is None:
         return ""
     import mujoco_menagerie
@@ -88,7 +88,7 @@ def cached() -> str:
 
 @contextlib.contextmanager
 def silent() -> Iterator[None]:
-    """Without what MuJoCo prints, and away from where it keeps a log."""
+    """Suppress MuJoCo's output, and work outside the folder in which it keeps a log."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), tempfile.TemporaryFile() as sink:
         kept = os.dup(2)
         os.dup2(sink.fileno(), 2)

@@ -88,7 +88,7 @@ def test_simulate_keeps_every_row_and_event(suffix: str, tmp_path: Path, whole: 
     assert "cancelled at t =" in done.stdout
     assert f"wrote {file}" in done.stdout
     assert (table.outcome.name, table.metadata["settings"]["until"]) == ("cancelled", UNTIL)
-    if suffix == "csv":  # which writes round-off of zero as 0
+    if suffix == "csv":  # CSV writes round-off of zero as 0
         whole = replace(whole, data=np.where(np.abs(whole.data) < ZERO_BELOW, 0.0, whole.data))
     held_against(whole, table.time, table.data, table.events, table.outcome.time)
 
@@ -154,7 +154,7 @@ def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: s
         assert f"cancelled: {n} of 100000 cases finished" in done.stdout
     assert 5 <= n < 100000
     assert list(columns["case"]) == list(range(n))
-    again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}  # as so many cases are run
+    again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}  # as a batch of this size runs
     same = trunnion.sweep("spherical_pendulum", {MU: list(columns[MU])}, **again)
     assert list(columns["final:ball.qd[2]"]) == same.table["final:ball.qd[2]"].to_pylist()
 

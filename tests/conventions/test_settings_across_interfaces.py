@@ -52,7 +52,7 @@ def words(who: str) -> dict[str, str]:
 @pytest.mark.parametrize("who", [*COMMANDS, *PYTHON, *REST])
 def test_whoever_offers_settings_offers_those_of_the_table_in_its_words(who: str) -> None:
     expected = {s.name: told(s, who) for s in offered(who)}
-    if who in COMMANDS:  # a command says in brackets what others say in sentences
+    if who in COMMANDS:  # a command gives in brackets what others give in sentences
         several = {s.name: "repeatable; " if who in s.several else "" for s in offered(who)}
         sentence = re.compile(r"(?: Repeatable\.)? Default: (.*)\.$", re.DOTALL)
         expected = {n: sentence.sub(lambda m, n=n: f" ({several[n]}default: {m[1]})", text) for n, text in expected.items()}

@@ -28,7 +28,7 @@ TIMEOUT = 300
 
 def installed(kind: str, folder: Path) -> Path:
     """Python of a fresh environment that holds this project as built and, by path, the packages it needs."""
-    # what is built with a wheel is a matter of ``engine/parts/test_installation_without_compiler.py``
+    # ``engine/parts/test_installation_without_compiler.py`` tests the libraries that are built with a wheel
     env = dict(os.environ, TRUNNION_PREBUILD="0")
     name = subprocess.run(
         [sys.executable, "-c", BUILD, kind, str(folder)], cwd=ROOT, env=env, capture_output=True, text=True, check=True

@@ -82,17 +82,17 @@ class Reader:
         scripts = [str(self.home / ".venv" / "bin")] if self.active else []
         ours = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg", "TRUNNION_CACHE": str(self.place.shared / "cache")}
         if self.place.copied:
-            ours["PIP_COMPILE"] = "0"  # what is imported is compiled then; pip compiles everything in the environment copied from
+            ours["PIP_COMPILE"] = "0"  # Python compiles imported modules then; pip would compile all of them
         return left | ours | {"PATH": os.pathsep.join([*scripts, left["PATH"]])}
 
     def _type(self, line: str, place: str) -> None:
         """Type a line into the shell; a server that it starts runs until the page ends."""
         if not line or line.endswith("-m pytest"):
-            return  # that is the command that runs these tests
+            return  # this command runs these tests
         if "activate" in line:
             line, self.active = line.replace(". .venv/bin/activate && ", "").replace(" && pip ", " && .venv/bin/pip "), True
         if line in self.place.typed and "&&" not in line.partition("pip install")[2]:
-            return  # an installation that another page had typed here, and nothing else
+            return  # another page of this group has typed only this installation
         if "-m venv" in line:
             self.place.begin(line)
         printed, line = line, self.cheaper(line)

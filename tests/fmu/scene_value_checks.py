@@ -38,7 +38,7 @@ def claim_refuses_what_the_scene_refuses(model: str) -> None:
 def said_by_the_scene(scene: trunnion.Scene, path: str, value: float) -> str:
     """The scene's problems with the value itself. A conflict with another value is reported only when the value takes effect."""
     changes: dict[str, float | None] = {path: value}
-    if path.endswith(".mass"):  # a body whose mass follows from its density has none of its own to override
+    if path.endswith(".mass"):  # if the mass follows from a density, there is no mass to override
         changes[path.removesuffix("mass") + "density"] = None
     try:
         apply(scene, changes)

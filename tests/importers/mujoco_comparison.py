@@ -115,7 +115,7 @@ def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) ->
     ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
     mine, want = accelerations(scene, ours, rates), np.concatenate(list(theirs.values()))
     size, of_rates = np.abs(want).max(), np.square(qd).max()
-    unit = size if size > 1e-12 * of_rates else of_rates  # where nothing is accelerated: of what turning gives
+    unit = size if size > 1e-12 * of_rates else of_rates  # without acceleration: relative to the terms of rates
     return float(np.abs(np.concatenate(list(mine.values())) - want).max() / unit)
 
 
@@ -125,13 +125,13 @@ def _given(m: Any, bodies: Bodies) -> float:
     import mujoco
 
     worst = 0.0
-    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # short cuts of MuJoCo for axes that are the body's own
+    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # MuJoCo's short cuts for bodies with principal axes
     done = set()
     for name, place in bodies.places.items():
         i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, name) if name else -1
         if i < 1 or place.link not in bodies.linkage.links or not np.array_equal(place.at, np.eye(4)):
             continue
-        if place.link in done:  # a body without mass that stands where the one is that it is fixed to
+        if place.link in done:  # a body without mass, fixed to another at the same place
             continue
         done.add(place.link)
         R = of_quaternion(m.body_iquat[i])

@@ -30,7 +30,7 @@ def test_geoms_weigh_what_their_points_do(kind: str) -> None:
     points = points[:, inside(points)]
     cell = (2 * half / n) ** 3
     made = unit_solid(kind, size)
-    assert made.volume == pytest.approx(cell * points.shape[1], rel=0.02)  # a cell at the surface is wholly in or out
+    assert made.volume == pytest.approx(cell * points.shape[1], rel=0.02)  # a cell at the surface counts fully or not at all
     second = cell * points @ points.T
     expected = np.trace(second) * np.eye(3) - second
     assert made.inertia == pytest.approx(expected, rel=0.04, abs=1e-4 * np.trace(expected))

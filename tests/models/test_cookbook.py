@@ -42,7 +42,7 @@ def test_the_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
         for line in text.splitlines():
             words = shlex.split(line)
             if "install" in words:
-                continue  # everything is installed here already; tests/pages tries the installation that the page prints
+                continue  # everything is installed here; the tests of pages run the printed installation
             assert words[0] == "trunnion"
             assert main(words[1:]) == 0, line
 

@@ -46,7 +46,7 @@ def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) 
         corners = spots[[[f[0], f[k], f[k + 1]] for f in part["f"] for k in range(1, len(f) - 1)]]
         middle = spots.mean(axis=0)
         radius = 1.001 * np.linalg.norm(spots - middle, axis=1).max()
-        near = np.linalg.norm(np.cross(begin - middle, along), axis=1) <= radius * length  # others pass the part by
+        near = np.linalg.norm(np.cross(begin - middle, along), axis=1) <= radius * length  # other rays miss the part
         first, number = np.full(len(begin), np.inf), np.zeros(len(begin), int)
         for k in range(0, len(corners), AT_ONCE):
             t = cut_at(corners[k : k + AT_ONCE], begin[near], along[near], moment[near])
@@ -108,7 +108,7 @@ def compared(page: Opened, shown: Callable[..., np.ndarray], grain: float = 25.0
     seen = wrong = 0
     for (px, py), part in zip(centres[sure], around[2][sure], strict=True):
         spot = picture[py - 3 : py + 4, px - 3 : px + 4, :3].reshape(-1, 3)
-        if np.ptp(spot, axis=0).max() > grain:  # an edge of the body runs through
+        if np.ptp(spot, axis=0).max() > grain:  # an edge of the body crosses this place
             continue
         found = hue(np.median(spot, axis=0))
         away = [min(abs(found - h), 1 - abs(found - h)) for h in hues]

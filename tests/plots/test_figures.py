@@ -111,7 +111,7 @@ def test_prescribed_and_dependent_coordinates_are_left_out(slider: Result) -> No
     assert "slider_pin.q[1]" in drawn
     assert "guide.qdd[1]" in drawn
     assert not any(name.startswith(("crank_pivot.q", "crank_pin.")) for name in drawn)
-    assert "crank_pivot.drive.effort[1]" in drawn  # what its motion takes is no coordinate
+    assert "crank_pivot.drive.effort[1]" in drawn  # the effort of its motion is not a coordinate
 
 
 def test_a_result_with_few_columns_still_makes_a_page(pendulum: Result) -> None:

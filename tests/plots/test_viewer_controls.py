@@ -160,7 +160,7 @@ def test_words_and_arrows_stand_out_in_both_themes(scheme: str, chrome: Any, pre
     words = page.ask(f"['#title', '#caption', '#clock', '#values b', '#legend', '#xray'].map((s) => {color})")
     assert [w for w in words if contrast(np.array(w), colors["paper"]) < READABLE] == []
     ramp = [np.array(page.ask(f"ramp({x})")) * 255 for x in (0.3, 0.5, 0.75, 1.0)]
-    assert [c for c in ramp if contrast(c, colors["paper"]) < 3.0] == []  # WCAG 2.1, 1.4.11: what is no text
+    assert [c for c in ramp if contrast(c, colors["paper"]) < 3.0] == []  # WCAG 2.1, 1.4.11: contrast of graphics
 
 
 def test_nothing_moves_by_itself_for_who_wants_less_motion(chrome: Any, press: Path) -> None:

@@ -1,4 +1,4 @@
-"""Everything the reference says about a scene at one state: accelerations, reactions, friction, contacts, energy."""
+"""The reference's results about a scene at one state: accelerations, reactions, friction, contacts, energy."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Result:
 
     @property
     def not_unique(self) -> set[str]:
-        """Joints whose reactions the redundancy leaves open."""
+        """Joints whose reactions the redundancy does not determine."""
         return {n for n, w in self.loose.items() if w.size and np.max(np.abs(w)) > 1e-6}
 
     @property

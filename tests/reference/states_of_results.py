@@ -10,7 +10,7 @@ from tests.reference.mechanics.rotation import cross
 
 
 def wanted(scene) -> tuple[str, ...]:
-    """Names of the columns that say states, accelerations and frictions, and whose energy is kept."""
+    """Names of the columns with states, accelerations and frictions, and of those of energy."""
     out = ["energy.*"]
     for name, joint in scene.joints.items():
         n = freedoms(joint.type)
@@ -37,14 +37,14 @@ def column(result, name: str, what: str, row: int) -> np.ndarray:
 
 
 def frictions(result, row: int) -> np.ndarray:
-    """η of all joints that rub, in a row."""
+    """η of all joints with friction, in a row."""
     joints = result.scene.joints.items()
     return np.array([result[f"{n}.friction.{x}"][row] for n, j in joints for x in _frictions(j)])
 
 
 def state_at(result, row: int, ahead: float = 0.0, still: frozenset[tuple[str, int]] = frozenset()) -> State:
-    """The state of a row, or of what comes ``ahead`` seconds after it if accelerations stay as they are there. ``still``: joints
-    and numbers of freedoms that are at rest."""
+    """The state of a row, or the state ``ahead`` seconds after it with constant accelerations. ``still``: joints and numbers of
+    freedoms that are at rest."""
     joints = [n for n, j in result.scene.joints.items() if freedoms(j.type)]
     q, qd, qdd = ({n: column(result, n, what, row) for n in joints} for what in ("q", "qd", "qdd"))
     for n, k in still:

@@ -99,7 +99,7 @@ def test_a_hook_that_falls_behind_a_block_holds_it() -> None:
     hook = {"at": 0.1, "stiffness": 2000.0}
     case = slider(gravity=(0, 0, 0), start={"qd": 1.0}, latch=hook, effort=-4.0)
     speed = np.sqrt(1 - 2 * 2 * 0.1)
-    down = (1 - speed) / 2 + speed  # up and back: time to the hook, then there and back
+    down = (1 - speed) / 2 + speed  # time to the hook, then up and back
     w, t = np.sqrt(1000.0), 0.02
     swing = -4 / 2000 * (1 - np.cos(w * t)) - speed / w * np.sin(w * t)
     assert last(case, down + t, "p.q[1]") == pytest.approx(0.1 + swing, abs=NEAR)

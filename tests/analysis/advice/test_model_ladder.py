@@ -126,7 +126,7 @@ def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pyt
     full = trunnion.simulate("crank_slider", 0.65, 0.013, rtol=1e-10)
     name = "crank_pivot.drive.effort[1]"
     off = np.sqrt(((mine[name] - full[name]) ** 2).mean()) / np.abs(full[name]).max()
-    assert off < 2e-4  # other sample times than the advice was measured at
+    assert off < 2e-4  # at other sample times than in the advice
 
 
 def test_planar_mechanisms_are_found_and_spatial_ones_are_not() -> None:
@@ -164,5 +164,5 @@ def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     model = document["rungs"][document["chosen"]]["model"]
-    assert model.startswith("all joints ideal")  # with planar joints too, when the clock says so
+    assert model.startswith("all joints ideal")  # possibly with planar joints, if they are faster
     assert document["scene"]["name"] == "crank_slider"

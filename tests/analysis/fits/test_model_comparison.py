@@ -102,7 +102,7 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunni
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
     """Slopes of smooth but stiff laws are differences; across the stop of the block they are right up to the square of the step."""
     scene = trunnion.scene.overrides.scene_given(SLIDER, None)
-    time = np.linspace(0.0, 1.0, 12)  # none at the very stop, where the curves have a second derivative on one side only
+    time = np.linspace(0.0, 1.0, 12)  # no time at the stop itself, where the second derivative is one-sided
     curves = ModelCurves(scene, [FORCE, QD], (), [trunnion.MeasuredRun(time, {X: time}, name="run")], 1e-10)
     at = np.array([2.0, 1.0])
     for found in (curves._differences(at), curves.slopes(at)):

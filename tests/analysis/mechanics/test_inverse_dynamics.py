@@ -112,7 +112,7 @@ def test_in_a_loop_one_motion_takes_all_with_it() -> None:
     motion = {f"{crank}.{q}[1]": r[f"{crank}.{q}[1]"] for q in ("q", "qd", "qdd")}
     found = inverse(scene, r.time, motion)
     forces = max(float(np.abs(r[n]).max()) for n in r.matching("*.reaction.force[*]"))
-    moving = np.abs(r[f"{crank}.qd[1]"]) > 1e-6  # at rest friction takes what it likes
+    moving = np.abs(r[f"{crank}.qd[1]"]) > 1e-6  # at rest friction is not unique
     assert np.abs(found[f"{crank}.drive.effort[1]"][moving]).max() < 1e-6 * forces
 
 
@@ -124,7 +124,7 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     assert main(["inverse", "double_pendulum", "--motion", str(source), "-o", str(out)]) == 0
     with out.open() as file:
         rows = list(csv.DictReader(file))
-    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # nothing drove it
+    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # no drive acted
     plain = tmp_path / "plain.csv"
     times = np.linspace(0.0, 0.5, 20)
     body = "\n".join(f"{t},{0.1 * t**2}" for t in times)

@@ -63,8 +63,8 @@ def test_a_hook_that_begins_down_carries_from_the_start_what_presses_it(seed: in
     at, stiff, scene = raised(seed, down="true")
     q = rests(at, stiff)
     r = simulate(scene, rtol=1e-10, kernel=kernel, overrides={"joints.hinge.start.q": q})
-    assert np.abs(r["hinge.q[1]"] - q).max() < 1e-2 * (q - at)  # stiff, at the edge of what explicit steps can follow
+    assert np.abs(r["hinge.q[1]"] - q).max() < 1e-2 * (q - at)  # stiff: near the limit of explicit steps
     assert r["hinge.latch.effort[1]"] == pytest.approx(-MASS * G * HALF * np.cos(q), rel=1e-2)
     assert not r.events
     falls = simulate(scene, kernel=kernel, overrides={"joints.hinge.start.q": q, "joints.hinge.latch.holds": 1e-3})
-    assert falls["hinge.q[1]"][-1] > q + 0.5  # it carries no more than it can from the start either
+    assert falls["hinge.q[1]"][-1] > q + 0.5  # a start under too large a load is released, too

@@ -102,7 +102,7 @@ def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_di
     each = [pieces(ends, random) for _ in range(3)]
     span = np.clip(np.searchsorted(ends, grid, "right") - 1, 0, 2)
     values = np.array([[p[k](t) for k, t in zip(span, grid, strict=True)] for p in each])
-    values[:, np.isin(grid, ends[1:-1])] = np.nan  # what a row at an event says is of neither side
+    values[:, np.isin(grid, ends[1:-1])] = np.nan  # a row at an event belongs to neither side
     whole = [[p.integ(lbnd=a) for p, a in zip(ps, ends, strict=False)] for ps in each]
     past = [np.cumsum([0.0, *(p(b) for p, b in zip(w, ends[1:], strict=True))]) for w in whole]
     expected = np.array([[past[c][k] + w[k](t) for k, t in zip(span, grid, strict=True)] for c, w in enumerate(whole)])
@@ -112,7 +112,7 @@ def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_di
 def test_what_has_few_rows_or_none_between_two_events_takes_what_there_is() -> None:
     time, events = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), [1.5, 1.6, 2.5, 3.5, 3.75]
     found = integral(time, np.array([[2.0, 4.0, 7.0, 1.0, 5.0]]), events)[0]
-    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0  # a line through two rows; nothing between 1.5 and 1.6: the row before
+    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0  # a line through two rows; between 1.5 and 1.6 there are none, so the row before counts
     ends = before + 0.9 * 7.0 + 1.0 * 1.0 + 0.25 * 1.0 + 0.25 * 5.0
     assert found == pytest.approx([0.0, 3.0, before + 0.4 * 7.0, before + 0.9 * 7.0 + 0.5 * 1.0, ends])
 

@@ -55,7 +55,7 @@ SCENES = {
 def test_what_acts_from_outside_has_derivatives_too(what: str) -> None:
     scene, names = SCENES[what]
     outputs = ["lower.end.position[1]", "shoulder.qd[1]", "elbow.reaction.force[1]"]
-    assert off(scene, names, outputs, 0.35) < (ACROSS if what == "all at once" else SMOOTH)  # a stop engages on the way
+    assert off(scene, names, outputs, 0.35) < (ACROSS if what == "all at once" else SMOOTH)  # a stop engages during the run
 
 
 def test_how_fast_a_motion_follows_an_input_that_stays_does_not_matter() -> None:

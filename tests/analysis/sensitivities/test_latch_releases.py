@@ -19,7 +19,7 @@ def thrown(seed: int, lets_go: str, **more: Any) -> Scene:
     """A wheel that is thrown past a hook; a steady torque turns it back onto the hook."""
     rng = np.random.default_rng(seed)
     at, inertia = rng.uniform(0.2, 0.35), rng.uniform(0.15, 0.25)
-    back = 0.5 * inertia * 5.0**2 / (at + 0.12)  # it turns round beyond the hook by this
+    back = 0.5 * inertia * 5.0**2 / (at + 0.12)  # the wheel reverses this far beyond the hook
     pressed = float(np.sqrt(2.0 * back * 0.12 * 200.0))  # about the largest force of the hook without a release
     latch: dict[str, Any] = {"at": at, "stiffness": rng.uniform(150.0, 250.0), "damping": rng.uniform(0.0, 0.3)}
     if lets_go == "signal":

@@ -137,7 +137,7 @@ def test_jumps_and_changes_of_outcome_are_found_as_narrow_as_asked() -> None:
         assert box["narrow"]
     assert jump["change"] == pytest.approx(1.0, abs=1e-3)
     assert (end["outcomes"], end["change"]) == (["done", "jammed"], None)
-    assert follow.requested < 80  # 10,000 evenly spaced ones would tell as much
+    assert follow.requested < 80  # 10,000 evenly spaced cases would show as much
 
 
 def test_cases_are_added_where_a_result_bends_until_lines_between_them_are_good() -> None:

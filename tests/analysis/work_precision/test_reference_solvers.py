@@ -71,7 +71,7 @@ def off(
 
 
 def test_scipy_on_our_equations_is_our_motion(spatial: Scene) -> None:
-    assert off(ScipyOnEngine, spatial, Setting("DOP853", 1e-10)) < 1e-7  # the chain makes errors of the tolerance grow
+    assert off(ScipyOnEngine, spatial, Setting("DOP853", 1e-10)) < 1e-7  # the chain amplifies errors of the tolerance
 
 
 @pytest.mark.default_cases(2)
@@ -99,7 +99,7 @@ def test_mujoco_moves_an_open_chain_as_we_do_and_a_loop_nearly(
 ) -> None:
     needs("mujoco")
     monkeypatch.chdir(tmp_path)  # MuJoCo writes a log into the current folder
-    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # what order 4 gives in a thousand steps
+    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # the error of order 4 in a thousand steps
     assert off(Mujoco, load_scene("crank_slider_free"), Setting("RK4", step=5e-4), 0.5) < 1e-3  # soft constraints
     assert os.listdir(tmp_path) == []
 

@@ -38,7 +38,7 @@ def acceleration(theta: float, omega: float) -> float:
 
 
 def reference() -> np.ndarray:
-    """θ at 0.1, 0.2, … 10 s, rad; the integration ends exactly at every sample and goes on from there."""
+    """θ at 0.1, 0.2, … 10 s, rad; the integration ends exactly at every sample and continues from there."""
     y, t, out = [0.0, 10.0], 0.0, []
     for k in range(1, 101):
         y = solve_ivp(lambda _t, y: [y[1], acceleration(*y)], (t, 0.1 * k), y, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]

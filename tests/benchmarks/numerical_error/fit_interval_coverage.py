@@ -76,7 +76,7 @@ CASES = {
 
 
 class Bench:
-    """A case made ready: the curves of its truth, to which noise is added again and again."""
+    """A prepared case: the curves of its true parameters, to which noise is added repeatedly."""
 
     def __init__(self, case: Case):
         self.case = case
@@ -129,7 +129,8 @@ class Tally:
         self.shares.append(((self.local - before[0]) / len(truth), (self.profile - before[1]) / len(truth)))
 
     def line(self, name: str) -> str:
-        """The counts in words. Errors are those of the sets' shares: the intervals of one set are right or wrong together."""
+        """The counts as text. Errors are those of the sets' shares, because the intervals of one set are right or wrong
+        together."""
         shares = [100.0 * x / max(self.intervals, 1) for x in (self.local, self.profile)]
         errors = 100.0 * np.std(self.shares, axis=0) / np.sqrt(max(self.sets, 1))
         told = "   ".join(f"{s:5.1f} ± {e:.1f}" for s, e in zip(shares, errors, strict=True))

@@ -78,7 +78,7 @@ def scene(made: str) -> Scene:
 
 
 def measured(given: tuple[str, str]) -> Tally:
-    """All that is found of one scene."""
+    """The figures of one scene."""
     name, made = given
     tally = Tally(name)
     try:
@@ -120,7 +120,7 @@ def _try(model: Model, until: float, settings: Settings) -> Result | None:
 
 
 def _compare(tally: Tally, model: Model, found: Result, exact: Result, again: Result) -> None:
-    """Add what one run says to the tally."""
+    """Add the figures of one run to the tally."""
     c = found.certainty
     assert c is not None
     k = kinds(found.columns, model.built.numbers)
@@ -167,7 +167,7 @@ def until_of(found: Result) -> float:
 
 
 def tell(found: list[Tally], worst: int = 10) -> None:
-    """Print what was found, with the ``worst`` ratios."""
+    """Print the figures, with the ``worst`` ratios."""
     ratios = np.concatenate([r for t in found for r in t.ratios])
     reasons: Counter[str] = sum((t.reasons for t in found), Counter())
     costs, shares = [c for t in found for c in t.costs], [s for t in found for s in t.shares]

@@ -41,8 +41,8 @@ def request(cases: int) -> dict[str, Any]:
 
 
 def bare(asked: dict[str, Any], seconds: float) -> tuple[float, float]:
-    """Cases per second that one core steps without anything around it, over pieces from the whole batch (cases differ in cost).
-    By the clock, and by processor time, which other work on the machine does not change."""
+    """Cases per second that one core steps without any other work, over pieces from the whole batch (cases differ in cost). The
+    rate is given by the clock, and by processor time, which is independent of other work on the machine."""
     runner = Runner(plan_of_request(JobRequest(**asked), Limits()))
     count, size, used, done = runner.plan.cases.count, 400, 0.0, 0
     runner.chunk(0, size)
@@ -74,7 +74,7 @@ def memory(s: Served) -> list[int]:
 
 
 def timed(s: Served, asked: dict[str, Any]) -> tuple[float, float, dict[str, Any], list[list[int]]]:
-    """(seconds end to end, seconds until the first rows were there, the job, memory along the way)."""
+    """(seconds end to end, seconds until the first rows, the job, memory during the run)."""
     sizes: list[list[int]] = []
     over = threading.Event()
 

@@ -20,11 +20,11 @@ from tests.service.http_servers import MU, SMALL, Served, eventually
 
 POLLERS, SUBMITTERS, PROCESSES = 200, 20, 4
 PAUSE = 1.0
-"""Seconds a poller waits between two requests."""
+"""Seconds for which a poller waits between two requests."""
 
 
 def poll(url: str, job: str, end: float) -> tuple[list[float], int]:
-    """Ask for a job again and again: (seconds that each request took, number of errors)."""
+    """Request a job repeatedly: (seconds of each request, number of errors)."""
     took, errors = [], 0
     with httpx.Client(base_url=url, timeout=30) as client:
         while time.time() < end:

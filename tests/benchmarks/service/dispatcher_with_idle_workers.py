@@ -1,4 +1,4 @@
-"""The real dispatcher and its real store (SQLite) before workers that only wait: as many as wanted, on one machine."""
+"""The real dispatcher and its real store (SQLite), with any number of workers that only wait, on one machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 
 class Unlearning(DispatchCost):
-    """Pieces as they were before their sizes followed from what they cost."""
+    """Pieces with their former sizes, which did not depend on their cost."""
 
     def record(self, pieces: int, seconds: float) -> None:
         """Learn nothing."""
@@ -36,7 +36,7 @@ class Later:
     calls: list[Callable[[Any], None]] = field(default_factory=list)
 
     def add_done_callback(self, call: Callable[[Any], None]) -> None:
-        """Call it when it is said."""
+        """Call the function when the answer is given."""
         self.calls.append(call)
 
     def result(self, timeout: float = 0.0) -> dict[str, Any]:
@@ -44,17 +44,17 @@ class Later:
         return self.said
 
     def cancel(self) -> None:
-        """Nobody waits any more."""
+        """Do nothing: no client waits any more."""
 
     def say(self) -> None:
-        """Say it now."""
+        """Give the answer now."""
         self.status = "finished"
         for call in self.calls:
             call(self)
 
 
 class Waiting:
-    """A cluster of workers that wait as long as stepping would take, each one piece after the other. case: s."""
+    """A cluster of workers that wait for the time of stepping, each one piece after the other. case: s."""
 
     def __init__(self, workers: int, case: float):
         self.counted, self.case = workers, case
@@ -65,11 +65,11 @@ class Waiting:
         threading.Thread(target=self._run, daemon=True).start()
 
     def slots(self) -> int:
-        """How many workers there are."""
+        """Number of workers."""
         return self.counted
 
     def submit(self, function: Any, url: str, piece: Piece, *_: Any) -> Later:
-        """Have a piece done by the worker that is free first."""
+        """Give a piece to the worker that is free first."""
         n = piece.stop - piece.start
         later = Later({"counts": {"done": n}, "seconds": n * self.case, "build_seconds": 0.0, "bytes": 25 * n})
         with self.changed:

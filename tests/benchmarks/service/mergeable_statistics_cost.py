@@ -1,4 +1,4 @@
-"""Cost of tallies beside parts for a worker, and for a reader who asks about all cases, against reading the parts themselves."""
+"""Cost of tallies beside parts, for a worker and for a reader who queries all cases, compared with reading the parts themselves."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def made(sampling: str, cases: int) -> tuple[Plan, Any]:
 
 
 def of_tallies(sampling: str, cases: int) -> dict[str, float]:
-    """s of each thing that is done with parts of so many cases and their tallies, in a folder."""
+    """Time of each operation on parts of this many cases and their tallies, in a folder, s."""
     of, table = made(sampling, cases)
     with tempfile.TemporaryDirectory() as folder:
         parts, pieces = Parts(folder), [Piece("job", "digest", k * cases, (k + 1) * cases) for k in range(BATCH)]

@@ -1,4 +1,4 @@
-"""The figure of service/CAPACITY.md: what share of the workers' time is stepping, over how many workers there are."""
+"""The figure of service/CAPACITY.md: the share of the workers' time that is stepping, over the number of workers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WORKERS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 
 
 def draw(path: Path, fleets: Sequence[Fleet]) -> None:
-    """Draw it for these fleets, with any numbers of workers: one piece in a commit, and many."""
+    """Draw the figure for these fleets, with any numbers of workers: one piece in a commit, and many."""
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 

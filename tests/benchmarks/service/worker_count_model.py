@@ -65,7 +65,7 @@ class End:
 
 
 def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
-    """A job of so many cases. learns: whether sizes of pieces follow from what handing them out costs."""
+    """A job of this many cases. learns: whether sizes of pieces follow from the cost of handing them out."""
     job = Job("", 0.0, None, None, "", "", "", "", "running", cases, 0, 0, 0, {}, 0.0, 0.0, 0, inf, [])
     active, dispatch_cost = Active(job, cost=fleet.case, warm=True), DispatchCost()
     if fleet.together == 1:  # the cost of a piece is constant
@@ -109,7 +109,7 @@ def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
 
 
 def timed(f: Callable[[], Any], times: int) -> float:
-    """Median s of a call."""
+    """Median time of a call, s."""
     took = []
     for _ in range(times):
         began = time.perf_counter()
@@ -120,7 +120,7 @@ def timed(f: Callable[[], Any], times: int) -> float:
 
 @contextmanager
 def stores() -> Iterator[dict[str, WorkStore]]:
-    """A store on SQLite, and one on PostgreSQL where that can be had."""
+    """A store on SQLite, and one on PostgreSQL where this is available."""
     from tests.service.postgresql_servers import DatabaseMissing, installed, packaged
 
     with ExitStack() as stack:
@@ -140,7 +140,7 @@ def stores() -> Iterator[dict[str, WorkStore]]:
 
 
 def of_store(store: WorkStore, pieces: int) -> dict[str, float]:
-    """s of each thing a store does, with so many pieces in its table."""
+    """Time of each operation of a store with this many pieces in its table, s."""
     job, _ = store.submit("me", "d", "scene", "", "{}", 10**9, 1e9)
     store.claim("server", 1e9)
     store.begin("server", job.id)
@@ -165,7 +165,7 @@ def of_store(store: WorkStore, pieces: int) -> dict[str, float]:
 
 
 def of_many(store: WorkStore, job: str, pieces: int) -> dict[str, float]:
-    """s of commits of many pieces, by piece."""
+    """Time of commits of many pieces, for each piece, s."""
     cut_chunks, lands = [], []
     for _ in range(max(5, pieces // COMMIT_SIZE)):
         began = time.perf_counter()
@@ -179,7 +179,7 @@ def of_many(store: WorkStore, job: str, pieces: int) -> dict[str, float]:
 
 
 def of_parts(cases: int) -> dict[str, float]:
-    """s of what is done with a part of so many cases of 8.1 in a folder, and its bytes a case."""
+    """Time of operations on a part of this many cases of 8.1 in a folder, s, and its bytes for each case."""
     from tests.benchmarks.speed.million_cases import KEEP, SAMPLE
     from trunnion.batch.plan import Runner, plan
     from trunnion.scene.overrides import scene_given
@@ -200,7 +200,7 @@ def of_parts(cases: int) -> dict[str, float]:
 
 
 def constants(pieces: int) -> dict[str, dict[str, float]]:
-    """All that is measured, printed."""
+    """All measured constants, printed."""
     found = {"parts of 1,000 cases": of_parts(1000), "parts of 50,000": of_parts(50_000)}
     with stores() as there:
         found |= {f"{name}, {pieces} pieces": of_store(store, pieces) for name, store in there.items()}
@@ -211,7 +211,7 @@ def constants(pieces: int) -> dict[str, dict[str, float]]:
 
 
 def compared(fleet: Fleet, cases: int = 200_000, workers: int = 300) -> None:
-    """The real dispatcher before workers that wait, and what the model says of it; printed."""
+    """The real dispatcher with workers that wait, compared with the model's prediction; printed."""
     from tests.benchmarks.service.dispatcher_with_idle_workers import real
 
     case = fleet.case
@@ -251,7 +251,7 @@ def main() -> None:
 
 
 def fleet_of(store: dict[str, float], case: float, part: float, together: int) -> Fleet:
-    """A fleet before a store of which this was measured, that has so many pieces in a commit."""
+    """A fleet with the measured values of a store, which has this many pieces in a commit."""
     one, many = store["cut"] + store["land"], store["cut, of many each"] + store["land, of many each"]
     each = max(0.0, (many - one / COMMIT_SIZE) / (1.0 - 1.0 / COMMIT_SIZE))
     fixed = (one - each) / one

@@ -1,5 +1,5 @@
-"""Processor time of ``sensitivity`` by one number and by ten (or as many as the scene has), beside one run of ``simulate``, and of
-a fit. Calls alternate; parts and libraries are compiled before."""
+"""Processor time of ``sensitivity`` with respect to one number and to ten (or as many as the scene has), compared with one run of
+``simulate``, and that of a fit. Calls alternate; parts and libraries are compiled before."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ KINDS = (".friction.", ".density", ".damping", "gravity", ".spring", ".start.")
 
 
 def many(scene: str) -> list[str]:
-    """Up to ten numbers by which runs of a scene have derivatives."""
+    """Up to ten numbers with respect to which runs of a scene have derivatives."""
     loaded = scene_given(scene)
     found = [p.path for p in list_parameters(loaded) if p.value and any(k in p.path for k in KINDS)]
     return [p for p in found if not parameter_problems(loaded, [p])][:MOST]

@@ -21,7 +21,7 @@ from trunnion.fmu.scene_export import export
 
 
 def spent() -> float:
-    """Processor seconds of this process and of those that it has started and that have ended."""
+    """Processor seconds of this process and of its ended child processes."""
     t = os.times()
     return t.user + t.system + t.children_user + t.children_system
 
@@ -35,7 +35,7 @@ def once(seed: int, platform: str, kernel: str, fmi: int, folder: Path) -> tuple
 
 
 def main() -> None:
-    """Both, for so many mechanisms each."""
+    """Measure both, for this many mechanisms each."""
     asked = argparse.ArgumentParser()
     asked.add_argument("--kernel", default="compiled")
     asked.add_argument("--fmi", type=int, default=2)

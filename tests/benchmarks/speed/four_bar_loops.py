@@ -17,17 +17,18 @@ from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 STEP, STEPS, LEAST, TIMES = 2e-5, 1000, 5, 9
-"""Of the fifth-order method, s; steps measured of one loop, and of many at the least; how often. Cranks stay upright."""
+"""Step of the fifth-order method, s; number of measured steps for one loop, and smallest number for many loops; repetitions. Cranks
+stay upright."""
 
 
 def rubbing(scene: sm.Scene) -> sm.Scene:
-    """The same with friction in every hinge."""
+    """The N-four-bar with friction in every hinge."""
     rub = sm.Friction(mu=0.1, radius=0.01, half_length=0.05)
     return replace(scene, joints={n: replace(j, friction=rub) for n, j in scene.joints.items()})
 
 
 def step(scene: sm.Scene, kernel: str, steps: int) -> tuple[float, float]:
-    """Processor time of a step, least of some, and of making the model and its first step, s."""
+    """Least processor time of a step among several repetitions, and that of making the model and its first step, s."""
     began = time.process_time()
     model, settings = Model(scene, ("crank0.position*",), kernel), Settings(method="rk5", step=STEP)
     until, row = 1.0, np.zeros(4)
@@ -45,7 +46,7 @@ def step(scene: sm.Scene, kernel: str, steps: int) -> tuple[float, float]:
 
 
 def _advance(model: Model, until: float, steps: int) -> None:
-    """At least so many steps. Events are read whenever their buffer is full."""
+    """Make at least this many steps. Events are read whenever their buffer is full."""
     last = model.block.statistics()["steps"] + steps
     while model.block.statistics()["steps"] < last:
         status, _ = model.block.advance(until, steps, np.zeros((2, 4)))

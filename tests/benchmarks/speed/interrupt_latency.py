@@ -45,7 +45,7 @@ class Found:
 
 
 def opened(folder: Path, fresh: bool) -> None:
-    """In a fork: a kernel cache with nothing but the runtime in it (fresh), and nothing to be read on a terminal."""
+    """In a fork: a kernel cache that holds only the runtime (fresh), and no output on a terminal."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.chdir(folder)
     if fresh:
@@ -83,12 +83,12 @@ def forked(fresh: bool, folder: Path, work: Work) -> int:
 
 
 def used(pid: int) -> float:
-    """Seconds of the processor that a process has used, without the programs that it has waited for."""
+    """Processor seconds of a process, without the programs for which it has waited."""
     return sum(map(int, Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])) / TICK
 
 
 def whole(place: Place) -> float:
-    """Seconds that the work takes when nobody ends it, the shorter of two."""
+    """Seconds that the uninterrupted work takes, the shorter of two."""
     each = []
     for _ in range(2):
         with tempfile.TemporaryDirectory() as name:
@@ -100,7 +100,7 @@ def whole(place: Place) -> float:
 
 
 def ended(place: Place, after: float, budget: bool, found: Found) -> None:
-    """End the work so many seconds after it began, and note how long it took to."""
+    """End the work this many seconds after its begin, and record how long it took to end."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         pid = forked(place.fresh, folder, (lambda f: place.budget(f, after)) if budget and place.budget else place.work)  # type: ignore[misc]

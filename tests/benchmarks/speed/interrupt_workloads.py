@@ -1,4 +1,4 @@
-"""The work that ``interrupts.py`` ends at random instants."""
+"""The work that ``interrupt_latency.py`` ends at random instants."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 WISHBONE = Path(__file__).resolve().parents[3] / "models" / "stability" / "26_wishbone.yaml"
 LONG = 3.0
-"""Seconds that are looked at of work that takes longer."""
+"""Seconds of longer work that the measurement uses."""
 Work = Callable[[Path], int]
-"""What is done in a folder of its own; the exit code."""
+"""A function that works in a folder of its own and returns the exit code."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def half_made(folder: Path) -> str:
 
 
 def open_scissor() -> Model:
-    """A scissor with a bar that is too long by far: no place closes it, and many are tried."""
+    """A scissor with a bar that is far too long: no position closes it, and the search tries many."""
     given = scissor(3)
     free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}
     model = Model(apply(replace(given, joints=free), {"bodies.b2.points.low": [-100.0, 0.0, 0.0]}), "guide.q[*]")
@@ -79,7 +79,7 @@ def assembly(folder: Path) -> int:
 
 
 def decisions(count: int, seeds: int, folder: Path) -> int:
-    """Starts of chains of so many balls, at rest."""
+    """Starts of chains of this many balls, at rest."""
     for seed in range(seeds):
         model = Model(balls(count, seed), ("*.q[*]",), "parts")
         model.block.configure(Settings())
@@ -113,13 +113,13 @@ def result() -> Result:
 
 
 def written(kind: str, suffix: str, folder: Path) -> int:
-    """Their file."""
+    """The file of these rows."""
     found = result()
     return int(bool(write_files(found, RunRequest(found.scene, {}, ("*",), {kind: folder / f"rows.{suffix}"}))[1]))
 
 
 def bounds(scene: Any, folder: Path, budget: float | None = None) -> int:
-    """All that a mechanism at rest can carry."""
+    """All loads that a mechanism at rest can carry."""
     return int(trunnion.hold(scene, bounds=True, budget=budget).ended != "done")
 
 

@@ -26,7 +26,7 @@ ARM: tuple[tuple[str, float, float], ...] = (
 
 
 def arm() -> dict[str, Any]:
-    """Six revolutes in a row, with a little damping, let go from a bent position."""
+    """Six revolutes in a row, with slight damping, released from a bent position."""
     bodies, joints, last = {}, {}, "ground"
     for i, (axis, length, side) in enumerate(ARM, 1):
         box = {"box": [length, side, side], "density": 2700, "center": [length / 2, 0, 0], "points": {"end": [length, 0, 0]}}

@@ -29,7 +29,7 @@ BARE = 600
 
 
 def bare(of: Plan, workers: int, turn: int) -> tuple[float, float]:
-    """Cases (a second by the clock, a processor second) of ``workers`` threads that do nothing but step."""
+    """Cases (for each second by the clock, for each processor second) of ``workers`` threads that only step."""
     prepared = []
     for w in range(workers):
         runner = Runner(of)
@@ -63,7 +63,7 @@ class Marks:
 
 
 def swept(cases: int, asked: argparse.Namespace, seed: int) -> tuple[float, float]:
-    """Cases (a second by the clock, a processor second) of one sweep, whose time and memory are printed."""
+    """Cases (for each second by the clock, for each processor second) of one sweep, whose time and memory are printed."""
     marks = Marks(cases)
     at, cpu = time.perf_counter(), time.process_time()
     options = {"reductions": KEEP, "until": asked.until, "workers": asked.workers, "seed": seed, "progress": marks}

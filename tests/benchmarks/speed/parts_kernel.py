@@ -1,5 +1,5 @@
-"""Cost of an unseen structure on parts, and of its steps beside the compiled kernel. Wall time of ``trunnion.simulate`` to the
-first rows with the parts compiled, and processor time of stepping."""
+"""Cost of a new structure on parts, and of its steps compared with the compiled kernel. Wall time of ``trunnion.simulate`` to the
+first rows with compiled parts, and processor time of stepping."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BRIEF = {"until": 1e-9, "every": 1e-9, "kernel": "parts"}
 
 
 def chain(count: int) -> sm.Scene:
-    """Bars of 0.3 m on journals, μ = 0.3 in each, swung out a little."""
+    """Bars of 0.3 m on journals, μ = 0.3 in each, slightly displaced."""
     bodies, joints = {}, {}
     for k in range(count):
         ends = {"a": (-0.15, 0.0, 0.0), "b": (0.15, 0.0, 0.0)}
@@ -42,7 +42,7 @@ def quickest(what: Callable[[], object], times: int, clock: Callable[[], float])
 
 
 def stepping(scene: sm.Scene, kernel: str) -> float:
-    """Processor time of a run without rows in between, its model made before, s."""
+    """Processor time of a run without intermediate rows, whose model exists before, s."""
     model = Model(scene, ("*.q[*]",), kernel)
     until = float(scene.simulation.until)
     return quickest(lambda: run(model, until, until, Settings()), 5, time.process_time)

@@ -26,7 +26,7 @@ from trunnion.simulation.settings.realtime_steps import bounds_of, method_of, mo
 from trunnion.system.construction.system_builder import build
 
 STEP, LONGEST, LOOK = 1e-3, 20.0, 100
-"""s; s: of a case; steps after which it is looked whether all is at rest."""
+"""Step, s; longest case, s; number of steps after which the script checks whether all joints are at rest."""
 SEED = 20261124
 OVERRUNS = ("by_impulses", "relaxed")
 COUNTED = ("rhs_evaluations", "maps", "newton_iterations", "solutions", *OVERRUNS, "events")
@@ -55,8 +55,8 @@ SCENES: dict[str, tuple[Draw, float, dict[str, int]]] = {
     "crank_slider": (_crank, 0.5, {"evaluations": 42, "iterations": 54}),
     "double_pendulum": (_double, 0.4, {"evaluations": 20, "iterations": 38}),
 }
-"""How a case of each example is drawn; its share of the steps: most where events are many; bounds by which no step takes more than
-four times what the middle one does."""
+"""For each example: the function that draws a case; its share of the steps, which is largest where events are many; bounds with
+which no step takes more than four times the middle one."""
 
 
 @dataclass
@@ -92,7 +92,7 @@ class Driver:
         self.row = np.zeros(self.model.block.width)
 
     def begin(self) -> bool:
-        """A new case. Whether it starts."""
+        """Begin a new case; returns whether it starts."""
         built = build(scene_given(self.name, self.over | self.draw(self.rng)))
         block = self.model.block
         block.take(built.numbers, np.array(built.parameters.values))
@@ -104,7 +104,7 @@ class Driver:
         return started
 
     def case(self, taken: Taken, steps: int) -> None:
-        """Steps of one case, at most so many, into ``taken``."""
+        """Make steps of one case, at most this many, into ``taken``."""
         block, places = self.model.block, [STATS.names.index(n) for n in COUNTED]
         work, sizes = work_of(self.model.kernel), self.model.kernel.sizes
         assert work is not None
@@ -132,7 +132,7 @@ class Driver:
 
 
 def run(name: str, steps: int, seed: int = SEED, **more: Any) -> Taken:
-    """So many bounded steps of an example. more: bounds."""
+    """Make this many bounded steps of an example. more: bounds."""
     driver = Driver(name, SCENES[name][0], np.random.default_rng(seed), **more)
     bound = most_operations(driver.model.built.scene, driver.model.kernel) or 0
     taken = Taken(np.zeros(steps), np.zeros(steps), dict.fromkeys(COUNTED, 0), bound=bound)

@@ -25,11 +25,11 @@ SIZES = (8, 16, 32, 64, 128, 256)
 COMPILED = 32
 ANGLES = ("*.q[*]",)
 NEAR, STATES = 2e-4, 8
-"""States that are evaluated in turn follow the motion in so many steps of so much time, s: as stages of a step do."""
+"""Time between evaluated states, s, and their number. The states follow the motion, as stages of a step do."""
 
 
 def ideal(scene: sm.Scene) -> sm.Scene:
-    """The same without friction."""
+    """The chain without friction."""
     return replace(scene, joints={n: replace(j, friction=None) for n, j in scene.joints.items()})
 
 
@@ -83,7 +83,7 @@ def evaluations() -> None:
 
 
 def seconds(folder: Path | None) -> None:
-    """Print what a second of motion costs; draw error against time."""
+    """Print the cost of a second of motion; draw error against time."""
     curves: dict[str, list[tuple[float, float]]] = {}
     print("a second of motion, coulomb: µs an evaluation, events")
     for n in (8, 16, 32, 64):

@@ -19,7 +19,7 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 STEP, STEPS, TIMES = 1e-4, 40, 9
-"""Of the fifth-order method, s; number of steps; repetitions, in turns with and without friction."""
+"""Step of the fifth-order method, s; number of steps; repetitions, alternating with and without friction."""
 
 
 def scenes() -> Iterator[tuple[str, sm.Scene]]:

@@ -13,11 +13,11 @@ from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
 from trunnion.simulation.run import simulate
 
 RATE, MU = 1e-6, 0.15
-"""Of the shoe, m/s: inertia is 1e-10 of the weight at a hundred stages."""
+"""Rate of the shoe, m/s, and friction coefficient; inertia forces are 1e-10 of the weight at a hundred stages."""
 
 
 def loads(stages: int, rate: float) -> float:
-    """Largest part by which a pin's force differs from that by hand."""
+    """Largest relative difference of a pin's force from hand statics."""
     r = simulate(driven(stages, rate, MU), until=0.01, every=0.01, outputs=("*.reaction.force[*]", "guide.q[1]"), kernel="parts")
     by_hand = statics(stages, MU, r["guide.q[1]"][-1], np.sign(rate))
     found = {j: np.linalg.norm([r[f"{j}.reaction.force[{k}]"][-1] for k in (1, 2, 3)]) for j in by_hand}

@@ -40,12 +40,12 @@ v_eps. MuJoCo's joints have a constant friction loss, which does not depend on t
 
 
 def said(edge: Edge) -> str:
-    """Table cells of an edge: the threshold, and what the engine says on both sides of it."""
+    """Table cells of an edge: the threshold, and the engine's verdicts on both sides of it."""
     return f"{edge.at}: " + " / ".join(f"**{edge.verdict(edge.scene(b))}**" for b, _ in edge.sides)
 
 
 def elsewhere(row: Row, peers: dict) -> str:
-    """Table cell for other programs: what was measured now, else what the row says of them."""
+    """Table cell for other programs: the present measurement, else the row's own statement about them."""
     found = []
     for name, sides in peers.items():
         for side in (s for s in sides if row.number in s.STATEMENTS):

@@ -44,13 +44,13 @@ def lump(mass: float, across: float = 1.0, along: float = 1.0) -> str:
 
 
 def unstable(data) -> bool:
-    """Whether it has found numbers that are not finite (it then starts again from the beginning)."""
+    """Whether MuJoCo has found numbers that are not finite (it then starts again from the beginning)."""
     bad = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
     return any(data.warning[int(b)].number for b in bad)
 
 
 def zero_speed() -> str:
-    """Row 1: the friction loss is the most that the ball could hold at 2°."""
+    """Row 1: the friction loss is the largest friction of the ball at 2°."""
     most = M * G * R * MU / math.hypot(1.0, MU)
     model, data = one(f'<joint type="hinge" axis="0 1 0" frictionloss="{most}"/>', PENDULUM)
     data.qpos[0] = math.radians(2.0)
@@ -92,7 +92,7 @@ def spin_about_force() -> str:
 
 
 def parallel_cross() -> str:
-    """Row 5: two hinges 1e-6 apart, the arm hanging askew."""
+    """Row 5: two hinges 1e-6 apart, the arm hanging at an angle."""
     joints = f'<joint type="hinge" axis="0 1 0"/><joint type="hinge" axis="0 {math.cos(1e-6)!r} {math.sin(1e-6)!r}"/>'
     inertial = '<inertial pos="0.5 0.1 0" mass="78" diaginertia=".13 6.565 6.565"/>'
     model, data = one(joints, inertial, gravity=f"0 3 -{G}", step=1e-4)
@@ -112,7 +112,7 @@ def wedge() -> str:
 
 
 def light_cart() -> str:
-    """Row 9: the free cart, points given the least inertia that MuJoCo takes."""
+    """Row 9: the free cart; points have the least inertia that MuJoCo accepts."""
     xml = (
         f'<mujoco><option timestep="{{}}" integrator="RK4" gravity="0 0 -{G}"><flag energy="enable"/></option><worldbody><body>'
         '<joint type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="1e-6" diaginertia="1e-14 1e-14 1e-14"/><body>'
@@ -154,7 +154,7 @@ def loaded(scene: sm.Scene, until: float, step: float, method: str = "implicitfa
 
 
 def loop_drift() -> str:
-    """Row 10: how far a soft loop opens, and what that does to the energy."""
+    """Row 10: the gap of a soft loop, and its effect on the energy."""
     gap, energy, _ = loaded(bundled("crank_slider_free", 10.0)(0.0), 10.0, 1e-3)
     return f"step 1 ms, 10 s: the loop opens by {gap:.1g} m, energy {100 * energy:+.0f} %"
 
@@ -169,7 +169,7 @@ def bifurcation() -> str:
 
 
 def redundant() -> str:
-    """Row 12: a misaligned loop is closed softly."""
+    """Row 12: MuJoCo closes a misaligned loop softly."""
     gap, energy, _ = loaded(bricard(0.0), 1.0, 1e-3)
     return f"step 1 ms, 1 s: in line the loop opens by {gap:.1g} m, energy {100 * energy:+.1g} %"
 
@@ -223,7 +223,7 @@ def step_over_event() -> str:
 
 
 def ratchet() -> str:
-    """Row 21, one part in a million below the threshold: the friction loss is the most that the table holds."""
+    """Row 21, one part in a million below the threshold: the friction loss is the static friction of the table."""
     most = MU_TABLE * MASS * G
     model, data = one(f'<joint type="slide" axis="1 0 0" frictionloss="{most}"/>', lump(MASS))
     for k in range(1000 * TURNS):
@@ -233,7 +233,7 @@ def ratchet() -> str:
 
 
 def not_finite() -> str:
-    """Row 19: a mass and an inertia that no body can have."""
+    """Row 19: impossible values of mass and inertia."""
     out = []
     for name, mass, inertia in (
         ("an impossible inertia", "1", "1 2 3.000003"),

@@ -28,7 +28,8 @@ from trunnion.simulation.run import simulate
 
 
 def fold() -> str:
-    """Row 23, the least torque at which the ball rubs: the friction loss of the ball is that of the root which folds away."""
+    """Row 23, the least torque at which the ball has sliding friction: the friction loss of the ball is that of the root that
+    vanishes."""
     side = ARM * MU * PRESS / math.sqrt(ARM**2 - REACH**2)
     loss, forces = REACH * math.sqrt(side**2 - (MU * PRESS) ** 2), []
     lever = f'<body name="lever"><joint type="hinge" axis="0 0 1" frictionloss="{loss}"/>{lump(1, 0.01, 0.01)}</body>'
@@ -53,7 +54,8 @@ def fold() -> str:
 
 
 def door() -> str:
-    """Row 24: a hinge in the tree, the other as a point constraint; how much of the weight's couple that carries."""
+    """Row 24: one hinge is in the tree, the other is a point constraint; the share of the weight's couple that this constraint
+    carries."""
     body = f'<inertial pos="{OUT} 0 {SPACING / 2}" mass="{DOOR}" diaginertia="10 12 2"/>'
     xml = (
         f'<mujoco><option timestep="1e-3" gravity="0 0 -{G}"/><worldbody><body name="door"><joint type="hinge" axis="0 0 1"/>{body}'

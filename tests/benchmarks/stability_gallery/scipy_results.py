@@ -81,7 +81,7 @@ def painleve() -> str:
 
 
 def wrong_root() -> str:
-    """The regularised pendulum beyond the threshold: the root of the squared equation, and by how much it misses the law."""
+    """The regularised pendulum beyond the threshold: the root of the squared equation, and its error in the law."""
     reach = PAINLEVE * (1 + EDGE) * MU / math.hypot(1, MU)
     q, s, c = reach * M, G * math.sin(1.0), 4 * L + G * math.cos(1.0)
     a, e = INERTIA**2 - (q * L) ** 2, INERTIA * s - L * M * L * s
@@ -144,7 +144,7 @@ def ours(scene: sm.Scene):
 
 
 def loop_drift() -> str:
-    """Row 10: how far loops drift without projection."""
+    """Row 10: the drift of loops without projection."""
     rate, start = ours(bundled("crank_slider_free", 10.0)(0.0))
     gaps = []
     for until in (1.0, 10.0):
@@ -176,7 +176,7 @@ def stiff_springs() -> str:
 
 
 def sticking_loop() -> str:
-    """Row 14: torque at which the friction of least norm lets the first joint go."""
+    """Row 14: torque at which least-norm friction releases the first joint."""
     loop, first, base, reach = FOUR_BAR, np.eye(3)[0], FOUR_BAR.balance(), FOUR_BAR.reach()
 
     def need(torque: float) -> float:
@@ -212,7 +212,7 @@ def fast_spin() -> str:
 
 
 def contact_jumps() -> str:
-    """Row 16: how long the regularised pendulum takes to turn its normal at the first stop."""
+    """Row 16: the time in which the regularised pendulum turns its normal at the first stop."""
     ends = []
     for v_eps in (1e-3, 1e-4):
         edge = v_eps / R
@@ -248,7 +248,7 @@ def ratchet() -> str:
 
 
 BY_ITSELF = (6, 12, 14)
-"""Rows for which none of SciPy's own methods is asked."""
+"""Rows that use none of SciPy's own methods."""
 STATEMENTS = {
     1: zero_speed, 2: small_v_eps, 6: short_journal, 7: painleve, 8: wedge, 9: light_cart, 10: loop_drift, 12: redundant,
     13: stiff_springs, 14: sticking_loop, 15: fast_spin, 16: contact_jumps, 17: axial_thrust,

@@ -46,7 +46,7 @@ def door() -> str:
 
 
 def marginal() -> str:
-    """Row 25: both sides of the threshold, regularised; where it is ten seconds after it has come to rest."""
+    """Row 25: both sides of the threshold, regularised; the position ten seconds after it has come to rest."""
     most, ends = MU_TABLE * G * BLOCK / SPRING, []
     for beyond in (-1e-6, 1e-6):
 
@@ -77,7 +77,7 @@ def wishbone() -> str:
 
 
 def stewart() -> str:
-    """Row 27: from rest, in the same way; how far its legs then are from where exact friction leaves them."""
+    """Row 27: from rest, in the same way; the distance of its legs from their positions with exact friction."""
     scene = smoothed(platform(6, 0.3))
     rate, start = ours(scene)
     s = solve_ivp(rate, (0.0, 0.3), start, "Radau", rtol=1e-6, atol=1e-9)

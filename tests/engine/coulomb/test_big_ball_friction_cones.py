@@ -51,8 +51,8 @@ def test_two_big_balls_pass_their_cones_and_converge_to_coulombs(seed: int) -> N
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-6), ("rk5", 1e-5), ("rosenbrock", 1e-6), ("rk8", 1e-8)])
 def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, float]) -> None:
-    """Two balls reach their cones at 0.262 s, where friction has four roots; a moment later one of them exists. The engine finds
-    this root and keeps it. Earlier, the estimate of a first step's length converged to another root, and the step began from
+    """Two balls reach their cones at 0.262 s, where friction has four roots; a moment later only one of them is left. The engine
+    finds this root and keeps it. Earlier, the estimate of a first step's length converged to another root, and the step began from
     there."""
     method, rtol = setting
     r = simulate(big_balls(2, 42, "coulomb"), until=1.0, every=1.0, method=method, rtol=rtol, outputs=["energy.*"])

@@ -47,7 +47,7 @@ def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(ke
     again = back + swing + 2 * speed / a
     assert on[:2] == pytest.approx([back, again], abs=1e-8)
     energy = r["energy.kinetic"] + r["energy.potential"] + PULL * r["j.q[1]"]
-    assert np.abs(energy - energy[0]).max() <= 1e-8 * energy[0]  # nothing is lost, nor as it falls
+    assert np.abs(energy - energy[0]).max() <= 1e-8 * energy[0]  # no energy is lost, even as the hook falls
     down = r.time < back
     assert np.abs(r["j.latch.effort[1]"][down]).max() == 0.0
     assert r["j.latch.state[1]"] == pytest.approx((r.time > passed).astype(float))
@@ -77,11 +77,11 @@ def test_it_lets_go_of_what_is_too_heavy(kernel: str) -> None:
     scene = thrown(sm.Latch(AT, STIFF, damping=5.0, holds=10.0))
     scene = replace(scene, joints={"j": replace(scene.joints["j"], effort=grows, start=sm.Start(q=AT))})
     r = simulate(scene, until=14.0, every=0.01, rtol=1e-9, kernel=kernel)
-    assert kinds(r) == [("unlatch", pytest.approx(10.0, abs=1.0 / np.sqrt(STIFF / MASS) + 2e-3))]  # 2e-3: its damping pushes, too
+    assert kinds(r) == [("unlatch", pytest.approx(10.0, abs=1.0 / np.sqrt(STIFF / MASS) + 2e-3))]  # 2e-3: force of its damping
     assert r["j.q[1]"][-1] < 0.0
     again = simulate(replace(scene, joints={"j": replace(scene.joints["j"], latch=sm.Latch(AT, STIFF, damping=5.0))}), until=14.0)
     assert kinds(again) == []
-    assert again["j.latch.state[1]"].min() == 1.0  # it starts behind the hook: that is down
+    assert again["j.latch.state[1]"].min() == 1.0  # the start is behind the hook, which is down
 
 
 def test_below_is_above_seen_in_a_mirror_and_a_lifted_hook_lets_pass() -> None:

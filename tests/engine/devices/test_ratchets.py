@@ -85,7 +85,7 @@ def test_by_every_kind_of_method_it_ends_on_the_last_tooth(method: str) -> None:
 def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
     lifted = sm.Signal(table=sm.Table((0.0, 0.8, 0.9, 1.4, 1.5, 9.0), (0.0, 0.0, 1.0, 1.0, 0.0, 0.0)))
     r = simulate(thrown(replace(TEETH, damping=5.0, release=lifted)), until=9.0, rtol=1e-9)
-    at = 3.0 * 1.45 - RATE * 1.45**2 / 2  # where it is as the pawl comes down
+    at = 3.0 * 1.45 - RATE * 1.45**2 / 2  # the place when the pawl comes down
     tooth = int((at - AT) / PITCH) + 1
     assert tooth < 6
     assert r["j.latch.state[1]"][-1] == tooth
@@ -100,7 +100,7 @@ def test_what_rests_on_a_tooth_rests_and_swings_there() -> None:
     assert simulate(hung, until=0.1)["j.latch.state[1]"].tolist()[:2] == [4.0, 4.0]
     found = modes(hung)
     assert found.q["j"][0] == pytest.approx(AT + 3 * PITCH - PULL / STIFF, abs=1e-9)
-    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # a spring under the load PULL with 1 s/m damps with as much a m/s
+    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # under the load PULL, 1 s/m damps with PULL N s/m
     assert [m.frequency for m in found.modes] == pytest.approx([swing / (2 * np.pi)], rel=1e-7)
     assert equilibrium(hung).kind == "stable"
 
@@ -138,7 +138,7 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
     past = way * (r[f"{name}.q[1]"] - latch.at)
     tooth = np.where(np.maximum.accumulate(past) < 0, 0, 1 + np.floor(np.maximum.accumulate(past) / pitch) if pitch else 1)
     state = r[f"{name}.latch.state[1]"]
-    assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)  # a top between two rows passes a tooth that no row does
+    assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)  # a top between rows may pass a further tooth
     assert state.max() >= 1.0
     on = way * (r[f"{name}.q[1]"] - latch.at) - np.maximum(state - 1, 0) * (pitch or 0.0)
     force = np.where((state > 0) & (on < 0), -latch.stiffness * on, 0.0)

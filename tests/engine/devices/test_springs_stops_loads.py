@@ -168,7 +168,7 @@ def test_a_force_in_world_axes_at_the_mass_centre_makes_a_parabola() -> None:
 
 def test_a_force_in_body_axes_turns_with_the_body() -> None:
     r = run(free_body({"f": sm.Force("force", "b", (4.0, 0.0, 0.0), frame="body")}, spin=2.0), until=2.0)
-    phi = np.pi / 2 + 2.0 * r.time  # along the body's x through its mass centre: the spin stays
+    phi = np.pi / 2 + 2.0 * r.time  # along the body's x through its mass centre: the spin is constant
     a = np.array([r[f"b.acceleration[{k}]"] for k in (1, 2, 3)])
     assert a == pytest.approx(2.0 * np.array([np.cos(phi), np.sin(phi), 0 * phi]), abs=1e-8)
     v = np.array([r[f"b.velocity[{k}]"] - r[f"b.velocity[{k}]"][0] for k in (1, 2)])
@@ -229,5 +229,5 @@ def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: floa
     scene = sm.Scene({"b": sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0))}, {"p": rail}, gravity=(-weight, 0.0, 0.0))
     run = simulate(scene, until=0.2, method=method, rtol=1e-6, outputs=["p.q[1]"])
     assert [e.kind for e in run.events] == ["end_stop_engaged", "end_stop_released"]
-    close = 1e-3 if method == "moreau" else 2e-5  # √rtol, or twenty times rtol: the stop turns errors of the speed round
+    close = 1e-3 if method == "moreau" else 2e-5  # √rtol, or twenty times rtol: the stop reverses errors of the speed
     assert run["p.q[1]"][-1] == pytest.approx(at - speed * left - 0.5 * weight * left**2, abs=close * at)

@@ -99,5 +99,5 @@ def test_a_contact_separates_wherever_its_force_passes_zero(seed: int) -> None:
             result = trunnion.simulate(crank.scene(), method=method, rtol=rtol)
             found = np.array(sorted(e.time for e in result.events if e.kind == "separation"))
             assert len(found) == len(expected), (method, rtol)
-            # Secants end where they move by less than rtol of the step; the state is within rtol of the motion.
+            # Secants end when they move by less than rtol of the step; the state is within rtol of the motion.
             assert np.all(np.abs(found - expected) * crank.w <= 10.0 * rtol), (method, rtol)

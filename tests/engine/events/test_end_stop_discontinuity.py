@@ -67,7 +67,7 @@ def test_a_step_ends_where_a_stop_lets_go_and_what_follows_is_right(kernel: str,
     r = simulate(thrown(), until=UNTIL, every=0, rtol=rtol, method=method, kernel=kernel)
     assert [e.kind for e in r.events] == ["end_stop_engaged", "end_stop_released"]
     assert np.abs([r.events[0].time - reached, r.events[1].time - left]).max() < 20.0 * rtol
-    assert np.abs(r.time - lets_go).min() < 20.0 * rtol  # a row a step
+    assert np.abs(r.time - lets_go).min() < 20.0 * rtol  # one row for each step
     found = np.array([r["slide.q[1]"][-1], r["slide.qd[1]"][-1]])
     assert np.abs(found - last).max() < 100.0 * rtol * (1.0 + np.abs(last).max())
 

@@ -54,33 +54,33 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
 @pytest.mark.parametrize(
     ("seed", "part", "settings"),
     [
-        # a ball's friction folds away where its branch ends, and not where Newton's method first comes to the other one; and a ball
-        # that turns about its contact leaves its cone and comes back within a step
+        # a ball's friction root vanishes where its branch ends, not where Newton's method first finds the other branch; and a ball
+        # that turns about its contact leaves its cone and returns within a step
         (0, 1.0, [("rk5", 1e-7), ("rk8", 1e-7)]),
-        # what others' contacts were before two pairs turn round is known from before, not from what round-off has there
+        # contacts of other pairs before two pairs reverse are those of the state before, not those that round-off gives there
         (11, 1.0, [("rk5", 1e-5), ("rk5", 1e-6), ("rk8", 1e-8)]),
-        # what comes to rest has friction along the direction that it had: along that of round-off there was none, and runs went
-        # on by folds
+        # a pair that comes to rest has friction along its former direction; along that of round-off there was no solution, and
+        # runs continued by folds
         (34, 1.0, [("rk8", 1e-7), ("rk5", 1e-8)]),
-        # where a pair on a line turns round, and its friction with it, no ball beside it comes to its cone
+        # where a pair on a line and its friction reverse, no ball beside it reaches its cone
         (27, 0.4, [("rk5", 1e-8)]),
-        # what starts to slide keeps its direction while that would be one of round-off: it turned round and on, and into a tangle
+        # a pair that starts to slide keeps its direction while its rate is round-off; earlier, its direction changed without end
         (24, 1.0, [("rk8", 1e-12)]),
         (100, 1.0, [("rk8", 1e-12)]),
-        # and where it then answers fast, the stages of a step that is too long have no ball beside it fold (without end)
+        # where its friction then changes fast, stages of a too long step must not report folds of a ball beside it (without end)
         (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
         (128, 0.17, [("rk5", 1e-6)]),
-        # where friction grows without bound on the last of a way to rest, the pair stops at any tolerance, and nothing folds
-        # (up to where a group at rest shares its load in one of two ways, and a contact turns or does not)
+        # where friction grows without bound just before rest, the pair stops at any tolerance, and there is no fold (until a group
+        # at rest may share its load in two ways, and a contact turns or does not)
         (54, 0.4, [("auto", 1e-5), ("rk8", 1e-9), ("rk5", 1e-6)]),
-        # what is found inside a long step is known less well than its end: times were off by 180 to 250 x rtol x duration
+        # states inside a long step are less precise than its end: event times had errors of 180 to 250 x rtol x duration
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
         (6, 1.0, [("rk8", 1e-8), ("rosenbrock", 1e-9)]),
         (92, 1.0, [("rk8", 1e-9), ("auto", 1e-9)]),
-        # a group at rest lets go when no loads hold it, and not when those do not that it came to on its way
+        # a group at rest is released when no loads hold it, not when only its latest loads do not hold it
         (107, 1.0, [("auto", 1e-7), ("rk8", 1e-8)]),
         (153, 1.0, [("auto", 1e-6), ("rk5", 1e-7)]),
-        # and shares by the same rule until it is decided anew, whatever a stage of a long step does not find
+        # and it shares its load by the same rule until a new decision, although a stage of a long step may find no solution
         (83, 1.0, [("auto", 1e-6), ("rk8", 1e-8)]),
     ],
 )
@@ -108,7 +108,7 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
         assert len({e.time for e in r.events if e.time > 0.115}) == 1, (method, rtol)
         slips = [e for e in r.events if e.kind == "slip"]
         assert len({e.time for e in slips}) == 1 or (method == "rk5" and all(e.marginal for e in slips)), (method, rtol)
-        known = rtol >= 1e-7 and method == "rk8"  # rk5's own error at 1e-5 is as large as what decides one of its stops
+        known = rtol >= 1e-7 and method == "rk8"  # rk5's own error at 1e-5 is as large as the margin of one of its stops
         assert not known or not any(e.marginal for e in r.events), (method, rtol)
         turns = [e.time for e in r.events if e.joint in ("leg2", "leg3") and e.kind == "reversal"]
         assert turns[0] == turns[1], (method, rtol)

@@ -72,7 +72,7 @@ def test_a_brake_on_a_turning_joint_and_one_that_is_pressed_beside_the_load() ->
     wheel = sm.Joint("revolute", "ground", "wheel", axis="y", friction=rub, start=sm.Start(qd=30.0))
     inputs = {"calliper": sm.Input(start=100.0, unit="N")}
     r = simulate(sm.Scene({"wheel": body}, {"joint": wheel}, "disc", inputs=inputs), until=0.01)
-    share = 0.2 / np.hypot(1.0, 0.2)  # of the weight, on a pin; of the preload, which presses all around, it is μ
+    share = 0.2 / np.hypot(1.0, 0.2)  # share of the weight, on a pin; for the preload, which presses all around, it is μ
     assert r["joint.friction.torque[1]"][1:] == pytest.approx(0.05 * (share * WEIGHT + 0.2 * 100.0), rel=1e-9)
 
 
@@ -110,7 +110,7 @@ def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
     ratio, speed = r["joint.friction.force"] / WEIGHT, r["joint.qd[1]"]
     inside = (speed > SPEEDS.speed[1]) & (speed < SPEEDS.speed[3])
     assert inside.sum() > 100
-    assert np.all(np.diff(ratio[inside]) > 0.0)  # slower all the time, rougher all the time
+    assert np.all(np.diff(ratio[inside]) > 0.0)  # as the block slows down, its friction grows
     assert ratio[speed > 2.0] == pytest.approx(np.full((speed > 2.0).sum(), 0.18), rel=1e-9)
     assert [e.kind for e in r.events] == ["stick"]
 

@@ -37,7 +37,7 @@ def test_contacts_open_when_nothing_presses_and_keep_their_last_angle() -> None:
         assert np.all(r[f"{c}.state"][~pressed] == 0.0)
         assert np.all(np.abs(r[f"{c}.normal_force"][~pressed]) <= 1e-140)
         assert np.ptp(r[f"{c}.angle"]) <= 1e-12  # the direction of the load is constant
-        assert abs(r[f"{c}.angle"][-1]) > 0.1  # and the angle is not the zero that stands for an undefined one
+        assert abs(r[f"{c}.angle"][-1]) > 0.1  # the angle is not the zero of an undefined one
 
 
 def test_without_pressure_there_is_no_friction_and_the_spin_stays() -> None:
@@ -73,7 +73,7 @@ def test_each_journal_of_a_cross_has_a_state_of_its_own() -> None:
         clear = np.abs(np.abs(speed) - 1e-4) > 1e-9
         expected = np.where(np.abs(speed) > 1e-4, np.sign(speed), 0.0)
         assert np.array_equal(r[f"cross.friction.state[{k}]"][clear], expected[clear])
-    assert np.all(r["guide.friction.state[1]"] == 1.0)  # 1 says sliding; two components at once have no sign
+    assert np.all(r["guide.friction.state[1]"] == 1.0)  # 1 means sliding; two simultaneous components have no sign
 
 
 def test_work_by_joint_adds_up_to_what_was_dissipated() -> None:

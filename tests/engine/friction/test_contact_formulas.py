@@ -55,9 +55,9 @@ def test_friction_never_gives_energy(element: str, law: str, adams: bool, pin: i
     power = -np.sum(friction * s.rates, axis=0)
     round_off = 1e-14 * np.sum(np.abs(friction * s.rates), axis=0)
     assert np.all(power <= round_off)
-    assert np.count_nonzero(power < 0) > 2900  # in nearly all states it does take power
+    assert np.count_nonzero(power < 0) > 2900  # in nearly all states friction takes power
     if element != "ball" and element != "shaft":
-        assert np.all(friction * s.rates >= 0)  # here each freedom dissipates by itself
+        assert np.all(friction * s.rates >= 0)  # here each freedom dissipates on its own
 
 
 @pytest.mark.default_cases(25)

@@ -93,7 +93,7 @@ def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> No
         expected.append(z)
     assert r["guide.friction.bristle[1]"] == pytest.approx(expected, abs=1e-9 * soft)
     assert np.abs(r["guide.friction.force"]) == pytest.approx(WEIGHT * 1e3 * np.abs(expected), abs=1e-8)
-    if amplitude == 1e-6:  # so little motion is that of a spring of stiffness σ0 N
+    if amplitude == 1e-6:  # so small a motion is that of a spring of stiffness σ0 N
         force, x = r["guide.friction.force"][:51], r["guide.q[1]"][:51]
         assert force == pytest.approx(WEIGHT * 1e3 * x, rel=amplitude / soft, abs=1e-8)
 
@@ -139,7 +139,7 @@ def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> 
     s = random_states(element, "coulomb", 60)
     expected, _, contacts = evaluated(s, adams, pin)
     step, count = stepper(element, adams, pin), RATES[element]
-    # A ball that turns about its load, almost, is left out: its friction does not settle within the time followed.
+    # A ball that turns nearly about its load is left out: its friction does not settle within this time.
     settles = [i for i in range(60) if element != "ball" or adams or slides(s, contacts, i) >= 0.1]
     given = s.wrench[:, settles], s.rates[:, settles], s.numbers[:, settles]
     state = np.zeros((count, len(settles)))

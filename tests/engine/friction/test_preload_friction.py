@@ -101,7 +101,7 @@ def test_a_bar_with_given_friction_swings_by_its_closed_form(kernel: str) -> Non
     at = brentq(lambda q: WEIGHT * LENGTH / 2 * np.sin(q) - torque * q, 1.0, 3.0)
     row = int(np.searchsorted(r.time, first.time))
     near = simulate(bar(torque), until=first.time, kernel=kernel)
-    assert near["joint.q[1]"][-1] == pytest.approx(at, abs=1e-6)  # where it turns the angle is flat in time
+    assert near["joint.q[1]"][-1] == pytest.approx(at, abs=1e-6)  # near the reversal the angle changes little
     assert abs(r["joint.friction.torque[1]"][:row]) == pytest.approx(np.full(row, torque), rel=1e-12)
     assert "joint.contact[1].normal_force" not in r.names
 

@@ -37,7 +37,7 @@ def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:
 @pytest.mark.parametrize("kind", TYPES)
 def test_what_rests_without_a_load_goes_on_resting_also_as_a_load_comes(kind: str, law: str) -> None:
     wave = sm.Signal(harmonic=sm.Harmonic(30.0, 3.0))
-    for push in (0.0, wave):  # a push through the middle, across the axis: nothing that could move it
+    for push in (0.0, wave):  # a push through the middle, across the axis, cannot move it
         r = simulate(hub(kind, law, push), until=0.1, every=0.01)
         assert r.outcome.ok, (kind, law, push, str(r.outcome))
         assert len(r) == 11

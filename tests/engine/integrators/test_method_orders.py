@@ -97,7 +97,7 @@ def test_a_wrong_coefficient_is_refused(method) -> None:
     for name in names:
         for row, value in enumerate(getattr(method, name)):
             for column, x in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-                if x and (name, column) != ("H", method.stages - 1):  # it multiplies the error and has no part in the order
+                if x and (name, column) != ("H", method.stages - 1):  # it multiplies the error and does not affect the order
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
                         spoiled(method, name, row, column).check()
@@ -139,7 +139,7 @@ def test_no_c_file_names_a_method() -> None:
     for file in sorted(RUNTIME.rglob("*.[ch]")):
         text = re.sub(r"/\*.*?\*/", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
         found = re.findall(rf"(?i)\b(?:tr_)?(?:{names})\b(?!\.c)", text)
-        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # these are names of kinds too
+        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # these are also names of kinds
 
 
 def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> None:
@@ -228,7 +228,7 @@ def test_the_error_follows_the_tolerance(method: str) -> None:
         angle = pendulum(r.time)
         errors.append(np.hypot(r["bob.position[1]"] + np.sin(angle), r["bob.position[2]"] + np.cos(angle)).max())
     assert np.all(errors <= 500 * tolerances)
-    assert np.all(errors >= 0.5 * tolerances)  # the method does no more work than the tolerance asks for
+    assert np.all(errors >= 0.5 * tolerances)  # the method does no more work than the tolerance requires
     slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
     assert 0.8 <= slope <= 1.2
 
@@ -258,7 +258,7 @@ def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) ->
     assert r.outcome.joint in r.scene.joints
     assert "step" in r.outcome.advice
     assert np.isfinite(r.data).all()
-    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to the end are there
+    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to the end exist
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:

@@ -203,7 +203,7 @@ E, R, MU = 0.02, 0.05, 0.2
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_cam_under_its_load_up_to_its_arms(side: int, kernel: str) -> None:
-    # the plate's normal is at 90 deg − 1 in the cam: there it touches
+    # the plate's normal is at 90 deg − 1 in the cam, and the contact is there
     load, angle = 5.0, np.pi / 2 - 1.0
     beside, over = E * np.sin(angle), R + E * np.cos(angle)
     for most in (beside + MU * over, beside - MU * over):
@@ -211,7 +211,7 @@ def test_friction_holds_a_cam_under_its_load_up_to_its_arms(side: int, kernel: s
             torque = (most + np.sign(most - beside) * more * over) * load * side
             scene = lifted(f", friction: {{mu: {MU}}}", f", effort: {-load}", f"effort: {torque * side}")
             r = simulate(scene, kernel=kernel)
-            assert (np.abs(r["turn.qd[1]"]).max() < 1e-12) == holds, (most, more)  # what is over moves it by 1e-5 rad in the second
+            assert (np.abs(r["turn.qd[1]"]).max() < 1e-12) == holds, (most, more)  # the excess moves it by 1e-5 rad in a second
 
 
 def test_a_spline_through_an_eccentric_moves_a_plate_as_the_eccentric_does() -> None:
@@ -219,7 +219,7 @@ def test_a_spline_through_an_eccentric_moves_a_plate_as_the_eccentric_does() -> 
     phase = 5 * r.time  # a drive at a constant rate begins at 0
     assert r["guide.q[1]"] == pytest.approx(R + E * np.sin(phase), abs=1e-11)
     push = -0.4 * 25 * E * np.sin(phase)
-    near = 1.1 * (2 * np.pi / 720) ** 2 / 12 * 0.4 * 25 * E  # by so much a cubic spline's second derivative may be off
+    near = 1.1 * (2 * np.pi / 720) ** 2 / 12 * 0.4 * 25 * E  # allowed error of a cubic spline's second derivative
     assert r["follow.reaction.force[2]"] == pytest.approx(-push, abs=near)
     assert r["turn.drive.effort[1]"] == pytest.approx(push * E * np.cos(phase), abs=near * E)
 

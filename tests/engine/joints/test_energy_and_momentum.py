@@ -85,7 +85,7 @@ def test_a_free_body_keeps_its_momentum() -> None:
     )
     omega = np.array([r[f"b.angular_velocity[{k}]"] for k in (1, 2, 3)])
     L = np.einsum("ijt,j,kjt,kt->it", R, inertia, R, omega)
-    assert np.ptp(np.einsum("it,it->t", R[:, 1], omega)) > 10.0  # the body does tumble over
+    assert np.ptp(np.einsum("it,it->t", R[:, 1], omega)) > 10.0  # the body tumbles over
     assert np.abs(L - L[:, :1]).max() <= 1e-7
     v = np.array([r[f"b.velocity[{k}]"] for k in (1, 2, 3)])
     assert np.abs(v - v[:, :1]).max() <= 1e-8
@@ -132,7 +132,7 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
     across = omega - spin * axis
     vertical = (0.05 + 0.16) * across[2] + 0.02 * spin * axis[2]
     assert np.abs(vertical - vertical[0]).max() <= 1e-8
-    assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # the axis does go round
+    assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # the axis turns around
 
 
 def test_angles_of_cut_joints_go_on_past_a_turn() -> None:

@@ -93,7 +93,7 @@ R1, R2, ROLL = 20 * MODULE / 2, 40 * MODULE / 2, MU * np.pi * MODULE / 4
 
 @pytest.mark.parametrize(("internal", "out"), [(False, R2 - ROLL), (True, R2 + ROLL)])
 def test_the_torque_that_a_load_takes_is_that_of_its_efficiency(internal: bool, out: float) -> None:
-    # outside wheels turn against each other: friction hinders both; a ring is helped by what hinders its pinion
+    # outside wheels turn in opposite directions, and friction brakes both; the friction that brakes a pinion drives its ring
     load = 7.0 * (1 if not internal else -1)
     r = simulate(pair("drive: {constant: {rate: 30}}", f"effort: {load}", internal), rtol=1e-10)
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx((R1 + ROLL) / out * 7.0, rel=1e-9)
@@ -109,7 +109,7 @@ def test_teeth_hold_between_raising_and_lowering(side: int) -> None:
     for more, moves in ((1e-6, True), (-1e-6, False)):
         torque = 5.0 * ratio * (1 + side * more)
         r = simulate(pair(f"effort: {torque}", "effort: 5"))
-        moved = np.abs(r["on_a.q[1]"]).max()  # 2 s of what is too much turn it by 1e-4 rad, of round-off in a loop by 1e-13
+        moved = np.abs(r["on_a.q[1]"]).max()  # in 2 s the excess turns it by 1e-4 rad, round-off in a loop by 1e-13
         assert bool(moved > 1e-9) == moves, (side, more)
 
 
@@ -163,7 +163,7 @@ def reversing() -> Result:
 def test_flanks_change_at_the_instants_at_which_the_load_turns_round() -> None:
     r = reversing()
     turned = [e.time for e in r.events if e.kind == "separation" and e.joint == "m"]
-    # nothing but inertia is driven: what a tooth carries goes through zero with the torque
+    # only inertia is driven: the load of a tooth passes zero with the torque
     assert turned == pytest.approx([(k - 17 / 180) / 2 for k in (1, 2, 3, 4)], abs=1e-7)
 
 
@@ -239,4 +239,4 @@ def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, me
     assert run.outcome.name == "done"
     assert abs(run[columns[0]][-1]) < 1e-9
     assert abs(run[columns[1]][-1]) == pytest.approx(abs(effort), rel=1e-9)
-    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # of a weight of 10 N
+    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # for a weight of 10 N

@@ -58,7 +58,7 @@ def test_teeth_push_along_their_way_where_they_touch(seed: int) -> None:
             force, torque, at = row.reported(f"m{k}")
             place, way = row.touch(one)
             if one.what in ("belt", "crossed"):
-                # two strands that pull differently, by what turns each pulley: their difference acts at the pulleys' surfaces
+                # each pulley's torque is the difference of both strands' forces, which acts at the pulleys' surfaces
                 R = row.turned("carrier")
                 turning = torque @ (R @ one.a1) / one.r1
                 gap = np.linalg.norm(np.cross(one.p2 - one.p1, one.a1))
@@ -116,7 +116,7 @@ def test_a_planetary_train_turns_and_loads_by_its_numbers_of_teeth(kernel: str) 
     assert r["out.q[1]"] == pytest.approx(100 * ratio * r.time, rel=1e-12, abs=1e-12)
     assert r["a0.q[1]"] == pytest.approx((-72 / 24 - 0) * 100 * ratio * r.time, rel=1e-12, abs=1e-12)
     assert r["in.drive.effort[1]"] == pytest.approx(3 * ratio, rel=1e-9)
-    for k in range(3):  # the load is shared evenly, and a planet's two teeth push alike
+    for k in range(3):  # planets share the load evenly, and both teeth of a planet have equal forces
         assert r[f"s{k}.reaction.torque[1]"] == pytest.approx(-3 * ratio / 3, rel=1e-9)
         assert r[f"r{k}.reaction.torque[1]"] == pytest.approx(3 * ratio / 3, rel=1e-9)
 
@@ -165,7 +165,7 @@ def test_a_belt_turns_its_pulleys_by_their_radii_and_pulls_them_together_by_none
     mesh = f"  m: {{type: belt, axis: z, inboard: a, outboard: b, radii: [10 mm, 25 mm], crossed: {str(crossed).lower()}}}\n"
     r = simulate(made(ON_A + ON_B + mesh))
     assert r["on_b.q[1]"] == pytest.approx(sign * 10 / 25 * r["on_a.q[1]"], rel=1e-12, abs=1e-12)
-    assert r["on_a.reaction.force[2]"] == pytest.approx(0, abs=1e-12)  # pulls of two strands differ across the line of centres
+    assert r["on_a.reaction.force[2]"] == pytest.approx(0, abs=1e-12)  # forces of both strands differ across the line of centres
     tooth = 0.02 * r["on_b.qdd[1]"] / 0.025
     assert np.abs(r["on_a.reaction.force[3]"]) == pytest.approx(np.abs(tooth) * (0.025 - sign * 0.010) / 0.06, rel=1e-9)
 

@@ -73,7 +73,7 @@ def test_what_follows_moves_as_by_two_efforts_that_do_no_work_together(ties: int
         alone = simulate(replace(tied, joints=free), until=1e-6, every=1e-6)
         for name in tied.joints:
             assert alone[f"{name}.qdd[1]"][0] == pytest.approx(r[f"{name}.qdd[1]"][i], rel=1e-8, abs=1e-8), name
-            for k in (2, 3):  # along e1 a joint also transmits its own effort, not what ties it to another
+            for k in (2, 3):  # along e1 a joint also transmits its own effort, but not that of its tie to another joint
                 column = f"{name}.reaction.force[{k}]"
                 assert alone[column][0] == pytest.approx(r[column][i], rel=1e-8, abs=1e-7), column
     assert np.abs(r["energy.residual"]).max() < 1e-8 * max(1.0, r["energy.kinetic"].max())
@@ -99,7 +99,7 @@ def test_a_chain_that_follows_takes_from_what_drives_it_all_that_it_needs() -> N
     r = simulate(scene_from_text(even), rtol=1e-10)
     assert r["far.q[1]"] == pytest.approx(0.7 * 2 * r.time + np.radians(10), rel=1e-12)
     assert r["slide.q[1]"] == pytest.approx(0.02 * (1.4 * r.time + np.radians(10)), rel=1e-12)
-    # the second part turns about its own centre, so that all moves evenly: only the damper takes power
+    # the second part turns about its own centre, so that all rates are constant: only the damper takes power
     assert r["near.drive.power[1]"] == pytest.approx(5 * (0.02 * 1.4) ** 2, rel=1e-9)
     assert r["slide.mimic.effort[1]"] == pytest.approx(5 * 0.02 * 1.4, rel=1e-9)
 

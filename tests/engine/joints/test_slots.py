@@ -133,14 +133,14 @@ def test_a_point_keeps_to_its_curve_and_presses_as_its_motion_asks(closed: bool,
         slides = float((np.conj(way) * moves).real)
         assert float(r["slot.qd[1]"][i]) == pytest.approx(slides, abs=1e-9)
         if mu and abs(slides) < 1e-6:
-            continue  # at rest: nothing here says how much of it is asked
+            continue  # at rest, where this test has no value for friction
         qdd, normal, force = asked(s, (t, theta, u, slides), (moves, spin), mu)
         assert [r[f"plane.qdd[{k}]"][i] for k in (1, 2, 3)] == pytest.approx(qdd, rel=1e-8, abs=1e-8)
         assert r["slot.reaction.force[2]"][i] == pytest.approx(-normal, rel=1e-8, abs=1e-8)
         assert r["turn.drive.effort[1]"][i] == pytest.approx((np.conj(place) * force).imag, rel=1e-8, abs=1e-8)
         if mu:
             assert r["slot.contact[1].normal_force"][i] == pytest.approx(abs(normal), rel=1e-8, abs=1e-8)
-            assert abs(r["slot.contact[1].angle"][i]) == pytest.approx(0.0 if normal > 0 else np.pi)  # which side presses
+            assert abs(r["slot.contact[1].angle"][i]) == pytest.approx(0.0 if normal > 0 else np.pi)  # the side that presses
     assert np.abs(r["energy.residual"]).max() < 1e-8
 
 
@@ -180,7 +180,7 @@ def test_a_pin_meets_the_end_of_its_slot_in_time_and_comes_back(kernel: str) -> 
     most = 0.4 * pull / stiff + np.sqrt((0.4 * pull / stiff) ** 2 + 2 * 0.4 * pull * 0.1 / stiff)
     assert deepest <= most
     assert np.abs(r["energy.residual"]).max() < 1e-8
-    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # what it falls on gives all of it back
+    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end on which it falls returns all energy
 
 
 def yoke(mu: float, drive: str, extra: str = "") -> sm.Scene:
@@ -214,7 +214,7 @@ def test_a_yoke_moves_as_a_sine_and_its_pin_changes_sides_in_time() -> None:
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_yoke_under_its_load_up_to_its_arms(kernel: str) -> None:
-    # at 45 deg a load F on the slide asks for F r sin 45 of the crank, and friction of the pin gives mu F r cos 45 more or less
+    # at 45 deg a load F on the slide needs F r sin 45 from the crank; friction of the pin adds or removes mu F r cos 45
     mu, load, angle = 0.2, 5.0, np.pi / 4
     for side in (1, -1):
         most = load * 0.05 * (np.sin(angle) + side * mu * np.cos(angle))

@@ -125,7 +125,7 @@ def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: P
     assert texts[0][0] == "True"  # neither process found the kernel in the cache
     here = simulate("crank_slider_free", until=0.1, every=0.1, kernel="compiled")
     assert float(texts[0][1]) == pytest.approx(here["guide.q[1]"][-1], abs=1e-12)
-    assert len(list(home.glob("kernel-*/complete"))) == 2  # that of the two processes, and the one above with all columns
+    assert len(list(home.glob("kernel-*/complete"))) == 2  # the entry of the two processes, and the one above with all columns
     assert not [p for p in home.iterdir() if p.name.startswith(".")]
 
 
@@ -165,7 +165,7 @@ def test_a_process_that_builds_much_does_not_look_through_the_cache_at_every_bui
     for number in range(5):
         library_cache.entry(f"thing-{number}", lambda folder: None)
     assert looked == [home]
-    library_cache._pruned[home] -= library_cache.RECENT_SECONDS  # as if that many seconds had passed since the last pruning
+    library_cache._pruned[home] -= library_cache.RECENT_SECONDS  # as if this time had passed since the last pruning
     library_cache.entry("thing-5", lambda folder: None)
     assert looked == [home, home]
 
@@ -216,7 +216,7 @@ def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypa
         tries.append(folder)
         if len(tries) == 1:
             library_cache._remove(shared)
-            shared.write_text("")  # a file in its place, so that the folder cannot be made again
+            shared.write_text("")  # a file in its place prevents that the folder is made again
         return run(arguments, folder, own)
 
     monkeypatch.setattr(c_compiler, "_zig", pruned_meanwhile)
@@ -286,7 +286,7 @@ def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(c_compiler, "build_library", watched)
     scene = load_scene("simple_pendulum")
     first = key(scene)
-    assert {"kernel", "outputs"} <= set(compiled)  # and the runtime, once a process
+    assert {"kernel", "outputs"} <= set(compiled)  # and the runtime, once in each process
     compiled.clear()
     assert key(scene, ("pivot.q*",)) != first
     assert compiled == ["outputs"]
@@ -347,4 +347,4 @@ def test_code_that_does_not_compile_is_reported_as_our_defect(home: Path) -> Non
         c_compiler.build_library([source], home / "kernel.so", [RUNTIME], library_cache.cache_folder())
     assert "kernel.c:1" in str(caught.value)
     assert not (home / "kernel.so").exists()
-    assert len(str(caught.value)) < 2500  # it quotes the end of the compiler's message only
+    assert len(str(caught.value)) < 2500  # it quotes only the end of the compiler's message

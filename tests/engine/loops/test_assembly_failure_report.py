@@ -59,7 +59,7 @@ def test_axes_that_do_not_agree_are_told_as_an_angle() -> None:
 
 
 def test_rates_that_do_not_agree_are_told_as_rates() -> None:
-    scene = linkage(0.3, base={"drive": {"constant": {"rate": 1}}})  # stretched, so that its joints cannot turn so
+    scene = linkage(0.3, base={"drive": {"constant": {"rate": 1}}})  # stretched: its joints cannot turn at this rate
     scene["joints"]["pin"]["drive"] = {"constant": {"rate": 2}}
     outcome = simulate(scene, until=0.01).outcome
     assert outcome.name == "open_loop"

@@ -102,7 +102,7 @@ def test_wrong_start_values_are_moved_and_said() -> None:
     r = simulate(scene, until=1e-3, every=1e-3)
     moved = [n for n in r.notes if "moved" in n]
     assert r["guide.q[1]"][0] == pytest.approx(1.5, abs=1e-12)
-    assert r["slider_pin.q[1]"][0] == pytest.approx(0.0, abs=1e-6)  # the closure is quadratic in it at the dead centre
+    assert r["slider_pin.q[1]"][0] == pytest.approx(0.0, abs=1e-6)  # at the dead centre the closure is quadratic in this coordinate
     assert r["slider_pin.qd[1]"][0] == pytest.approx(-5.0, abs=1e-9)
     for joint, what, was in (("guide", "q", "1.3"), ("guide", "qd", "0.5"), ("slider_pin", "q", "0.3"), ("slider_pin", "qd", "-4")):
         assert any(n.startswith(f"{joint}: start {what} moved from {was} to") for n in moved), (joint, what)
@@ -163,7 +163,7 @@ def tip(n: int, t: float) -> np.ndarray:
     """Tip of the first crank of the N-four-bar: all cranks parallel, θ̈ = −((N+1)/2+N)/((N+1)/3+N) g cos θ."""
     k = ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * 9.81
     y = solve_ivp(lambda t, y: [y[1], -k * np.cos(y[0])], (0, t), [np.pi / 2, -1.0], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    assert y[0] < -np.pi / 2  # it passed the horizontal, where the freedom jumps from 1 to N + 1
+    assert y[0] < -np.pi / 2  # it passed the horizontal, where the number of freedoms jumps from 1 to N + 1
     return np.array([np.cos(y[0]), np.sin(y[0])])
 
 

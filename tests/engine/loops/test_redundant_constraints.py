@@ -36,7 +36,7 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
     eq, wrench, loose = open_reactions(case)
     assert len(eq.rows) - eq.rank == {"bricard": 1, "loops": 12}[which]
     amounts = smallest(case, eq, wrench, loose)
-    assert np.abs(amounts).max() > 1e-2  # the reference chooses others: there is a choice
+    assert np.abs(amounts).max() > 1e-2  # the reference has other reactions, so that they are not unique
     for name in case.scene.joints:
         chosen = -(wrench[name] + loose[name] @ amounts)
         force, torque = reaction(eq.state, name, chosen)
@@ -59,9 +59,9 @@ def test_where_a_joint_rubs_reactions_are_the_limit_of_stiff_contacts(which: str
     assert mine["c", "normal_force"] == pytest.approx(model.normal_force["c"][:2], rel=TOLERANCE)
     assert mine["crank", "acceleration"] == pytest.approx(acceleration[6 * eq.index["crank"] :][:3], rel=TOLERANCE)
     amounts = [np.linalg.lstsq(loose[n], _reported(eq, mine, n) - wrench[n], rcond=None)[0] for n in case.scene.joints]
-    assert max(np.abs(a).max() for a in amounts) > 1e-2  # the reference of least norm chooses others: there is a choice
+    assert max(np.abs(a).max() for a in amounts) > 1e-2  # the reference of least norm has others: they are not unique
     law, contacts = Rubbing(eq.state, "c").friction(-_reported(eq, mine, "c"), np.zeros(1))
-    assert mine["c", "friction"] == pytest.approx(law, rel=TOLERANCE)  # the root is the root
+    assert mine["c", "friction"] == pytest.approx(law, rel=TOLERANCE)  # the law holds at the root
     assert mine["c", "normal_force"] == pytest.approx([c.normal_force for c in contacts], rel=TOLERANCE)
 
 

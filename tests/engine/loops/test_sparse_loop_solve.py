@@ -89,7 +89,7 @@ def test_accelerations_and_reactions_of_many_loops_are_those_of_dense_equations(
     model = Model(case.scene, ("*",), "parts")
     assert model.kernel.sizes["nfill"] > 0
     row = evaluate(model, case.q, case.qd, case.t)
-    free = {n for n, j in case.scene.joints.items() if j.type == "free"}  # of which the engine tells no reactions
+    free = {n for n, j in case.scene.joints.items() if j.type == "free"}  # the engine reports no reactions of free joints
     expected = {key: v for key, v in table(solve(case.state())).items() if key[0] not in free}
     found, where = worst(expected, results(model, row), ("angular_acceleration",))
     assert found <= DENSE, where

@@ -119,7 +119,7 @@ def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_
     assert worst(plain, told(3e6, 3e6))[0] <= LIMIT
     assert worst(unequal, told(None, 7e8))[0] <= LIMIT
     assert worst(unequal, told(2e5, 14e5))[0] <= LIMIT
-    assert worst(plain, unequal)[0] > 1e-3  # it does count
+    assert worst(plain, unequal)[0] > 1e-3  # stiffness has an effect
 
 
 @pytest.mark.default_cases(1)

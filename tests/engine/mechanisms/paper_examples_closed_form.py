@@ -67,7 +67,7 @@ class Pendulum:
             stops += [(s, piece.sol(s)[0]) for s in piece.t_events[1] if s > 1e-9]
             pieces.append((t, piece.sol))
             t, y = piece.t[-1], piece.y[:, -1]
-            if t < until:  # step past the kink, or it would be found again
+            if t < until:  # step past the kink, so that it is not found again
                 t, y = t + 1e-9, y + 1e-9 * np.array([y[1], self.acceleration(*y)])
 
         def angle(when: float) -> float:

@@ -137,7 +137,7 @@ def test_an_event_that_one_run_has_alone_is_found_where_it_is() -> None:
     assert (pairs.alone, pairs.about) == (2.0, "stick of a in this run only")
     assert pair_events(at(1.1, 3.1), at(1.0, 2.0, 3.0), math.inf).about == "stick of a in the tighter run only"
     assert math.isinf(pair_events(at(1.0), at(1.0, 4.99), near_end=4.9).alone)
-    told = [Event(0.5, kind, "a") for kind in ("separation", "contact_jump")]  # decide nothing of the motion
+    told = [Event(0.5, kind, "a") for kind in ("separation", "contact_jump")]  # these events do not affect the motion
     assert math.isinf(pair_events(told, [], math.inf).alone)
 
 

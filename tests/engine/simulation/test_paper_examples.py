@@ -83,7 +83,7 @@ def test_adams_torque_is_larger_by_the_cosine_of_the_friction_angle() -> None:
     assert (torque["exact"] / force["exact"])[sliding] == pytest.approx(0.05 * 0.6 / np.sqrt(1.36), rel=1e-12)
     stops = [e.time for e in pendulum("adams").events if e.kind == "reversal"]
     assert stops[8] == pytest.approx(7.719892376511769, abs=1e-6)  # the paper reads 7.7 s
-    assert len(stops) == 9  # one less: it comes to rest sooner
+    assert len(stops) == 9  # one less, because it comes to rest earlier
     assert pendulum("adams")["energy.dissipated"][200] > pendulum("exact")["energy.dissipated"][200]
 
 
@@ -130,10 +130,10 @@ def test_pivot_slides_as_computed_by_two_other_formulations() -> None:
 def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
     r = simulate("double_pendulum", until=60.0, every=0.5, overrides=PAPER)
     assert r.outcome.ok
-    assert r["guide.q[1]"][9] == pytest.approx(13.75, abs=0.02)  # at 4.5 s; soft: the motion is sensitive after the first second
+    assert r["guide.q[1]"][9] == pytest.approx(13.75, abs=0.02)  # at 4.5 s; the motion is sensitive after the first second
     assert r["guide.q[1]"][-1] == pytest.approx(13.75, abs=0.03)
     late = r.time > 20.0
-    assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-4  # v_eps: what is left is the creep of the regularised law
+    assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-4  # v_eps: only the creep of the regularised law remains
     assert np.abs(r["energy.residual"]).max() <= 1e-4 * turned_over(r)  # rtol is 1e-6
 
 

@@ -108,7 +108,7 @@ def test_a_braked_train_starts_from_no_acceleration_at_one_instant_whatever_the_
     for method in ("rk5", "rosenbrock"):
         r = simulate(scene, until=until, every=until, method=method, outputs=outputs)
         assert r.outcome.ok
-        assert r.stats.events < 60  # with decisions in which pairs only share again
+        assert r.stats.events < 60  # including decisions that only share loads again
         starts.append(next(e.time for e in r.events if (e.kind, e.joint) == ("slip", "rring")))
     assert starts[1] == pytest.approx(starts[0], abs=5e-6)
     ends = (starts[0] + 1e-5, starts[0] + 2e-3)

@@ -39,32 +39,32 @@ def stiff(*case: object) -> object:
 @pytest.mark.parametrize(
     ("kind", "seed", "setting"),
     [
-        ("tree", 38, ("rk5", 1e-5)),  # a ball that turns about its contact is carried across its cone when another pair stops
-        ("tree", 199, ("rk5", 1e-6)),  # a pair turns so fast that its friction jumps, and another seems let go by it
-        stiff("tree", 199, ("auto", 1e-6)),  # the same by the method that runs choose
-        # a ball that closes a loop is slow for a moment, at a dead centre of its own: it does not stop
+        ("tree", 38, ("rk5", 1e-5)),  # another pair's stop carries a ball that turns about its contact across its cone
+        ("tree", 199, ("rk5", 1e-6)),  # a pair turns so fast that its friction jumps, which seems to release another pair
+        stiff("tree", 199, ("auto", 1e-6)),  # the same by the default method
+        # a ball that closes a loop is slow for a moment, at its own dead centre, but does not stop
         ("loop", 19, ("auto", 1e-4)),
-        ("loop", 15, ("rk5", 1e-5)),  # the row of an event is at it with the loops closed: a sleeve is let go there
-        ("loop", 27, ("auto", 1e-4)),  # the same of balls that come to their cones
-        ("loop", 3, ("rk8", 1e-8)),  # a ball that stops with others has no direction any more in the row of that event
-        ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start, where friction is found from chance alone
-        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by what their two components carry together
-        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction before it, whichever way round-off points
-        stiff("loop", 121, ("rosenbrock", 1e-6)),  # the same where it was slow long before
-        ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another one does rest as well
-        ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, and no fold to be stepped over
-        ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not go to and fro between them
-        ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is where its friction is solved for, not where it nearly is
-        stiff("loop", 206, ("auto", 1e-6)),  # modes that hold for no time, between two events at once, have no row
-        ("loop", 257, ("auto", 1e-6)),  # loads that are shared at rest have other roots, by which none holds
-        ("loop", 257, ("rk8", 1e-8)),  # the root by which a group at rest shares its load vanishes, and others hold it
-        ("loop", 83, ("rk5", 1e-5)),  # a pair that began along a line in the step before a stop has turned since
-        ("loop", 86, ("auto", 1e-4)),  # a group's capacity grows with its load, which the rule does not see
-        ("loop", 107, ("auto", 1e-4)),  # the event of a group that shares its load is the first of any of its pairs
+        ("loop", 15, ("rk5", 1e-5)),  # the row of an event has closed loops: a sleeve slips there
+        ("loop", 27, ("auto", 1e-4)),  # the same for balls that reach their cones
+        ("loop", 3, ("rk8", 1e-8)),  # a ball that stops with others has no direction left in the row of this event
+        ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start; only random starts find its friction
+        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by the sum that their two components carry
+        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction before it, not that of round-off
+        stiff("loop", 121, ("rosenbrock", 1e-6)),  # the same where the pair was slow for long before
+        ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another one stops rest, too
+        ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, not a fold
+        ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not alternate between them
+        ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is at a solution for its friction, not near one
+        stiff("loop", 206, ("auto", 1e-6)),  # modes between two simultaneous events, which last no time, have no row
+        ("loop", 257, ("auto", 1e-6)),  # loads of pairs at rest have other roots, with which no pair holds
+        ("loop", 257, ("rk8", 1e-8)),  # the root by which a group at rest shares its load vanishes; other roots hold the group
+        ("loop", 83, ("rk5", 1e-5)),  # a pair that began along a line in the step before a stop has changed its direction since
+        ("loop", 86, ("auto", 1e-4)),  # a group's capacity grows with its load, which the rule ignores
+        ("loop", 107, ("auto", 1e-4)),  # the event of a group that shares its load is the first event of its pairs
         stiff("loop", 247, ("rosenbrock", 1e-6)),  # loop closure does not move a resting pair
-        stiff("loop", 274, ("rk8", 1e-8)),  # a shaft comes to rest while its direction goes round and round
-        stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end of the last stretch
-        stiff("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction: no sleeve beside it is let go by that
+        stiff("loop", 274, ("rk8", 1e-8)),  # a shaft comes to rest while its direction rotates
+        stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end
+        stiff("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction; this releases no sleeve
     ],
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:
@@ -101,7 +101,7 @@ def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: t
     assert r.outcome.ok
     assert abs(turns - 0.2447825447) < 1e-5 * time_scale(case)
     near = r.time[np.abs(r.time - turns) < 1e-5 * time_scale(case)]
-    assert len(near) <= 20  # hundreds where they shrink with the speed; at 1e-8 the turn itself takes 15
+    assert len(near) <= 20  # hundreds if steps shrink with the speed; at 1e-8 the reversal itself takes 15
     assert np.diff(near).min(initial=np.inf) > 1e-8 * time_scale(case)
     assert r.stats.counters["refused"] == 0
 
@@ -125,14 +125,14 @@ def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tupl
     moved light bodies, and stopping the cross opened the loop again. The cross moved at up to 0.03 rad/s for half of that time."""
     case = rubbing("loop", 247)
     span, (method, rtol) = 3.0 * time_scale(case), setting
-    until = 0.55 if method == "rosenbrock" else 0.7  # on some processors it loses 2e-4 of the energy in one step at 0.56
+    until = 0.55 if method == "rosenbrock" else 0.7  # on some processors this method loses 2e-4 of the energy in one step at 0.56
     r = simulate(case.scene, until=until * span, every=0, method=method, rtol=rtol, outputs=["j3.qd[*]", "energy.*"])
     stopped = max(e.time for e in r.events if (e.kind, e.joint) == ("stick", "j3"))
     rests = r.time > stopped
     assert r.outcome.ok
     assert 0.23 * span < stopped < 0.25 * span
     assert not any(e.kind == "slip" for e in r.events if e.joint == "j3" and e.time > stopped)
-    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8  # rad/s: round-off of what moves at 130
+    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8  # rad/s: round-off of motion at 130
     assert np.abs(r["energy.residual"]).max() < 10.0 * rtol * (np.ptp(r["energy.kinetic"]) + r["energy.dissipated"][-1])
 
 

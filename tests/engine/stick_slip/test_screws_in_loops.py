@@ -72,7 +72,7 @@ def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
         "nut": {"mass": 0.3, "inertia": [1e-4] * 3, "position": nut},
         "spindle": {"mass": 1, "inertia": [1e-4] * 3, "position": nut},
     }  # fmt: skip
-    # A thin bearing: what presses it sideways hardly counts.
+    # A thin bearing: lateral loads on it have little effect.
     bearing = {"mu": 0.2, "radius": 1e-5, "half_length": 0.05, "thrust_radius": back * arm / 0.2}
     places = (("turn", "revolute", "ground", "crank", [0, 0, 0], "z"), ("a", "revolute", "crank", "rod", [*pin.tolist(), 0], "z"),
               ("b", "revolute", "rod", "nut", nut, "z"), ("guide", "prismatic", "ground", "nut", nut, "x"),
@@ -90,7 +90,7 @@ def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
 def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_driven_back(seed: int, back: float) -> None:
     r = simulate(scene_from_dict(crank_and_screw(seed, back)))
     assert r.outcome.name == ("done" if back < 1 else "jammed")
-    if back > 1:  # at the end of the stroke the spindle is at rest: after the last row it would slow down by what is left
+    if back > 1:  # the spindle would come to rest at the end of the stroke; the remaining deceleration follows the last row
         rates = r["guide.qd[1]"]
         assert abs(rates[-1]) < 1.1 * abs(rates[-1] - rates[-2])
 
@@ -108,7 +108,7 @@ def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_goes_on_after_th
     lead = math.atan(thread["pitch"] / (2 * math.pi * rub["radius"])) - math.atan(rub["mu"] / math.cos(rub["flank_angle"]))
     assert rub["radius"] * math.tan(lead) < bearing["mu"] * bearing["thrust_radius"]
     assert r["turn.effort[1]"][-1] * r["turn.qdd[1]"][-1] < 0.0
-    assert abs(r["turn.qd[1]"][-1]) < 1.1 * abs(r["turn.qdd[1]"][-1]) * (r.time[-1] - r.time[-2])  # at rest within a row
+    assert abs(r["turn.qd[1]"][-1]) < 1.1 * abs(r["turn.qdd[1]"][-1]) * (r.time[-1] - r.time[-2])  # at rest within one row
     assert (r.outcome.name, r.outcome.joint) in {("jammed", "n"), ("jammed", "p")}
     data["simulation"]["jams"] = "impact"
     ends = [simulate(scene_from_dict(data), method=m, outputs=["turn.q[1]"]) for m in ("rk5", "rosenbrock")]

@@ -100,7 +100,7 @@ def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: s
 def test_a_block_that_is_called_held_while_it_moves_is_not() -> None:
     block = begun(block_on_table(speed=1.0))
     modes(block)["flag"][0] = PairState.STUCK
-    solution(block)[-1] = 0.0  # no force along the table: it does not accelerate either
+    solution(block)[-1] = 0.0  # no force along the table, so that it does not accelerate
     assert block.broken() == {Breaks.REST}
 
 

@@ -63,7 +63,7 @@ def test_where_decisions_fall_otherwise_no_error_is_told(tmp_path: Path) -> None
     lost = np.isnan(values).any(axis=0)
     assert lost[-1]
     assert not lost[:5].any()
-    assert np.all(np.diff(lost.astype(int)) >= 0)  # nothing is promised again
+    assert np.all(np.diff(lost.astype(int)) >= 0)  # after a loss, no error is promised again
 
 
 def test_without_the_parameter_the_numbers_are_those_of_an_fmu_that_has_none(tmp_path: Path) -> None:
@@ -106,7 +106,7 @@ def test_errors_follow_inputs_that_the_host_changes() -> None:
 
     plain, told, exact = moved(0.0, 1e-5), moved(1.0, 1e-5), moved(0.0, 1e-12)
     assert np.all(told >= np.maximum.accumulate(np.abs(plain - exact)))
-    assert told.max() < 1e-5 * np.abs(exact).max()  # a second run with other inputs would be far off
+    assert told.max() < 1e-5 * np.abs(exact).max()  # a second run with other inputs would have far larger differences
 
 
 @pytest.mark.parametrize("how", [{"flavour": "python"}, {"kind": "me"}])

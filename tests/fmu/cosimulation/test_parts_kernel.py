@@ -100,7 +100,7 @@ def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None
 def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'quick' is not a kernel \(one of auto, compiled, parts\)"):
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
-    with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU has no other cases beside it
+    with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU has no neighbouring cases
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="lanes")
     monkeypatch.setattr(c_compiler, "there", lambda module: False)
     with pytest.raises(SceneError, match=r"pip install 'trunnion\[compile\]'"):

@@ -38,5 +38,5 @@ def test_a_sleeve_that_follows_an_input_starts_and_rests_with_it(share: float) -
     time, q, v, count = np.array(rows).T
     assert q == pytest.approx(alone(rate, 0.2, share, 0.3, time)[0], abs=20 * 1e-6 * LONG)
     assert count[BEGIN - 1] == 1.0  # it has stopped
-    assert count[-1] in (2.0, 3.0)  # it slips; what dies away is told as a stop where that is looked for
+    assert count[-1] in (2.0, 3.0)  # it slips; the decay may be reported as a stop
     assert abs(v[-1]) < 1e-20

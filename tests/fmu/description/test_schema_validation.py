@@ -58,7 +58,7 @@ def test_no_form_of_any_model_has_a_problem(name: str) -> None:
     model, first = started(scene, None, "compiled")
     found = {}
     for standard in ("2.0", "3.0"):
-        for kind in ("cs",) if name == "arm" else KINDS:  # of the arm a motion follows an input: no model exchange
+        for kind in ("cs",) if name == "arm" else KINDS:  # a motion of the arm follows an input, which excludes model exchange
             made = Made(model, first, 0.0, True, standard, kind)
             found |= {what: problems(files) for what, files in forms(made, True)}
     assert len(found) == (5 if name == "arm" else 13)

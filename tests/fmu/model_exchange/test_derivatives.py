@@ -96,7 +96,7 @@ def test_adjoint_ones_are_the_same_from_the_other_side() -> None:
     knowns = [v.derivative.valueReference for v in rates] + [v.valueReference for v in md.modelVariables if v.name == "motor"]
     numbers = len(rates) + 3
     J = np.array([fmu.getDirectionalDerivative(unknowns, [k], [1.0], numbers) for k in knowns]).T
-    assert np.abs(J[len(rates) :]).max() > 0.0  # reactions depend on something
+    assert np.abs(J[len(rates) :]).max() > 0.0  # some reactions depend on knowns
     for row in np.random.default_rng(2).standard_normal((3, numbers)):
         made = np.array(fmu.getAdjointDerivative(unknowns, knowns, list(row), len(knowns)))
         assert np.abs(made - row @ J).max() <= EXACT * np.abs(J).max()

@@ -156,7 +156,7 @@ def test_an_fmu_names_its_sources(fmi: int, plain: Path, tmp_path: Path) -> None
         there = {n.removeprefix("sources/") for n in z.namelist() if n.startswith("sources/") and n.endswith(".c")}
         assert not any(n.startswith("sources/") for n in other.namelist())
         library_of = [n for n in z.namelist() if n.startswith("binaries/")]
-        assert fmi == 3 or all(z.read(n) == other.read(n) for n in library_of)  # the same model, sources or not
+        assert fmi == 3 or all(z.read(n) == other.read(n) for n in library_of)  # the same model with or without sources
         texts = {n: z.read(f"sources/{n}").decode() for n in there}
         root = ElementTree.fromstring(z.read("modelDescription.xml"))
         z.extractall(tmp_path / "x")

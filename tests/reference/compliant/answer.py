@@ -20,15 +20,16 @@ FASTEST = 1e4
 DELAYS = 10.0
 """Damping: the delay of the springs times that frequency."""
 REST = 3e-6
-"""Rate below which friction rests at level 0, rad/s. Speeds are a tenth of it, m/s. Friction below it relaxes the loads of springs
-within friction / (rate x stiffness), alike at all levels: at 3e-4 these were milliseconds, and trains at rest let go 1 ms early."""
+"""Rate below which friction rests at level 0, rad/s; the speed is a tenth of it, m/s. Friction below it relaxes the loads of
+springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time was milliseconds, and trains at rest slipped
+1 ms early."""
 FINER = 4.0
 """Ratio of two levels, in compliance and in speeds."""
 LEVELS = 3
 SAMPLES = 9
-"""States of a step at which changes of hooks and pairs are looked for."""
+"""Number of states of a step at which the run looks for changes of hooks and pairs."""
 ENOUGH = 1e-6
-"""Difference of the first two levels at which no third is run."""
+"""Difference of the first two levels below which no third level is run."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,7 @@ def judged(scene, until: float | None = None, outputs=("*",), instants: int = 10
     """The motion of a scene in the limit of stiff joints and exact friction.
 
     ``outputs``: patterns of ``JOINT.q[k]``, ``JOINT.qd[k]``, ``energy.dissipated``. ``start_from``: (q, qd) of joints. NotJudged
-    says what the model does not take.
-    """
+    names the features that the model does not support."""
     clock = time.process_time()
     end = scene.simulation.until if until is None else until
     times = np.linspace(0, end, instants + 1)
@@ -91,7 +91,7 @@ def judged(scene, until: float | None = None, outputs=("*",), instants: int = 10
 
 
 def _literal(pattern: str) -> str:
-    """A pattern in which brackets are letters."""
+    """A pattern in which brackets are literal."""
     return pattern.replace("[", "[[]")
 
 

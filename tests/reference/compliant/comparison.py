@@ -15,7 +15,7 @@ from tests.reference.compliant.laws import NotJudged
 from trunnion import simulate
 
 SURE = 3.0
-"""Errors of the judge that count as agreement: neighbouring extrapolations differ by about one."""
+"""Number of the compliant model's errors that count as agreement: neighbouring extrapolations differ by about one."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int 
     for name, values in judge.values.items():
         engine = np.interp(judge.time, run.time, np.asarray(run[name])) if full else np.full(len(values), np.inf)
         away = engine - values
-        if name in angles and full:  # the judge cannot count turns of more than half a turn between two instants
+        if name in angles and full:  # the judge cannot count turns if two instants are more than half a turn apart
             away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
         apart[name] = float(np.abs(away).max())
         beyond[name] = float((np.abs(away) - SURE * judge.error[name]).max())

@@ -1,5 +1,4 @@
-"""The rates of ``model.Model`` in C, for speed: the same forces from the same numbers. Without a compiler the model does
-without."""
+"""The rates of ``model.Model`` in C, for speed: the same forces from the same numbers. Without a compiler the model uses Python."""
 
 from __future__ import annotations
 
@@ -180,7 +179,7 @@ class Compiled:
         self._put(s, "spring_data", np.array([(x.stiffness, x.damping, x.length) for x, _ in loads.springs]))
 
     def _timed(self, t: np.ndarray) -> None:
-        """What depends on time, at every state, and the states of hooks and pairs."""
+        """The quantities that depend on time, at every state, and the states of hooks and pairs."""
         m, s, n = self.model, self.s, len(t)
         for name, law in self.laws.items():
             target = self.keep[name]

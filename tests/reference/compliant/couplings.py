@@ -30,7 +30,7 @@ def radii_of(joint) -> list[float]:
 
 
 class Teeth:
-    """What teeth that rub add to the force along their row."""
+    """The addition of teeth with friction to the force along their row."""
 
     def __init__(self, scene, names: list[str], level: Level):
         joints = [scene.joints[n] for n in names]
@@ -126,7 +126,7 @@ def _where(which: np.ndarray, new: tuple, old: tuple) -> list[np.ndarray]:
 
 
 class Screws:
-    """Threads: travel follows angle. Flanks that rub as the theory's "Thread" says."""
+    """Threads: travel follows angle. Flanks have the friction of the theory's "Thread"."""
 
     def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
         self.level, self.names = level, names

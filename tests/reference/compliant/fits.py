@@ -18,7 +18,7 @@ from tests.reference.mechanics.body_properties import GROUND
 from tests.reference.mechanics.joint_constraints import of
 
 USUAL = 1e8
-"""Stiffness of a joint that says none, N/m; only ratios count."""
+"""Stiffness of a joint without its own, N/m; only ratios count."""
 KINDS = {"revolute": "shaft", "cylindrical": "shaft", "prismatic": "sleeve", "spherical": "ball"}
 SIZES = ("radius", "half_length", "half_width", "half_height", "thrust_radius")
 
@@ -82,7 +82,7 @@ class Fits:
         self.given = self._given(joints)
 
     def _stiffness(self, joints, rubs) -> None:
-        """Stiffness of the six directions of joints that do not rub; of the others their contacts tell it."""
+        """Stiffness of the six directions of joints without friction; other joints have the stiffness of their contacts."""
         n = len(joints)
         self.k, self.held, self.kr = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self.way, self.crossed = np.zeros((n, 3)), np.array([of(j.type).crossed for j in joints], bool)

@@ -13,11 +13,11 @@ import numpy as np
 from tests.reference.mechanics.time_signals import load_value
 
 AGAIN = 0.999
-"""Speed, in eps, below which a pair that slid rests."""
+"""Speed, relative to eps, below which a sliding pair rests."""
 
 
 class NotJudged(NotImplementedError):
-    """The scene has something that the compliant model does not take; its text says what."""
+    """The scene has a feature that the compliant model does not support; its text names the feature."""
 
 
 class Signals:
@@ -84,7 +84,7 @@ class Laws:
         return np.where(self.viscous, 0.0, (mu + (rest - mu) * held) / bounded) + self.drag
 
     def switches(self) -> np.ndarray:
-        """After ``slope``: functions that are negative where a pair's state has to change (n x ``jumps``)."""
+        """After ``slope``: functions that are negative where a pair's state must change (n x ``jumps``)."""
         x = self.share[:, self.jumps]
         return np.where(self.slides[self.jumps], x - AGAIN, 1 - x)
 

@@ -87,11 +87,11 @@ class Model:
         return sorted({float(t) for t in out if 0 < t < until})
 
     def rates(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The rates of states y (n x size) at times t (n or 1), by the fastest way there is."""
+        """The rates of states y (n x size) at times t (n or 1), by the fastest available way."""
         return self.compiled(t, y) if self.compiled else self.defined(t, y)
 
     def defined(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The rates by their definition here."""
+        """The rates by their definition in this module."""
         t = np.broadcast_to(t, (len(y),))
         f, n = self.frames, self.frames.count
         m = f.motion(t, y)

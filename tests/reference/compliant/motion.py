@@ -57,7 +57,7 @@ class Motion:
 
 @dataclass
 class Sides:
-    """Where some joints are attached: bodies, points from their mass centres, and frames there, of a first and a second side."""
+    """Attachments of some joints: bodies, points from their mass centres, and frames there, of a first and a second side."""
 
     one: np.ndarray
     x_one: np.ndarray

@@ -1,4 +1,4 @@
-"""Sides of joints between placed bodies, from the bodies' poses: a scene in which every side says its point and axes itself."""
+"""Sides of joints between placed bodies, from the bodies' poses: a scene in which every side gives its own point and axes."""
 
 from __future__ import annotations
 

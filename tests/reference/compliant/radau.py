@@ -25,7 +25,7 @@ REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
 ESTIMATE = np.array([-13 - 7 * ROOT, -13 + 7 * ROOT, -1]) / 3
 """Weights of the stages in the estimate of the error."""
 NEWTON, RENEWED, MOST = 10, 1, 50_000
-"""Iterations with one Jacobian; how often it is renewed in a step; steps of a run."""
+"""Iterations with one Jacobian; number of Jacobians in a step; steps of a run."""
 SLOW, SOLVED = 0.3, 1e-3
 """Contraction above which the Jacobian is renewed; error of Newton's method, relative to the tolerance."""
 CAUTION = 4
@@ -54,11 +54,11 @@ class Run:
     last: tuple[float, float, np.ndarray, np.ndarray] | None = None
 
     def restart(self, h: float = 1e-6) -> None:
-        """Forget what was learnt: at a kink of a signal, or after a change of state."""
+        """Forget data of earlier steps: at a kink of a signal, or after a change of state."""
         self.h, self.last = min(h, self.h), None
 
     def step(self, end: float) -> tuple[float, np.ndarray, np.ndarray]:
-        """One accepted step, at most to ``end``: (start, state there, stages). The state moves on."""
+        """Make one accepted step, at most to ``end``: (start, state there, stages). The state advances."""
         while True:
             self.steps += 1
             left = end - self.t

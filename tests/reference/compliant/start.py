@@ -1,5 +1,4 @@
-"""The state in which a scene begins: poses from given coordinates, closed and made to agree with all rows, in absolute
-coordinates."""
+"""The state at a scene's start: poses from given coordinates, closed and made consistent with all rows, in absolute coordinates."""
 
 from __future__ import annotations
 
@@ -62,7 +61,7 @@ def _zero(scene, name: str) -> list[float]:
 
 
 def _tree(scene, held, given) -> list[str]:
-    """A spanning tree that uses the joints whose start is given first; those that are to be cut last."""
+    """A spanning tree that uses joints with given starts first, and joints that must be cut last."""
     order = sorted(held, key=lambda n: (bool(scene.joints[n].cut), given[n] is None))
     at = {"ground": "ground"} | {b: b for b in scene.bodies}
 
@@ -91,8 +90,8 @@ def _unit(model: Model, y: np.ndarray) -> tuple[Motion, np.ndarray]:
 
 
 def _rows(model: Model, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Rows of all constraints over [velocities, angular velocities], which of them wheels and threads are, rates and coordinates of
-    freedoms."""
+    """Rows of all constraints over [velocities, angular velocities], which of these rows belong to wheels and threads, and rates
+    and coordinates of freedoms."""
     m, _ = _unit(model, y)
     still = y.copy()
     still[model.frames.at["v"].start : model.frames.at["w"].stop] = 0.0
@@ -118,7 +117,7 @@ def _scaled(model: Model) -> np.ndarray:
 
 
 def _closed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
-    """The pose closed by Newton's method: least changes, given coordinates last."""
+    """The pose closed by Newton's method with the least changes; given coordinates change last."""
     f, scale = model.frames, _scaled(model)
     for _ in range(NEWTON):
         G, free, q, _ = _rows(model, y)
@@ -174,7 +173,7 @@ def _agreed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
         if given[n] is not None:
             weights[i], want[i] = 1.0, given[n][k]
     x = scale * _least(G * scale, target, weights[:, None] * free * scale, weights * want)
-    for _ in range(2):  # the light weights of open rates disturb the given ones by their square: again from there
+    for _ in range(2):  # the small weights of open rates disturb the given ones; a second pass corrects this
         rest = want - free @ x
         rest[weights < 1] = 0.0
         x = x + scale * _least(G * scale, 0 * target, weights[:, None] * free * scale, weights * rest)

@@ -9,7 +9,7 @@ from tests.reference.contact_and_friction.joint_friction import Rubbing, pair
 from tests.reference.mechanics.newton_euler_equations import Equations
 
 FAR = 1e6
-"""What looks like a root but has this many times the force without friction is one at infinity."""
+"""An apparent root with this many times the force without friction is one at infinity."""
 
 
 class NoRoot(ArithmeticError):
@@ -72,7 +72,7 @@ class Complement:
 
 
 def connected_root(eq: Equations, stages: int = 2) -> np.ndarray:
-    """eta of the root that grows from eta = 0 when the friction is raised from nothing (natural continuation)."""
+    """eta of the root that grows from eta = 0 when the friction is raised from zero (natural continuation)."""
     if not eq.eta:
         return np.zeros(0)
     problem = Complement(eq)
@@ -90,7 +90,7 @@ def connected_root(eq: Equations, stages: int = 2) -> np.ndarray:
 
 
 def all_roots(eq: Equations, starts: int = 30, seed: int = 0, spread: float = 3.0) -> list[np.ndarray]:
-    """All different roots that are found from no friction and from random starts of size ``spread``."""
+    """All different roots found from zero friction and from random starts of size ``spread``."""
     problem, rng, roots = Complement(eq), np.random.default_rng(seed), []
     for i in range(starts):
         y = problem.root_near(spread * rng.normal(size=len(eq.eta)) * (i > 0))

@@ -31,7 +31,8 @@ def pin_of(state: State, name: str) -> Pin:
 
 
 def ends_of(pose, joint) -> np.ndarray:
-    """The point from which the ends of the contacts are measured: on the part that has them, or amid what overlaps."""
+    """The point from which the ends of the contacts are measured: on the part that has the ends, or in the middle of the
+    overlap."""
     if joint.ends == "overlap":
         low, high = _touching(pose, joint)
         return pose.p_in + 0.5 * (low + high) * pose.A_in[:, 0]
@@ -39,7 +40,7 @@ def ends_of(pose, joint) -> np.ndarray:
 
 
 def _touching(pose, joint) -> tuple[float, float]:
-    """From where to where both parts are, along the axis from the inboard point."""
+    """The interval in which both parts overlap, along the axis from the inboard point."""
     away, g = float(pose.A_in[:, 0] @ (pose.p_out - pose.p_in)), joint.friction
     inner, outer = np.array([-1, 1]) * g.inboard_length / 2, away + np.array([-1, 1]) * g.outboard_length / 2
     return max(inner[0], outer[0]), min(inner[1], outer[1])
@@ -95,7 +96,8 @@ PAIRS = {
     "shaft": (_shaft, lambda out: np.array([out.force, out.torque])),
     "journal": (_journal, lambda out: np.array([out.torque])),
 }
-"""By ``Reference.rubs``: how the sliding pair is solved, and how the outcome's friction on the pin lies along the freedoms."""
+"""By ``Reference.rubs``: the function that solves the sliding pair, and the one that maps the outcome's friction on the pin to the
+freedoms."""
 
 
 class Rubbing:

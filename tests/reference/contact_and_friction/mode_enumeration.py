@@ -31,9 +31,9 @@ STICKS, SLIDES, MOVES = "sticks", "slides", "moves"
 STILL = 1e-9
 """Part of the fastest speed below which a pair is at rest."""
 SOLVED = 1e-8
-"""Residual of what counts as solved, in parts of the forces and accelerations that cancel."""
+"""Residual below which equations count as solved, relative to the forces and accelerations that cancel."""
 SLACK = 1e-7
-"""How far friction may exceed what it can be, or a pair accelerate the wrong way, in the same parts."""
+"""Allowed excess of friction over its limit, or acceleration in the wrong direction, relative to the same quantities."""
 HELD = 1e-3
 """Part of what a freedom would accelerate if its bodies were free that counts as cancelling in it: where loops hold it, it
 accelerates by round-off alone."""
@@ -41,7 +41,7 @@ FAR = 1e6
 """Times force · lever: what has run away farther is no solution, whatever its residual is beside it (a joint that its loop holds at
 rest carries any friction)."""
 SPREAD = 3.0
-"""Random starts are as large as this many times force · lever; every other one of a tenth of that."""
+"""Size of random starts, in multiples of force · lever; every other one has a tenth of it."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,8 @@ class Decision:
         return np.r_[out, beyond]
 
     def fits(self, eta: np.ndarray, modes: dict[str, str]) -> bool:
-        """Whether a solution is one: what sticks is held, what starts to slide accelerates that way, friction drives nothing."""
+        """Whether a solution is consistent: sticking pairs hold, pairs that start to slide accelerate in that direction, friction
+        drives no pair."""
         acc = self.Q @ np.r_[1.0, eta]
         for p in self.rest:
             here, mode = list(p.places), modes[p.name]
@@ -130,7 +131,7 @@ class Decision:
                 if load > most * (1.0 + 10.0 * SLACK) + SLACK * self.unit[here[0]] / p.arms[0] * SOLVED:
                     return False
             elif mode == SLIDES:
-                least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])  # a ball in its cone takes no power at all
+                least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])  # a ball in its cone takes no power
                 if not np.linalg.norm(acc[here] / self.scale[here]) > SLACK or eta[here] @ acc[here] < least:
                     return False
             elif not acc[here[0]] * (1.0 if mode == "+" else -1.0) > SLACK * self.scale[here[0]]:
@@ -168,7 +169,7 @@ class Decision:
         return out
 
     def motions(self) -> list[Answer]:
-        """Answers that accelerate differently."""
+        """Answers with different accelerations."""
         kept: list[Answer] = []
         for a in self.answers():
             if not any(np.all(np.abs(a.acceleration - b.acceleration) <= 1e-6 * self.scale) for b in kept):

@@ -1,4 +1,5 @@
-"""Which joints stick and which slip, by trying everything: dry friction in chains of single freedoms, without the engine."""
+"""The joints that stick and slip, found by trying all combinations: dry friction in chains of single freedoms, without the
+engine."""
 
 from __future__ import annotations
 
@@ -12,9 +13,10 @@ from tests.reference.mechanics.kinematics import forward
 from tests.reference.mechanics.newton_euler_equations import Equations
 
 HAIR = 1e-9
-"""Rate given to a joint at rest to say which way it slips, rad/s or m/s; all else that it changes is as small."""
+"""Rate of a joint at rest that states the direction in which it slips, rad/s or m/s; all its other effects are as small."""
 SLACK = 1e-7
-"""How far friction may exceed what it can be, or a slipping joint accelerate the wrong way, relative to the largest of each."""
+"""Allowed excess of friction over its limit, or acceleration of a slipping joint in the wrong direction, relative to the largest of
+each."""
 
 
 def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:
@@ -52,7 +54,7 @@ class _Chain:
 
 
 def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
-    """Friction values with which what sticks does not accelerate and what slips obeys its law, from many starts."""
+    """Friction values with which sticking joints do not accelerate and slipping joints obey their law, from many starts."""
     stuck, none = np.array([modes.get(n) == 0 for n in chain.names]), np.zeros(len(chain.names))
     unit = max(float(np.abs(chain.law(none)).max()), 1e-9)
     rate = max(float(np.abs(chain.accelerations(none)).max()), 1e-9)
@@ -69,7 +71,8 @@ def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng
 
 
 def _fits(chain: _Chain, modes: dict[str, int], eta: np.ndarray) -> bool:
-    """Whether what sticks is held by less than its friction if it slid, and what slips does so the way it accelerates."""
+    """Whether sticking joints need less than their friction of sliding, and slipping joints accelerate in the direction of their
+    slip."""
     most, acc = np.abs(chain.law(eta)), chain.accelerations(eta)
     for i, n in enumerate(chain.names):
         if modes.get(n) == 0 and abs(eta[i]) > most[i] * (1 + SLACK):

@@ -17,7 +17,7 @@ CIRCLE = 0.02 * 0.1 / np.sqrt(1.01)
 """Friction circle of a pin of radius 0.02 m with μ = 0.1, m."""
 GRAVITY = 9.81
 SLOW = 1e-4
-"""Rates (rad/s) below which friction is eased off."""
+"""Rates (rad/s) below which friction is reduced."""
 
 
 def _along(q: float) -> np.ndarray:
@@ -59,7 +59,7 @@ class SprungToggle:
 
     @staticmethod
     def balance(push, across, a, b, wa, wb) -> tuple[np.ndarray, np.ndarray]:
-        """(inverse, right side) for [α_upper, α_lower, force of crown on upper, of lower on upper, of ram on lower's way]."""
+        """(inverse, right side) for [α_upper, α_lower, force of crown on upper, of lower on upper, of ram on lower's path]."""
         da, db, ea, eb = _along(a), _along(b), _turned(a), _turned(b)
         A, r, h = np.zeros((7, 7)), np.zeros(7), LINK / 2
         A[:2, 0], A[:2, 2:4], A[:2, 4:6] = MASS * h * ea, -np.eye(2), -np.eye(2)
@@ -75,6 +75,6 @@ class SprungToggle:
         return np.linalg.inv(A), r
 
     def run(self, start: float, stop: float, half: float, rate: float):
-        """The motion from the foot in its way, as SciPy gives it (dense)."""
+        """The motion from a start with the foot on its path, as SciPy gives it (dense)."""
         exact = {"method": "Radau", "rtol": 1e-6, "atol": [1e-9, 1e-15, 1e-9, 1e-11], "dense_output": True}
         return solve_ivp(self.rates, (start, stop), [half, 0.0, rate, 0.0], **exact)

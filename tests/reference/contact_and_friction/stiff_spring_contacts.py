@@ -27,9 +27,9 @@ from tests.reference.mechanics.rotation import cross
 from trunnion.scene.data_classes.scene import Friction
 
 USUAL = 1e8
-"""N/m; radial stiffness of the contacts of a joint that says none. Only ratios count."""
+"""Radial stiffness, N/m, of the contacts of a joint without its own. Only ratios count."""
 FEW, MOST = 1, 5
-"""Iterations on the way to the whole friction, and there."""
+"""Iterations during the increase of friction, and at its full value."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _arm(state: State, name: str) -> float:
 
 
 class Compliant:
-    """A scene at a state in which all that rubs slides."""
+    """A scene at a state in which all joints with friction slide."""
 
     def __init__(self, state: State):
         self.state, self.eq = state, Equations(state)
@@ -183,12 +183,12 @@ class Compliant:
             out[at : at + 6] += np.r_[F, T + cross(point - self.center[body], F)]
 
     def solve(self, steps: int = 3) -> tuple[np.ndarray, np.ndarray]:
-        """(accelerations [a_c, α] of all bodies, displacements): friction is let grow from none in so many steps."""
+        """(accelerations [a_c, α] of all bodies, displacements): friction grows from zero in this number of steps."""
         eq, n = self.eq, self.bodies
         col = np.tile([1.0, 1.0, 1.0, *[1 / typical_length(self.state)] * 3], self.size // 6)
         null = col[:n, None] * eq.null
         within = np.linalg.svd(eq.null.T)[2][eq.null.shape[1] :].T * col[:n, None]
-        inside = block_diag(within, np.diag(col[n:]))  # the crosses have no inertia that resists: all their displacements
+        inside = block_diag(within, np.diag(col[n:]))  # crosses have no inertia, so that all their displacements are unknown
         rest = eq.u[:, 0]
 
         def residual(x, share):

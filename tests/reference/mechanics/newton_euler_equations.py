@@ -70,7 +70,7 @@ def rows_of(state: State, name: str) -> list[Row]:
 
 
 def typical_length(state: State) -> float:
-    """Root mean square of the arms of joints and of the radii of gyration: makes ranks and norms free of units."""
+    """Root mean square of the arms of joints and of the radii of gyration; it makes ranks and norms independent of units."""
     squares = [np.trace(p.inertia) / p.mass for p in state.parts.values() if p.mass > 0 and np.trace(p.inertia) > 0]
     for name in state.scene.joints:
         pose = state.joint_pose(name)
@@ -101,7 +101,8 @@ class Equations:
         self._solve()
 
     def _rotors(self) -> np.ndarray:
-        """Add the inertias of rotors along freedoms to M; the forces that their share of known accelerations takes."""
+        """Add the inertias of rotors along freedoms to M. Returns the forces that rotors need for their share of known
+        accelerations."""
         self.spun, bias = {}, np.zeros(6 * len(self.index))
         for n, j in self.state.scene.joints.items():
             free = self.free[n]
@@ -143,7 +144,7 @@ class Equations:
         return {r.k: self.lam[i] for i, r in enumerate(self.rows) if r.joint == name and r.role == "drive"}
 
     def devices(self, name: str) -> np.ndarray:
-        """All devices along each freedom, drives included, on the outboard part, less what rotors take."""
+        """All devices along each freedom, drives included, on the outboard part, less the efforts that rotors need."""
         out = np.zeros((len(self.free[name].rate), self.f.shape[1]))
         out[:, 0] = self.effort[name]
         for k, lam in self.drive_effort(name).items():
@@ -167,7 +168,7 @@ class Equations:
         return out + self._along(name) @ self.friction_columns(name)
 
     def total(self, name: str) -> np.ndarray:
-        """Everything a joint transmits on the inboard part: [force; torque at the outboard point], world."""
+        """Total wrench of a joint on the inboard part: [force; torque at the outboard point], world."""
         return self.press(name) - self._along(name) @ self.devices(name)
 
     def _along(self, name: str) -> np.ndarray:
@@ -183,7 +184,7 @@ class Equations:
         return np.array(cols).reshape(-1, self.f.shape[1])
 
     def loose(self, name: str) -> np.ndarray:
-        """How redundancy lets the joint's wrench on the inboard part change: 6 x redundancy, at the outboard point."""
+        """Possible changes, by redundancy, of the joint's wrench on the inboard part: 6 x redundancy, at the outboard point."""
         out = np.zeros((6, self.redundant.shape[1]))
         for i, r in enumerate(self.rows):
             if r.joint == name:

@@ -1,4 +1,4 @@
-"""Functions of time: loads (value) and drives (position, rate, acceleration), and lists with one entry a freedom."""
+"""Functions of time: loads (value) and drives (position, rate, acceleration), and lists with one entry for each freedom."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 
 def per_freedom(value, n: int) -> list:
-    """A joint's list with one entry a freedom; a single entry stands for the only freedom."""
+    """A joint's list with one entry for each freedom; a single number stands for the only freedom."""
     if value is None:
         return [None] * n
     if isinstance(value, (tuple, list)):
@@ -90,7 +90,7 @@ def _ramp(r, t):
 
 
 def _curve(table):
-    """SciPy's curve through a table (natural if it does not say which)."""
+    """SciPy's curve through a table (natural unless the table states another)."""
     times, values = np.array(table.time, float), np.array(table.value, float)
     if table.interpolation == "monotone":
         return PchipInterpolator(times, values)

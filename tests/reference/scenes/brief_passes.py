@@ -45,7 +45,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class Part:
-    """A body on a joint, and what happens to it."""
+    """A body on a joint, with its devices and events."""
 
     joint: dict[str, Any]
     events: list[tuple[str, float]]
@@ -57,7 +57,7 @@ class Part:
     place: Callable[[float], float] | None = None
     """Coordinate at a time."""
     loosest: float = 1.0
-    """Largest relative tolerance whose error leaves the answer as it is."""
+    """Largest relative tolerance whose error does not change the answer."""
     carrier: dict[str, Any] | None = None
     """A driven joint between the ground and this joint."""
 
@@ -183,7 +183,7 @@ def thrown_at_stop(r: np.random.Generator, span: float) -> Part:
 
 
 def swung_at_stop(r: np.random.Generator, span: float) -> Part:
-    """A body on a spring swings to an end stop slightly before its amplitude, or short of it."""
+    """A body on a spring that oscillates to an end stop slightly before its amplitude, or slightly beyond it."""
     rate, amplitude, side, up = log_uniform(r, 0.0, 1.5) / span, float(r.uniform(0.2, 1.0)), sign(r), bool(r.random() < 0.6)
     far, mass, faster = log_uniform(r, FARTHEST, -1.0), float(r.uniform(0.5, 2.0)), log_uniform(r, 0.5, 3.0)
     at = amplitude * (1 - far if up else 1 + far)
@@ -219,7 +219,8 @@ def thrown_over_teeth(r: np.random.Generator, span: float) -> Part:
 
 
 def passed_hook(r: np.random.Generator, span: float) -> Part:
-    """A slider at constant speed meets a hook that a signal lifts. The signal is below or above its release shortly."""
+    """A slider at constant speed that meets a hook, which a signal lifts. The signal is below or above its release for a short
+    time."""
     dips = bool(r.random() < 0.5)
     middle, deep = span * float(r.uniform(0.3, 0.7)), log_uniform(r, NEAREST, -1.0)
     kind, rest = (harmonic if r.random() < 0.5 else table), float(r.uniform(0.1, 2.0))
@@ -248,7 +249,7 @@ def passed_hook(r: np.random.Generator, span: float) -> Part:
         return side * speed * (t + math.sin(rate * within) / rate + math.cos(rate * within) * after)
 
     until = 3 * span
-    if lifts < off and not passes_on:  # it comes back to the hook's place, where the hook may fall again
+    if lifts < off and not passes_on:  # the body returns to the hook's place, where the hook may fall again
         until = min(until, lifts - 0.9 * math.tan(rate * (lifts - t)) / rate)
     elif not passes_on and len(later) > 1:
         until = min(until, later[1][0])
@@ -280,7 +281,7 @@ def hook_let_go(r: np.random.Generator, span: float) -> Part:
 
 
 def loaded(r: np.random.Generator, span: float) -> Part:
-    """A pair at rest whose load exceeds its capacity shortly, or stays below."""
+    """A pair at rest whose load exceeds its capacity for a short time, or stays below it."""
     cap, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), sign(r)
     s = peaked(r, cap * float(r.uniform(-0.6, 0.9)), cap * (1 + far if up else 1 - far), span)
     joint = joint_of(r)
@@ -300,7 +301,7 @@ def braked(r: np.random.Generator, span: float) -> Part:
 
 
 def overrun(r: np.random.Generator, span: float) -> Part:
-    """A freewheel whose load exceeds its drag one way, or its grip the other way, shortly."""
+    """A freewheel whose load exceeds its drag one way, or its capacity the other way, for a short time."""
     drag, grip = float(r.uniform(0.2, 1.0)), float(r.uniform(2.0, 10.0))
     far = [log_uniform(r, NEAREST_LOAD, FARTHEST) for _ in range(2)]
     up = [bool(r.random() < 0.6) for _ in range(2)]

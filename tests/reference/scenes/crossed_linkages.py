@@ -1,4 +1,4 @@
-"""Random scenes of linkages in which devices meet: screws, hooks, ratchets, freewheels, drives, grippers, slots and stops."""
+"""Random scenes of linkages in which devices interact: screws, hooks, ratchets, freewheels, drives, grippers, slots and stops."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def point(x: float, y: float) -> np.ndarray:
 
 
 def chain(d: Draft, nodes: list[np.ndarray], pins: float = 0.05, share: float = 0.8) -> None:
-    """Links l0, l1, … between the nodes and revolutes j0, j1, … at them; the ground holds both ends. A share of the pins rubs."""
+    """Links l0, l1, … between the nodes and revolutes j0, j1, … at them; the ground holds both ends. A share of the pins has
+    friction."""
     last = len(nodes) - 1
     for i in range(last):
         d.bar(f"l{i}", nodes[i], nodes[i + 1])
@@ -29,7 +30,7 @@ def chain(d: Draft, nodes: list[np.ndarray], pins: float = 0.05, share: float = 
 
 
 def four_bar(d: Draft, grashof: bool = True) -> None:
-    """A four-bar: a crank j0 that can go round, a coupler, and a rocker on j3."""
+    """A four-bar: a crank j0 that can turn fully, a coupler, and a rocker on j3."""
     crank, ground = d.of(0.05, 0.09), d.of(0.25, 0.35)
     rocker = d.of(0.2, 0.28)
     coupler = d.of(1.02, 1.15) * (ground + crank - rocker + 0.12) if grashof else d.of(0.2, 0.35)
@@ -39,7 +40,7 @@ def four_bar(d: Draft, grashof: bool = True) -> None:
 
 
 def _circles(a: np.ndarray, ra: float, b: np.ndarray, rb: float) -> np.ndarray:
-    """The upper point at these distances from two points; the distances are made to reach."""
+    """The upper point at these distances from two points; the first distance is adjusted so that the point exists."""
     way = float(np.hypot(*(b - a)))
     ra = min(max(ra, abs(way - rb) * 1.05), (way + rb) * 0.97)
     along = (ra**2 - rb**2 + way**2) / (2 * way)
@@ -62,8 +63,8 @@ def crank_slider(d: Draft, *guide: dict[str, Any]) -> None:
 
 
 def screws_in_loops(rng: Generator) -> dict[str, Any]:
-    """A jack: a spindle in a bearing, a nut on a guide, a thread between them; a second nut on a thread of its own for half of
-    them. Threads lock themselves or not; the guide has a spring, a stop or a load."""
+    """A jack: a spindle in a bearing, a nut on a guide, a thread between them. Half of the jacks have a second nut on another
+    thread. Threads are self-locking or not; the guide has a spring, a stop or a load."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.gravity = [0.0, 0.0, -9.81] if d.chance(0.5) else d.gravity
     d.wheel("spindle", 0.03, ORIGIN)
@@ -105,7 +106,7 @@ def screw_levers(rng: Generator) -> dict[str, Any]:
 
 
 def hooks_in_loops(rng: Generator) -> dict[str, Any]:
-    """A crank-slider whose piston a hook catches and lets go, beside a stop, a spring and joints that rub."""
+    """A crank-slider with friction whose piston a hook catches and releases; it also has a stop and a spring."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.2))
     side = 1 if d.chance(0.5) else -1
     hook = {"at": side * d.of(0.002, 0.03), "keeps": "above" if side > 0 else "below", "stiffness": d.of(5e3, 4e4),
@@ -120,7 +121,7 @@ def hooks_in_loops(rng: Generator) -> dict[str, Any]:
 
 
 def ratchets_in_loops(rng: Generator) -> dict[str, Any]:
-    """A four-bar swings a rocker that feeds a wheel over a freewheel; a pawl keeps the wheel or the rocker."""
+    """A four-bar moves a rocker that drives a wheel by a freewheel; a pawl holds the wheel or the rocker."""
     d, until = Draft(rng), float(rng.uniform(0.5, 1.2))
     four_bar(d)
     d.joints["j0"] |= {"effort": d.load(0.8, until)} | d.going(8, 0.1)
@@ -137,7 +138,7 @@ def ratchets_in_loops(rng: Generator) -> dict[str, Any]:
 
 
 def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
-    """A four-bar whose crank, rocker or coupler drives a flywheel over a freewheel, braked or loaded."""
+    """A four-bar whose crank, rocker or coupler drives a flywheel by a freewheel; the flywheel has a brake or a load."""
     d, until = Draft(rng), float(rng.uniform(0.5, 1.2))
     four_bar(d, grashof=d.chance(0.7))
     if d.chance(0.3):
@@ -155,9 +156,9 @@ def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
 
 
 def grippers(rng: Generator) -> dict[str, Any]:
-    """A rod pushes two fingers over links; or fingers that mimic each other. Stops are what is gripped. The lower finger is a
-    little shorter. (Where two mirrored links straighten at one instant, only infinite forces could keep fingers of different mass
-    and friction together: rigid bodies have no answer.)"""
+    """A rod pushes two fingers by links, or fingers mimic each other. Stops represent the gripped object. The lower finger is
+    slightly shorter. (Where two mirrored links straighten at one instant, only infinite forces could keep fingers of different mass
+    and friction together, and rigid bodies have no solution.)"""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.block("rod", ORIGIN)
     push = {"effort": d.load(12, until)}
@@ -217,8 +218,8 @@ def slots(rng: Generator) -> dict[str, Any]:
 
 
 def stops_beside_sticking_pairs(rng: Generator) -> dict[str, Any]:
-    """Blocks in a row on rails that rub, springs between them, stops at some; a push at the first. Or a five-bar whose ends have
-    stops."""
+    """Blocks in a row on rails with friction, springs between them, stops at some, and a push at the first. Or a five-bar whose
+    ends have stops."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     if d.chance(0.35):
         return five_bar_scene(d, until, stops=True)
@@ -248,13 +249,13 @@ def five_bar_scene(d: Draft, until: float, stops: bool = False) -> dict[str, Any
 
 
 def five_bars(rng: Generator) -> dict[str, Any]:
-    """A five-bar with brakes that come and go."""
+    """A five-bar with brakes that act at times."""
     return five_bar_scene(Draft(rng), float(rng.uniform(0.4, 1.0)))
 
 
 def drives_that_die(rng: Generator) -> dict[str, Any]:
-    """A drive moves a four-bar or a crank-slider and comes to rest; a wheel or a pendulum on the last link coasts, sticks, or is
-    caught by a stop."""
+    """A drive moves a four-bar or a crank-slider and comes to rest. A wheel or a pendulum on the last link coasts or sticks, or a
+    stop catches it."""
     d, until = Draft(rng), float(rng.uniform(0.5, 1.2))
     slider = d.chance(0.4)
     if slider:
@@ -282,8 +283,8 @@ def drives_that_die(rng: Generator) -> dict[str, Any]:
 
 
 def blocks_on_belts(rng: Generator) -> dict[str, Any]:
-    """Blocks tied by springs on a belt that is driven, pulled or stops; each sticks to it and slips. Every second block runs in a
-    lane of its own, so that blocks pass each other and no spring shrinks to a point, where its force has no direction."""
+    """Blocks connected by springs on a belt that is driven, pulled or stopped; each sticks to it and slips. Every second block has
+    a lane of its own, so that blocks pass each other and no spring shrinks to a point, where its force has no direction."""
     d, until = Draft(rng), float(rng.uniform(0.6, 1.2))
     d.gravity = [0.0, 0.0, -9.81]
     d.block("belt", ORIGIN, mass=d.of(1, 4))

@@ -1,4 +1,4 @@
-"""A draft of a random scene in which devices meet: bodies, joints that rub, and loads that start and stop sliding."""
+"""A draft of a random scene in which devices interact: bodies, joints with friction, and loads that start and stop sliding."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Numbers = list[float]
 
 @dataclass
 class Draft:
-    """A scene that is being drawn."""
+    """A scene during its random generation."""
 
     rng: np.random.Generator
     bodies: dict[str, Any] = field(default_factory=dict)
@@ -60,7 +60,7 @@ class Draft:
         return self.about(size)
 
     def gripping(self, size: float, until: float) -> Any:
-        """A brake: its friction grows, fades or comes and goes, and is never negative."""
+        """A brake whose friction grows, fades or varies, and is never negative."""
         way = int(self.rng.integers(3))
         if way == 0:
             low, high = self.of(0, 0.4) * size, self.of(0.8, 1.5) * size
@@ -74,7 +74,7 @@ class Draft:
         return {"table": {"time": [float(t) for t in times], "value": [self.of(0, 1.5) * size for _ in times]}}
 
     def lifting(self, until: float) -> Any:
-        """The release of a latch: the hook is lifted, let down, or both; or it stays down."""
+        """The release of a latch: it lifts or lowers the hook, or both; or the hook stays down."""
         a, b = sorted(self.rng.uniform(0.2, 0.9, 2))
         tables = ([0.0, 0.0], [0.0, 1.0], [1.0, 0.0])
         value = tables[int(self.rng.choice(3, p=[0.3, 0.4, 0.3]))]
@@ -116,14 +116,14 @@ class Draft:
         return {"friction": {"torque": self.gripping(torque, until)}}
 
     def freewheel(self, drag: float, grip: float) -> dict[str, Any]:
-        """A freewheel that drags one way and grips the other."""
+        """A freewheel with drag one way and a capacity the other way."""
         names = ("torque", "back_torque") if self.chance(0.5) else ("back_torque", "torque")
         return {"friction": dict(zip(names, (self.of(0.3, 1.5) * drag, self.of(0.5, 2.0) * grip), strict=True))}
 
     # -- bodies and joints -----------------------------------------------------------------------------------------------
 
     def wheel(self, name: str, radius: float, at: Numbers, axis: str = "z", mass: float | None = None) -> None:
-        """A disc, a little out of balance."""
+        """A disc, slightly out of balance."""
         m = mass or self.of(0.3, 1.5)
         spin = 0.5 * m * radius**2
         inertia = [spin if a == axis else 0.55 * spin for a in "xyz"]

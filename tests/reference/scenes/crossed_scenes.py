@@ -1,5 +1,5 @@
-"""Random scenes in which devices meet, by family: friction at nearly every joint, and loads under which pairs stick, slip, are
-released and engaged within a short run."""
+"""Random scenes in which devices interact, by family: they have friction at nearly every joint, and loads under which pairs stick,
+slip, release and engage within a short run."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ FAMILIES: dict[str, Callable[[Generator], dict[str, Any]]] = {
         linkages.five_bars, linkages.drives_that_die, linkages.blocks_on_belts,
     )
 }  # fmt: skip
-"""What draws a scene of each family."""
+"""The function that draws a scene of each family."""
 
 
 def crossed_dict(family: str, seed: int) -> dict[str, Any]:
-    """A random scene of a family, as a scene file has it. It depends on nothing but family and seed."""
+    """A random scene of a family, as in a scene file. It depends only on family and seed."""
     return FAMILIES[family](stream("crossed", family, seed)) | {"name": f"{family}_{seed}"}
 
 

@@ -1,4 +1,4 @@
-"""Random scenes of wheels in which devices meet: trains, planets, belts, racks, bevel differentials, cams."""
+"""Random scenes of wheels in which devices interact: trains, planets, belts, racks, bevel differentials, cams."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from tests.reference.scenes.epicyclic_trains import train
 
 
 def gear_trains(rng: Generator) -> dict[str, Any]:
-    """Three or four shafts in a row. Teeth and bearings rub, the first is driven by a torque, the last is loaded, braked or turns a
-    flywheel over a freewheel."""
+    """Three or four shafts in a row with friction in teeth and bearings. A torque drives the first; a load, a brake or a flywheel
+    with a freewheel acts on the last."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.2))
     count, module = int(rng.integers(3, 5)), 4e-3
     teeth = [int(z) for z in rng.integers(14, 34, count)]
@@ -36,8 +36,8 @@ def gear_trains(rng: Generator) -> dict[str, Any]:
 
 
 def planets(rng: Generator) -> dict[str, Any]:
-    """An epicyclic train of two to four planets. The sun is held by its bearing; a brake acts on the ring or the carrier, teeth
-    rub, and the torque on the ring swings, grows or fades."""
+    """An epicyclic train of two to four planets with friction in its teeth. Its bearing holds the sun, a brake acts on the ring or
+    the carrier, and the torque on the ring oscillates, grows or fades."""
     count, until = int(rng.integers(2, 5)), float(rng.uniform(0.5, 1.2))
     scene, d = train(int(rng.integers(1 << 30)), count), Draft(rng)
     joints: dict[str, Any] = scene["joints"]
@@ -56,7 +56,7 @@ def planets(rng: Generator) -> dict[str, Any]:
 
 
 def belts(rng: Generator) -> dict[str, Any]:
-    """A motor drives one or two pulleys; a brake comes and goes, and a flywheel hangs on a freewheel."""
+    """A motor drives one or two pulleys; a brake acts at times, and a freewheel drives a flywheel."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.2))
     radii = [int(r) / 1000 for r in rng.integers(20, 60, 3)]
     signal = {"signal": d.load(1.0, until)} if d.chance(0.7) else {}
@@ -82,7 +82,7 @@ def belts(rng: Generator) -> dict[str, Any]:
 
 
 def racks(rng: Generator) -> dict[str, Any]:
-    """A pinion between two racks, each with a spring, a stop or a ratchet; guides, teeth and the pinion rub."""
+    """A pinion between two racks, each with a spring, a stop or a ratchet; guides, teeth and the pinion have friction."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     z, module = int(rng.integers(14, 30)), 4e-3
     radius = z * module / 2
@@ -137,8 +137,8 @@ def bevel_differentials(rng: Generator) -> dict[str, Any]:
 
 
 def cams(rng: Generator) -> dict[str, Any]:
-    """A cam with a roller or a flat follower on a guide that rubs, pressed by a spring. A motor with a brake, a torque or a drive
-    turns the cam; the follower has a stop or a hook."""
+    """A cam with a roller or a flat follower, which a spring presses, on a guide with friction. A motor with a brake, a torque or a
+    drive turns the cam; the follower has a stop or a hook."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     flat = d.chance(0.4)
     angles = np.linspace(0.0, 2 * np.pi, 13)

@@ -10,7 +10,8 @@ from tests.reference.scenes.random_streams import stream
 
 
 def train(seed: int, planets: int) -> dict[str, Any]:
-    """An epicyclic train with a torque on its ring that grows until the sun slips. Seeds draw sizes, masses and what rubs."""
+    """An epicyclic train with a torque on its ring that grows until the sun slips. Seeds draw sizes, masses and the joints with
+    friction."""
     rng = stream(seed, str(planets), "planets")
     sun, planet, module = int(rng.integers(16, 30)), int(rng.integers(16, 30)), 4e-3
     arm, angles = (sun + planet) * module / 2, 2 * np.pi * np.arange(planets) / planets

@@ -1,4 +1,4 @@
-"""Ways to say the same mechanism differently: order, world axes, body frames. Each returns a Moved case."""
+"""Equivalent descriptions of a mechanism: order, world axes, body frames. Each returns a Moved case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A joint said from the other side: inboard and outboard swapped, which must not change what the mechanism does."""
+"""A joint described from the other side: inboard and outboard are swapped, which must not change the motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Reversal:
 
 
 def reversed_joint(case: Case, name: str) -> Moved:
-    """Swap the sides of joint ``name``; ValueError where that cannot be said: one-sided types, devices on freedoms that do not
+    """Swap the sides of joint ``name``; ValueError where this has no description: one-sided types, devices on freedoms that do not
     simply change sign."""
     joint = case.scene.joints[name]
     if of(joint.type).one_sided:
@@ -48,7 +48,7 @@ def reversed_joint(case: Case, name: str) -> Moved:
 
 
 def _reversal(joint, q) -> Reversal:
-    """The other side sees s' = -R^T s and rates -R^T (s_dot - omega x s), -R^T omega; the same the other way."""
+    """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega; the reverse map is the same."""
     R, s = joint_transform(joint, q)
     if of(joint.type).crossed:
         return Reversal(-SWAP[:2, :2], -np.asarray(q)[::-1], SWAP.T @ R.T)
@@ -64,7 +64,7 @@ def _reversal(joint, q) -> Reversal:
 
 
 def _swapped(scene, joint: sm.Joint) -> sm.Joint:
-    """The same joint with sides, pin, devices and radii said from the other side."""
+    """The same joint with sides, pin, devices and radii described from the other side."""
     f, universal = joint_frames(scene, joint), of(joint.type).crossed
     turn = SWAP if universal else np.eye(3)
     sides = {}
@@ -118,7 +118,7 @@ def _minus_drive(drive: sm.Drive) -> sm.Drive:
 
 
 def _undo(case: Case, name: str, how: Reversal) -> Callable:
-    """Results of joint ``name`` said from the old side again; contact angles are left out where their frame changed."""
+    """Results of joint ``name`` mapped back to the old side; contact angles are left out where their frame changed."""
     joint, T = case.scene.joints[name], how.to_new.T
     universal, ball = of(joint.type).crossed, of(joint.type).ball
     order = [2, 3, 0, 1] if universal else slice(None)

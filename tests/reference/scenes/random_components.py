@@ -15,10 +15,10 @@ from trunnion.scene.data_classes import scene as sm
 
 AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
 APART = ("screw",)
-"""Types whose friction is tried apart (``test_threads``), so that random scenes stay what they are."""
+"""Types whose friction has a separate test (``test_threads``), so that random scenes do not change."""
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
 SIZED = ("journal", "shaft", "sleeve", "ball", "cross")
-"""Contact elements whose sizes are chosen below for one root; others get small ones."""
+"""Contact elements whose sizes are chosen below so that there is one root; other elements have small sizes."""
 
 
 def numbers(rng, n: int, size: float = 1.0) -> tuple[float, ...]:
@@ -54,7 +54,7 @@ def body(rng) -> sm.Body:
 
 
 def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> dict:
-    """Both sides of a joint and their axes in one of the ways a scene can say them."""
+    """Both sides of a joint and their axes, in one of the ways of a scene file."""
     way, needs_axis = rng.integers(4), REGISTRY[kind].needs_axis
     if way == 0:  # A general frame for each side.
         both = [sm.Side(b, numbers(rng, 3, 0.4), axis=unit(rng), reference=unit(rng)) for b in (inboard, outboard)]

@@ -1,4 +1,4 @@
-"""Random trees and loops that rub in every joint, in any size: what deciding and holding stick are tried on."""
+"""Random trees and loops of any size with friction in every joint, for tests of deciding and holding stick."""
 
 from __future__ import annotations
 

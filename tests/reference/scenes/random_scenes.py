@@ -25,7 +25,8 @@ ALL_TYPES = tuple(k.name for k in REGISTRY.values() if not k.bodiless)
 """Every joint type that carries a body; wheels (``tests/engine/mechanisms/gear_pairs.py``) do not."""
 CLOSING_TYPES = tuple(k for k in ALL_TYPES if REGISTRY[k].nv < 6)
 LATER = ("point_on_line", "point_on_plane")
-"""Types that no scene has by chance, so that seeds give the scenes they gave before there were these; asked for by name."""
+"""Types that random scenes do not contain, so that seeds give the same scenes as before these types existed; tests name them
+explicitly."""
 USUAL_TYPES = tuple(k for k in ALL_TYPES if k not in LATER)
 
 
@@ -149,7 +150,7 @@ def random_loop(
 
 
 def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
-    """One more joint between two parts that no joint joins yet; None where nothing fits."""
+    """One more joint between two parts that no joint connects yet; None where no type fits."""
     parts = [GROUND, *case.scene.bodies]
     state = case.state()
     joined = {frozenset((f.inboard, f.outboard)) for f in state.frames.values()}
@@ -176,7 +177,7 @@ def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
 
 
 def _closing_joint(rng, state: State, kind: str, a: str, b: str) -> tuple[sm.Joint, np.ndarray]:
-    """A joint of a type between a and b whose outboard side is put where a random q wants it."""
+    """A joint of a type between a and b whose outboard side is placed according to a random q."""
     q, _ = rp.coordinates(rng, kind)
     extras = _extras(rng, kind)
     local = np.array(rp.numbers(rng, 3, 0.4))

@@ -1,4 +1,4 @@
-"""Streams of random numbers with names, choices that another option does not move, and the search for what must hold."""
+"""Named streams of random numbers, choices that another option does not change, and the search for cases with a property."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from tests.reference.scenes.random_scenes import Case
 
 SEARCHED = 400
-"""Random scenes tried before a property is said not to occur."""
+"""Number of random scenes tried before a property counts as absent."""
 
 
 def stream(*names) -> np.random.Generator:
-    """Random numbers that depend on nothing but these names."""
+    """Random numbers that depend only on these names."""
     return np.random.default_rng(_hashed(*names))
 
 
@@ -31,7 +31,7 @@ def _hashed(*names) -> int:
 
 
 def first(what: str, holds: Callable[[Case], bool], make: Callable[[int], Case]) -> Case:
-    """The first random case in which something holds."""
+    """The first random case with a property."""
     for seed in range(SEARCHED):
         case = make(seed)
         if holds(case):

@@ -17,14 +17,14 @@ Table = dict[tuple[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Moved:
-    """A case that differs only in how it is said; ``back`` turns a table of its results into one of the original's."""
+    """A case that differs only in its description; ``back`` turns a table of its results into one of the original's."""
 
     case: Case
     back: Callable[[Table], Table]
 
 
 def table(result: Result) -> Table:
-    """All of a Result that does not depend on the reference's way of solving."""
+    """All of a Result that is independent of the reference's way of solving."""
     out: Table = {("energy", "kinetic"): np.array(result.kinetic)}
     for name, (force, torque) in result.reaction.items():
         out[name, "qdd"] = result.qdd[name]

@@ -15,7 +15,7 @@ from trunnion.scene.data_classes import scene as sm
 
 @dataclass(frozen=True)
 class Units:
-    """How many new units of length, mass and time an old one is worth."""
+    """Number of new units of length, mass and time in one old unit."""
 
     L: float
     M: float
@@ -27,12 +27,12 @@ class Units:
 
     @property
     def force(self) -> float:
-        """How many new units of force an old one is worth."""
+        """Number of new units of force in one old unit."""
         return self(1, 1, -2)
 
     @property
     def torque(self) -> float:
-        """How many new units of torque an old one is worth."""
+        """Number of new units of torque in one old unit."""
         return self(2, 1, -2)
 
 

@@ -62,7 +62,7 @@ def test_a_clock_that_is_set_strands_no_job_after_a_crash(store: WorkStore, monk
 def test_whoever_renews_keeps_a_lease_whatever_the_clock_says(
     store: WorkStore, database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    job, clock, steady, other = taken(store), store.now, [0.0], WorkStore(database_url)  # what each server has seen is its own
+    job, clock, steady, other = taken(store), store.now, [0.0], WorkStore(database_url)  # each server has its own record of leases
     monkeypatch.setattr(leases_and_chunks, "time", SimpleNamespace(monotonic=lambda: steady[0]))
     for shift in (0.0, -HOUR, -2 * HOUR):
         for s in (store, other):
@@ -234,7 +234,7 @@ def test_heads_and_bodies_have_to_come_in_time_and_a_server_that_is_told_to_end_
         assert s.get("/healthz").status_code == 200
         assert s.process is not None
         s.process.send_signal(signal.SIGTERM)
-        assert s.process.wait(PATIENCE) in (0, -signal.SIGTERM)  # whatever does not let go
+        assert s.process.wait(PATIENCE) in (0, -signal.SIGTERM)  # even if a client keeps its connection
 
 
 @pytest.mark.slow

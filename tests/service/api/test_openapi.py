@@ -65,12 +65,12 @@ def tried(schema: Any, examples: int, *jobs: str) -> list[str]:
 
     wrong: list[str] = []
     everything = [found.ok() for found in schema.get_all_operations()]
-    for operation in sorted(everything, key=lambda o: o.method.upper() == "DELETE"):  # after that the jobs are gone
+    for operation in sorted(everything, key=lambda o: o.method.upper() == "DELETE"):  # last: deletions remove the jobs
         for mode in GenerationMode.POSITIVE, GenerationMode.NEGATIVE:
             for real in ("", *jobs) if "{job}" in operation.path else ("",):
                 try:
                     one(operation, mode, min(examples, COSTLY.get(operation.path.rpartition("/")[2], examples)), real)
-                except Unsatisfiable:  # nothing of this kind can be asked here
+                except Unsatisfiable:  # no such request exists for this operation
                     continue
                 except (Exception, BaseExceptionGroup) as e:  # noqa: BLE001  # all are tried before any is complained about
                     wrong.append(f"{operation.label}: {e}")

@@ -179,7 +179,7 @@ def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
 def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
     worker, limits = WorkerProcess(1_500_000_000), Limits(cases=10**9, output_bytes=10**12)
-    over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # its times are 3 GB
+    over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # its times would take 3 GB
     for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, Ended), ({"scene": "spherical_pendulum"}, SceneError)):
         with pytest.raises(ends):
             worker.run_task("check_job", (json.dumps(asked).encode(), "application/json", limits), PATIENCE)
@@ -211,14 +211,14 @@ def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_
         job, stop = s.submit(SMALL | {"vary": {MU: "0.1:0.6:400"}, "until": 400.0}), threading.Event()
         answers: list[int] = []
         threads = crowd(str(s.client.base_url), reader, stop, 12, answers)
-        with ThreadPoolExecutor(1) as pool:  # one who follows the job, and never lets go
+        with ThreadPoolExecutor(1) as pool:  # a client that follows the job and stays connected
             follower = httpx.Client(base_url=s.client.base_url, timeout=None, headers={"X-API-Key": own})
             following = pool.submit(follower.get, f"/v1/jobs/{job}/events")
             ready, before = [], []
             for _ in range(30):
                 before.append(len(answers))
                 ready.append(s.get("/readyz").status_code)
-            assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2  # in turn it were twelve
+            assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2  # in turn: twelve
             assert s.post("/v1/scenes/check", {"scene": "spherical_pendulum"}).status_code == 200  # not after twelve others
             assert set(ready) <= {200, 503}
             assert s.job(job)["state"] in ("queued", "running")

@@ -115,8 +115,8 @@ def test_what_is_too_old_goes_and_what_was_left_behind_with_it(tmp_path: Path, m
         parts.write(f"{parts.root}/{name}/job.json", b"{}")
     retention, now = JobRetention(store, parts, Settings(tmp_path, keep=kept_for("30d"))), store.now
     assert retention.delete_expired() == 0
-    assert (tmp_path / "parts" / ("0" * 24)).exists()  # it may be another database's
-    store.note("me", "deleted", "0" * 24)  # and the server ended before it was removed
+    assert (tmp_path / "parts" / ("0" * 24)).exists()  # it may belong to another database
+    store.note("me", "deleted", "0" * 24)  # as if the server had ended before it removed the parts
     retention.delete_expired()
     assert not (tmp_path / "parts" / ("0" * 24)).exists()
     store.mark(jobs[0].id, "kept in mind", None)

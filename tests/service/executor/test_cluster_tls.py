@@ -149,7 +149,7 @@ def secured(folder: Path, port: int) -> Iterator[list[str]]:
 def test_a_scheduler_with_tls_is_used_with_its_certificates(tmp_path: Path) -> None:
     with secured(tmp_path, free_port()) as options, Served(tmp_path / "data", *options) as s:
         assert s.ended(s.submit(SMALL | {"vary": {MU: "0.1:0.6:5"}}))["state"] == "done"
-        with pytest.raises((OSError, TypeError)):  # it has nothing to show
+        with pytest.raises((OSError, TypeError)):  # it has no certificate
             Client(options[1], timeout=2, set_as_default=False)
 
 

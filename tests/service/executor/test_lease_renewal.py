@@ -79,5 +79,5 @@ def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Cloc
     many(jobs, clock)
     assert clock.now - began == PIECES
     times = [began, *clock.renewed, clock.now]
-    assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0  # a third, and what was begun before it was over
-    assert jobs.claimed == began  # a job that has come meanwhile is not passed over
+    assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0  # a third, and work begun before its end
+    assert jobs.claimed == began  # a job that arrived meanwhile is not skipped

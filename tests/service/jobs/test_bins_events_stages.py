@@ -126,7 +126,7 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
     assert read_stage(parts, "a") == ""
     (tmp_path / "c").write_text("a file where a folder is wanted")
     with report_stages(parts, "c", wanted=True) as tell:
-        tell("deriving")  # nobody fails for it
+        tell("deriving")  # no work fails because of it
 
 
 def test_that_a_kernel_is_compiled_is_told_while_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +138,7 @@ def test_that_a_kernel_is_compiled_is_told_while_it_is(tmp_path: Path, monkeypat
         tell("deriving")
         c_compiler.run(["-o", "nothing"], tmp_path)
         assert read_stage(parts, "a") == "compiling"
-    c_compiler.run(["-o", "nothing"], tmp_path)  # no job is told
+    c_compiler.run(["-o", "nothing"], tmp_path)  # no job is informed
 
 
 def test_a_jobs_document_says_its_stage(served: Served) -> None:

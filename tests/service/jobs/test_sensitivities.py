@@ -166,6 +166,6 @@ def test_jobs_go_on_beside_them(tmp_path_factory: pytest.TempPathFactory) -> Non
             t.start()
         assert s.ended(s.submit(SMALL))["state"] == "done"
         assert all(t.is_alive() for t in threads)
-        s.kill()  # told to end, it would let them go on for a while
+        s.kill()  # a normal end would let them continue for a while
     for t in threads:
         t.join()

@@ -113,7 +113,7 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
     told = page.locator("#answers").inner_text()
     for path in (MU, C):
         assert path in told
-    assert page.input_value("#cases") == str(best.answer["case"])  # the best of them is looked at
+    assert page.input_value("#cases") == str(best.answer["case"])  # the page shows the best case
     picture(page, "best")
     show(page, f"/jobs/{where.id}")
     page.wait_for_selector("#answers td:has-text('jammed')", state="attached")

@@ -36,7 +36,7 @@ def test_a_job_uses_no_more_time_than_its_budget_whatever_its_cases_take(quick: 
     end = quick.ended(quick.submit(SMALL | NEVER | {"vary": {MU: "0.1:0.6:40"}, "budget": budget}))
     assert (end["state"], end["problems"][0]["where"]) == ("failed", "budget")
     used = end["stepping_seconds"] + end["build_seconds"]
-    assert 0.5 * budget < used < budget + 1.0  # a second: the promise
+    assert 0.5 * budget < used < budget + 1.0  # one second, as promised
 
 
 @pytest.mark.slow

@@ -55,11 +55,11 @@ def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
     p, errors = tab
     errors.clear()
     p.goto(f"http://127.0.0.1:{served.port}/page/icon.svg")  # the smallest of its files
-    p.evaluate("sessionStorage.clear()")  # a draft of the test before
+    p.evaluate("sessionStorage.clear()")  # a draft of the previous test
     p.goto(f"http://127.0.0.1:{served.port}")
     p.wait_for_selector("body[data-ready]")
     yield p
-    p.goto("about:blank")  # what it still does ends here
+    p.goto("about:blank")  # this ends the page's remaining work
     assert errors == []
 
 

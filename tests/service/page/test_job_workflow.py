@@ -37,7 +37,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     page.wait_for_selector("#timeplot .scatterlayer .trace")
     picture(page, "sweep")
     offered = page.eval_on_selector_all(".modebar-btn", "x => x.map((b) => b.dataset.title)")
-    assert offered  # and none of them sends a plot to its makers
+    assert offered  # and no button sends a plot to Plotly
     assert not [t for t in offered if "hare" in t or "loud" in t or "Studio" in t]
     assert page.evaluate("document.getElementById('sweepplot')._context.plotlyServerURL") == ""
     links = page.eval_on_selector_all("#downloads a", "x => x.map(a => a.getAttribute('href'))")

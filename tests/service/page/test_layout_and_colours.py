@@ -75,7 +75,7 @@ def test_a_model_is_chosen_and_run_without_scrolling(page: Any, size: tuple[int,
 
 def test_mistakes_in_what_is_to_be_best_are_told_where_they_were_made(page: Any) -> None:
     page.check("input[value=optimise]")
-    page.select_option("#model", "double_pendulum")  # what was proposed for another model is gone with it
+    page.select_option("#model", "double_pendulum")  # proposals for another model vanish with it
     until(page, "document.getElementById('goalof').value.includes('guide')")
     page.select_option("#goal", "reach")
     page.fill("#target", "4 kg")
@@ -120,7 +120,7 @@ def test_who_has_no_key_is_asked_for_one_and_sees_no_empty_form(page: Any, tab: 
     assert page.locator("#submit:visible").count() == 0
     assert page.evaluate("document.activeElement.id") == "key"
     page.unroute("**/v1/**")
-    page.fill("#key", "anything")  # this server asks for none
+    page.fill("#key", "anything")  # this server requires no key
     page.click("#keyform button")
     page.wait_for_selector("#submit:visible")
     tab[1][:] = [e for e in tab[1] if "401" not in e]
@@ -145,7 +145,7 @@ def test_a_few_values_far_beyond_the_others_do_not_take_all_colours(page: Any) -
     got = page.evaluate(span, [*values, 13_000.0, None])
     assert got["zmin"] == 100.0
     assert 290.0 < got["zmax"] <= 300.0
-    assert page.evaluate(span, [1.0, 2.0, 1e6]) == {}  # too few to say what is usual
+    assert page.evaluate(span, [1.0, 2.0, 1e6]) == {}  # too few rows for a usual range
 
 
 def test_words_of_the_api_have_no_marks_of_markdown(page: Any) -> None:

@@ -105,7 +105,7 @@ def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanis
     frame = page.locator("#animation").element_handle().content_frame()
     page.evaluate("(() => { const a = document.getElementById('at'); a.value = 0.75; a.dispatchEvent(new Event('input')); })()")
     eventually(lambda: frame.evaluate("clock.t") == 0.75)
-    frame.evaluate("seek(0.5)")  # and the other way round
+    frame.evaluate("seek(0.5)")  # and in the other direction
     until(page, "document.getElementById('attime').textContent === '0.5 s'")
     place = page.evaluate("[parseFloat(document.querySelector('#timeplot .rule').style.left), timeplot._fullLayout.xaxis]")[0]
     expected = page.evaluate("timeplot._fullLayout.xaxis._offset + timeplot._fullLayout.xaxis.l2p(0.5)")
@@ -162,7 +162,7 @@ LISTED = "[...document.querySelectorAll('#joblist li')].map((row) => row.textCon
 def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: Job) -> None:
     show(page, "/jobs")
     page.fill("#search", "grid")
-    until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")  # in its label, or another's tags
+    until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")  # in its label, or in another job's tags
     assert page.locator(f"#joblist li:has([data-job='{grid.id}']) time").get_attribute("datetime") == grid.document["created"]
     page.fill("#search", "")
     for name in ("grid", "three"):
@@ -177,14 +177,14 @@ def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: 
 
 def test_an_answer_that_a_new_search_has_overtaken_changes_nothing(page: Any, grid: Job, three: Job) -> None:
     held: list[Any] = []
-    page.route("**/v1/jobs?limit=30", lambda route: held.append(route))  # the whole list, asked for as the view is opened
+    page.route("**/v1/jobs?limit=30", lambda route: held.append(route))  # the whole list, requested when the view opens
     page.goto("/".join(page.url.split("/")[:3]) + "/jobs")
     eventually(lambda: page.wait_for_timeout(20) or held)
     page.fill("#search", "grid")
     until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")
     with page.expect_response("**/v1/jobs?limit=30"):
         held[0].continue_()
-    page.wait_for_timeout(300)  # in which it would be listed
+    page.wait_for_timeout(300)  # within this time it would be listed
     page.unroute("**/v1/jobs?limit=30")
     assert all("grid" in row for row in page.evaluate(LISTED))
 
@@ -195,7 +195,7 @@ def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, ta
     page.locator(".values").first.fill("0.2, 0.4")
     until(page, "document.getElementById('banner').textContent.includes('has not answered since')")
     until(page, "document.getElementById('jobverdict').textContent.includes('Not checked: the server')")
-    assert page.inner_text("#count") == ""  # nothing of what was asked before is left standing
+    assert page.inner_text("#count") == ""  # no text of the earlier request remains
     picture(page, "gone")
     page.context.set_offline(False)
     until(page, "document.getElementById('banner').hidden")
@@ -210,7 +210,7 @@ def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, ta
     page.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
     until(page, "document.getElementById('banner').hidden")
     page.goto("about:blank")
-    tab[1][:] = [e for e in tab[1] if "Failed to load resource" not in e]  # what was brought about here
+    tab[1][:] = [e for e in tab[1] if "Failed to load resource" not in e]  # the errors that this test causes
 
 
 NAMELESS = """[...document.querySelectorAll('button, a, input, select, textarea, iframe, canvas, progress, [role=group]')]
@@ -227,7 +227,7 @@ def violations(page: Any) -> str:
         from axe_playwright_python.sync_playwright import Axe
     except ImportError:
         return ""
-    page.wait_for_timeout(300)  # what fades in has its colours then
+    page.wait_for_timeout(300)  # by then, fading elements have their final colours
     found = Axe().run(page, options={"resultTypes": ["violations"]})
     return str(found.generate_report()) if found.violations_count else ""
 

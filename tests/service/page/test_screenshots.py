@@ -48,8 +48,8 @@ def test_each_state_of_the_page_fits_and_is_readable(browser: Any, there: There,
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
         high = page.evaluate("document.documentElement.scrollHeight")
-        page.set_viewport_size(SIZES[size]["viewport"] | {"height": high})  # what is off the screen is not drawn anew
-        page.wait_for_timeout(1000)  # in which plots and pictures take the other colours
+        page.set_viewport_size(SIZES[size]["viewport"] | {"height": high})  # elements outside the screen are not redrawn
+        page.wait_for_timeout(1000)  # plots and pictures change their colours in this time
         page.screenshot(path=str(folder / f"{name}-{size}-{scheme}.png"))
         page.set_viewport_size(SIZES[size]["viewport"])
         found.append((scheme, page.evaluate(BEYOND), violations(page)))
