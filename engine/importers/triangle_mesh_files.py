@@ -20,7 +20,8 @@ class Unreadable(ValueError):
 
 
 def triangles(path: Path) -> np.ndarray:
-    """Corners of a mesh's triangles (n×3×3), in the units of the file. Unreadable for an unknown format or a damaged file."""
+    """Corners of a mesh's triangles (n×3×3), in the units of the file. Raises Unreadable if the file is too large or damaged, or if
+    its format is unknown."""
     if path.stat().st_size > LARGEST:
         raise Unreadable(f"it is larger than {LARGEST // 1_000_000} MB")
     content, kind = path.read_bytes(), path.suffix.lower()

@@ -54,8 +54,8 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
-    """Affine maps (rows×columns) of the change of the scaled reactions due to sliding friction, linearised in the reactions.
-    Friction at rest is left out: it couples the same reactions, but the sparsity of its formula does not show this."""
+    """The change of the scaled reactions that sliding friction causes, as affine maps (rows×columns). It is linearised in the
+    reactions. Friction at rest is left out: it couples the same reactions, but the sparsity of its formula does not show this."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):

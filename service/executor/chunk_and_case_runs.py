@@ -51,10 +51,11 @@ class Cancelled(RuntimeError):
 def run_chunk(
     url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
 ) -> dict[str, Any]:
-    """Run the cases of a piece and write their part. Returns the fields of ``Done``. If a valid part exists, it is kept and nothing
-    runs. A chunk that exceeds a limit stops at once, and its part contains the finished cases. url: location of the parts and of
-    the job's document. seconds: limit of building and stepping together, s. longest: limit of stepping alone, s. values: parameter
-    values of the cases of a study. pause: shortest time between two checks of the stop marker, s."""
+    """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``Done``. If a
+    valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the finished
+    cases. url: location of the parts and of the job's document. piece: identity of the chunk. seconds: limit of building and
+    stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases of a study. pause: shortest
+    time between two checks of the stop marker, s."""
     parts = Parts(url)
     start, stop = piece.start, piece.stop
     there = parts.part_outcomes(piece)
@@ -151,7 +152,7 @@ class RequestMonitor:
 
 
 def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
-    """The runner of a job in this thread. CorruptPart when the stored document of the job does not have this digest."""
+    """The runner of a job in this thread. Raises CorruptPart when the stored document of the job does not have this digest."""
     kept: OrderedDict[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", OrderedDict())
     key = (parts.url, job, digest)
     if key not in kept:

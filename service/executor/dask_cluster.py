@@ -49,7 +49,7 @@ class Cluster:
         self.failed_at = 0.0
 
     def connect(self) -> Any:
-        """The connected Dask client; NoCluster when the cluster cannot be reached."""
+        """The connected Dask client. Raises NoCluster when the cluster cannot be reached."""
         with self.lock:
             if self.client is not None and self.client.status == "running":
                 return self.client
@@ -89,7 +89,8 @@ class Cluster:
         self.client = self.local = None
 
     def slots(self) -> int:
-        """The number of chunks that can run at the same time (0 without workers). NoCluster when the cluster cannot be reached."""
+        """The number of chunks that can run at the same time (0 without workers). Raises NoCluster when the cluster cannot
+        be reached."""
         if time.monotonic() - self.counted_at > COUNT_SECONDS:
             client = self.connect()
             try:
@@ -100,7 +101,7 @@ class Cluster:
         return self.counted
 
     def submit(self, function: Callable[..., Any], *arguments: Any, priority: int = 0) -> Any:
-        """The future of a function call on the cluster. NoCluster when the cluster cannot be reached."""
+        """The future of a function call on the cluster. Raises NoCluster when the cluster cannot be reached."""
         client = self.connect()
         try:
             return client.submit(function, *arguments, pure=False, priority=priority)

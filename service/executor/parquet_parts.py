@@ -79,8 +79,8 @@ class Parts:
             raise CorruptPart(f"its rows: {e}" if isinstance(e, CorruptPart) else "the file of its rows is missing") from None
 
     def read_part(self, piece: Piece, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
-        """The table in the part of a piece, and the size of the part in bytes. CorruptPart when the part is missing, unreadable or
-        damaged."""
+        """The table in the part of a piece, and the size of the part in bytes. Raises CorruptPart when the part is missing,
+        unreadable or damaged."""
         try:
             data = self.read(self.part(piece))
         except FileNotFoundError:

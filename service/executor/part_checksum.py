@@ -71,7 +71,7 @@ def part_bytes(table: pyarrow.Table, piece: Piece) -> bytes:
 
 
 def read_part_bytes(data: bytes, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
-    """The table in a part. CorruptPart when the bytes are damaged, or when they were written for another piece."""
+    """The table in a part. Raises CorruptPart when the bytes are damaged, or belong to another piece."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -61,7 +61,7 @@ def _read_tally(parts: Parts, piece: Piece, plan: Plan, data: bytes | None) -> T
 
 
 def _tally_of_part(parts: Parts, piece: Piece, plan: Plan, why: str) -> Tally:
-    """Compute the tally of a piece from its part, and store it. CorruptPart when the part is damaged."""
+    """Compute the tally of a piece from its part, and store it. Raises CorruptPart when the part is damaged."""
     log.info("job %s, cases %d to %d: %s; its tally is computed from its part", piece.job, piece.start, piece.stop - 1, why)
     table = parts.read_part(piece)[0]
     with suppress(OSError):  # if the write fails, the next query computes the tally again

@@ -14,7 +14,7 @@ from trunnion.service.executor.chunk_and_case_runs import RequestMonitor
 
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
     """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
-    SceneError when the computation takes more than ``seconds``; Cancelled when the client has disconnected."""
+    Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has disconnected."""
     from trunnion.analysis.sensitivities.output_derivatives import sensitivity
 
     scene = scene_from_dict(asked.pop("scene"))

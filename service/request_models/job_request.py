@@ -229,8 +229,8 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
 
 
 def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
-    """The request in the form that is stored. It contains the scene instead of its name and changes, and the limits of a case. Its
-    meaning is therefore fixed."""
+    """The request in its stored form. The full scene replaces the scene's name and changes, and the limits of a case are added. The
+    meaning of the stored request is therefore fixed."""
     asked = request.model_dump(mode="json", exclude={"scene", "scene_text", "overrides", "notify"})
     return asked | {"scene": scene_to_dict(made.scene), "cpu_limit": made.run.cpu_limit, "max_steps": made.run.max_steps}
 

@@ -63,7 +63,7 @@ def _sqlite(url: Any) -> Engine:
 
 @contextmanager
 def transaction(engine: Engine, writing: bool = False) -> Iterator[Connection]:
-    """A connection in a transaction; Unreachable when the database is unavailable."""
+    """A connection in a transaction. Raises Unreachable when the database is unavailable."""
     try:
         with engine.connect().execution_options(writing=writing) as connection, connection.begin():
             yield connection
@@ -85,8 +85,8 @@ def _short(e: SQLAlchemyError) -> str:
 
 
 def upgrade(engine: Engine, revision: str = "head") -> None:
-    """Migrate the tables to a revision. Unreachable when the database is unavailable; SceneError for tables of a newer
-    version."""
+    """Migrate the tables to a revision. Raises Unreachable when the database is unavailable, and SceneError for tables
+    of a newer version."""
     from alembic import command
     from alembic.util.exc import CommandError
 

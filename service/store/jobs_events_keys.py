@@ -49,7 +49,7 @@ class Store:
         return time.time()  # SQLite has no clock of its own
 
     def ping(self) -> None:
-        """Query the database; Unreachable when the database does not respond."""
+        """Query the database. Raises Unreachable when the database does not respond."""
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
 

@@ -65,7 +65,7 @@ class Equilibrium:
     Attributes:
         q: coordinates of tree joints by name, rad or m.
         kind: "stable", "neutral" (neighbouring poses are also poses of rest) or "unstable".
-        bands: ranges of rest with friction, one range for each chosen coordinate.
+        bands: ranges in which friction holds the mechanism at rest, one for each chosen coordinate.
     """
 
     q: dict[str, tuple[float, ...]]
@@ -82,8 +82,8 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
 
     Args:
         scene: as for ``simulate``.
-        along: joints for which bands of rest with friction are computed; () means no joint. Default: the tree joints with
-            friction, or all tree joints if no tree joint has friction.
+        along: joints whose ``bands`` are computed; () means no joint. Default: the tree joints with friction, or all tree joints
+            if no tree joint has friction.
         overrides: changes of the scene, {path: value}.
 
     Raises:
@@ -247,7 +247,7 @@ def copy_latches(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
 
 
 class _BandSearch:
-    """Searches the ranges of rest with friction, starting from an equilibrium."""
+    """Finds the bands: the ranges of coordinates in which friction holds the mechanism. Each search starts from an equilibrium."""
 
     def __init__(self, scene: sm.Scene, still: Still):
         held = copy_latches(hold_drives(scene)[0], still.scene)

@@ -114,7 +114,7 @@ def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[F
         if "q" not in have:
             problems.append(Problem(f"motion.{joint}.q[{k + 1}]", "its rate is given, but the coordinate itself is missing"))
         elif len(have) < len(ORDERS) and len(t) <= DEGREE:
-            problems.append(Problem(f"motion.{joint}.q[{k + 1}]", f"{len(t)} times are too few for a curve: {DEGREE + 1} at least"))
+            problems.append(Problem(f"motion.{joint}.q[{k + 1}]", f"a curve needs at least {DEGREE + 1} times, not {len(t)}"))
     if not given and not problems:
         problems.append(Problem("motion", "no freedom is prescribed", "for example {'arm.q[1]': …}"))
     if problems:

@@ -18,7 +18,7 @@ PAD = 8
 
 
 class Probe:
-    """A kernel at the pose of a block, at rest."""
+    """A kernel, evaluated at the pose of a simulation block with all rates zero."""
 
     def __init__(self, block: Block):
         self.sizes, self.block = block.kernel.sizes, block

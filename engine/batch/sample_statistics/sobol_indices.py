@@ -129,7 +129,7 @@ def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
 
 
 def _indices(told: tuple[str, str, tuple[str, ...]], f: np.ndarray, missing: dict[str, int]) -> Indices:
-    """The indices of one result f (points × cases of a point; NaN: no value)."""
+    """The indices of one result. f: its values, one row per point, one column per case of the point; NaN: no value."""
     of, unit, paths = told
     d = len(paths)
     whole = ~np.isnan(f).any(axis=1)
@@ -188,7 +188,7 @@ def jackknifed(numbers: Callable[[np.ndarray], np.ndarray], group: np.ndarray) -
 
 
 def _numbers(f: np.ndarray) -> np.ndarray:
-    """Mean, standard deviation, first, total and second indices of f (points × cases of a point)."""
+    """Mean, standard deviation, first, total and second indices of f (one row per point, one column per case of the point)."""
     d = f.shape[1] // 2 - 1
     mean = 0.5 * (f[:, 0].mean() + f[:, -1].mean())
     g = f - mean  # subtracting the mean reduces rounding errors and the variance of the estimates

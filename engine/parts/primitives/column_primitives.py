@@ -27,9 +27,9 @@ Symbols = tuple[dict[str, SX], Any]
 
 @cache
 def column(kind: str, structures: tuple[Hashable, ...]) -> Primitive:
-    """The primitive of a column kind. Its operands are those of the kind's expression, then outputs, whose names begin with
-    ``OUT``. structures: for each operand, data that determine the code in addition to the operand's name
-    (``parts.programs.column_operand_slots``). The sizes of the primitive are those of its outputs."""
+    """The primitive that computes columns of one kind. Its operands are the operands of the kind's expression, followed by the
+    outputs. Names of outputs begin with ``OUT``. structures: one entry for each operand, on which the code depends, such as a size
+    or a friction key (``parts.programs.column_operand_slots``). ``sizes`` of the primitive are the sizes of its outputs."""
     declared = REGISTRY[kind]
     inputs: dict[str, SX] = {}
     arguments: dict[str, Any] = {}

@@ -34,8 +34,8 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 /* Marks a function that is never inlined. The machine code of steps that do not call it is then unchanged. */
 #define TR_APART static __attribute__((noinline))
 
-/* a − b c, with one rounding if the machine has a fused multiply-add, as the compiler evaluates this expression in loops. In
- * straight-line code, the compiler could fuse other products. */
+/* a − b c. If the machine has a fused multiply-add, the result is rounded once. The compiler does the same in loops. Without this
+ * function, it could fuse other products in straight-line code. */
 static inline double tr_multiply_subtract(double a, double b, double c) {
 #ifdef __FMA__
   return __builtin_fma(-b, c, a);

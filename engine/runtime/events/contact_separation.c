@@ -10,7 +10,7 @@
 /* × rtol, as a fraction of the step: closer separations are one event. Each root is located within rtol. */
 #define TOGETHER 100.0
 #define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass through zero twice in a step */
-#define FADES 0.99     /* factor per step on the stored largest force; ends the search for contacts whose load stays small */
+#define FADES 0.99     /* decay factor per step of the stored largest force; ends the search at contacts whose load stays small */
 #define TINY 1e-300    /* N²: replaces a zero divisor */
 
 /* Fraction (0…1) at which the linear interpolation between two contact forces has the smallest norm. *least receives this norm,

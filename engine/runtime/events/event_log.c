@@ -4,7 +4,7 @@
 
 /* × the largest contact force or friction: a smaller contact force is round-off and has no meaningful direction. */
 #define ROUND_OFF 1e-9
-#define UNLOADED 1e-12 /* × energy over length: this limit if no contact carries a load */
+#define UNLOADED 1e-12 /* × energy scale / length scale: a smaller contact force is round-off, whatever the largest force is */
 /* × the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square root, the
  * tilt there is below 0.01. */
 #define FOLD_BEFORE 1e-4

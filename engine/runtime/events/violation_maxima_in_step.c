@@ -59,8 +59,8 @@ static void tr_evaluate_opposite_capacities(tr_sim *s, double *capacity) {
   for (int i = 0; i < k->nsliders; ++i) capacity[i] = fmax(hold[i].capacity, NO_FORCE);
 }
 
-/* Violations minus 1 of pair i at rest, by its friction forward (*forth) and backward (*back). opposite: capacity of the pair
- * against its present friction. */
+/* Violations of pair i at rest, each reduced by 1: with forward friction (*forth), and with backward friction (*back). opposite:
+ * capacity of the pair against its present friction. */
 static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, double *forth, double *back) {
   const double with = tr_friction_ratio(s, i), against = -tr_hold_of(s, i)->size / opposite;
   const int forward = TR_A(s, z)[s->k->active + tr_pair_of(s, i)->eta0] > 0.0;
@@ -68,8 +68,8 @@ static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, doub
   *back = ((forward ? against : with) - 1.0) / TOL_RELEASE - 1.0;
 }
 
-/* Write all violations, minus 1, to `own`. from: the stored violations. sided: compute violations by sides, from the current
- * state. */
+/* Write the violations of all pairs and stops to `own`, each reduced by 1. from: the stored violations, not yet reduced. sided:
+ * whether pairs marked TR_BY_SIDES get a violation for each direction of friction, computed from the current state. */
 static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *from, int sided, double *own) {
   double opposite[s->k->nsliders + 1];
   if (sided) tr_evaluate_opposite_capacities(s, opposite);

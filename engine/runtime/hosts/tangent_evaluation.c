@@ -7,11 +7,11 @@
 #include "hosts/hosts.h"
 
 #define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over such a small change */
-#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction by new factors; also the error of the tangents */
+#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction with new factors; also the error of the tangents */
 #define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
-#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction by the factors of an earlier stage */
+#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction with the factors of an earlier stage */
 #define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
-#define MOST_CORRECTIONS 20       /* largest number of corrections by new factors */
+#define MOST_CORRECTIONS 20       /* largest number of corrections, each with new factors of ∂R/∂z */
 
 /* An integration of tangents. The arrays lie in the work space of its record. */
 typedef struct tr_march {

@@ -12,7 +12,8 @@
 /* Whether joints with friction are in loops. Singular positions matter only then. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
 
-/* Whether drives determine the motion through loops, and the factor of the loops at the step's end is known. */
+/* Whether loops and drives leave no freedom. Returns 0, too, if no dense factorisation of the loop equations is known at the end of
+ * the step. */
 static inline int tr_leaves_no_freedom(const tr_sim *s) {
   return s->loops.rank > 0 && s->loops.rank == s->k->nv && !s->loops.sparse && !tr_has_lane(s) && s->set.hfixed <= 0.0;
 }

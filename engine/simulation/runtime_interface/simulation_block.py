@@ -61,7 +61,8 @@ class Settings:
     events: int = 0
 
     def record(self, **scales: float) -> Any:
-        """The runtime's record of the settings. scales: length, m, rate, 1/s, energy, J. SceneError for an unknown method."""
+        """The runtime's record of the settings. scales: length in m, rate in 1/s, energy in J. Raises SceneError if the method is
+        unknown."""
         if self.method not in METHODS:
             raise SceneError([Problem("method", f"{self.method!r} is unknown", f"one of {', '.join(METHODS)}")])
         return SETTINGS.ctype(*SETTINGS.row(

@@ -70,8 +70,8 @@ def trajectory_rows(s: Service, job: str, schema: Any, first: int, stop: int) ->
 
 
 def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
-    """Tables of the results of the cases first … stop − 1. If a part is damaged, the read waits until its cases are recomputed;
-    CorruptPart when this fails."""
+    """Tables of the results of the cases first … stop − 1. If a part is damaged, the read waits until its cases are recomputed.
+    Raises CorruptPart when this fails."""
 
     def read(piece: Piece, low: int, high: int) -> Any:
         return s.parts.read_part(piece, schema.names)[0].slice(low - piece.start, max(0, high - low))

@@ -105,8 +105,8 @@ def write_error_text(e: OSError) -> str:
 
 
 def create_service(settings: Settings) -> Service:
-    """Create the components of a server and migrate the database. SceneError for wrong settings, Unreachable when the database does
-    not respond."""
+    """Create the components of a server and migrate the database. Raises SceneError for wrong settings, and Unreachable when the
+    database does not respond."""
     make_data_folder(settings)
     store = WorkStore(settings.database_url)
     store.upgrade()
