@@ -80,6 +80,7 @@ class Joint:
     ``child``, ``forward``, ``q0`` and ``v0`` belong to tree joints. ``child`` is the index of the body that the joint carries;
     ``forward`` is true if this body is the outboard part. q0 and v0 are the offsets of the joint's coordinates and free rates in
     the state. ``rows`` belongs to cut joints: the offset of the joint's constraint rows.
+    ``length`` belongs to rods, m.
     """
 
     name: str
@@ -102,6 +103,7 @@ class Joint:
     rows: int = 0
     stiffness: Leaf | None = None
     wheels: Wheels | None = None
+    length: Leaf | None = None
     profile: Profile | None = None
     curve: Curve | None = None
     mimic: Mimic | None = None
