@@ -130,6 +130,12 @@ class Joint:
         """Indices of the freedoms that are not driven."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
 
+    def freedom(self, k: int) -> str:
+        """A freedom in words: "freedom 3 of plane (rotation about e1)"."""
+        axis = self.kind.axes[k][0]
+        side = "outboard " if axis.side == "out" else ""
+        return f"freedom {k + 1} of {self.name} ({'rotation about' if axis.rot else 'travel along'} {side}e{axis.index + 1})"
+
     @property
     def driven(self) -> tuple[int, ...]:
         """Indices of the freedoms whose motion is prescribed."""

@@ -1,0 +1,136 @@
+"""Rods: the distance of two points stays the rod's length, and the rod's force acts along the line between them."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.engine.parts.test_compiled_kernel_equivalence import agree
+from tests.engine.recursion.test_dense_reference import compared
+from tests.reference import solve
+from tests.reference.scenes.random_scenes import Case, random_loop
+from trunnion import Scene, SceneError, hold, scene_from_dict, sensitivity, simulate, sweep
+from trunnion.cli.output.scene_report import examined
+from trunnion.scene.data_classes import scene as sm
+from trunnion.system.construction.system_builder import build
+
+G = 9.81
+LAWS = ("regularized", "viscous", "coulomb")
+RIGID = 1e-9
+
+
+def random_rods(seed: int, rods: int, **how) -> Case:
+    """A random tree whose bodies are joined by rods, at a consistent state."""
+    return random_loop(f"rods{seed}", loops=rods, t=0.3, closing=("rod",), **how)
+
+
+def hung(masses: list[float], lengths: list[float], angles: list[float], rates: list[float], spread: float = 0.1) -> Scene:
+    """Point masses in the plane x, y that hang on each other by rods; angles from straight down. (They fly freely, with an inertia
+    that nothing turns.)"""
+    p, v = np.zeros(3), np.zeros(3)
+    bodies, joints, end = {}, {}, "ground"
+    for i, (m, length, a, w) in enumerate(zip(masses, lengths, angles, rates, strict=True)):
+        p = p + length * np.array([math.sin(a), -math.cos(a), 0.0])
+        v = v + length * w * np.array([math.cos(a), math.sin(a), 0.0])
+        bodies[f"m{i}"] = {"mass": m, "inertia": [spread] * 3}
+        start = {"q": [*p, 1, 0, 0, 0], "qd": [*v, 0, 0, 0]}
+        joints[f"fly{i}"] = {"type": "free", "inboard": "ground", "outboard": f"m{i}", "start": start}
+        joints[f"rod{i}"] = {"type": "rod", "inboard": end, "outboard": f"m{i}", "length": length}
+        end = f"m{i}"
+    return scene_from_dict({"gravity": [0, -G, 0], "bodies": bodies, "joints": joints, "simulation": {"until": 1, "every": 0.05}})
+
+
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
+def test_the_tension_of_a_pendulum_is_its_weight_along_the_rod_and_what_turns_it(kernel: str) -> None:
+    m, length = 2.0, 0.7
+    r = simulate(hung([m], [length], [1.2], [2.0]), rtol=1e-10, kernel=kernel)
+    x, y = r["m0.position[1]"], r["m0.position[2]"]
+    speed = r["m0.velocity[1]"] ** 2 + r["m0.velocity[2]"] ** 2
+    assert np.hypot(x, y) == pytest.approx(length, rel=1e-12)
+    assert r["rod0.axial_force"] == pytest.approx(m * G * -y / length + m * speed / length, rel=1e-10)
+    assert 0.5 * speed + G * y == pytest.approx(0.5 * speed[0] + G * y[0], rel=1e-9)
+
+
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("seed", range(12))
+def test_two_masses_on_two_rods_are_the_double_pendulum(seed: int) -> None:
+    """Lagrange's equations in the two angles; tensions by the balance of each mass."""
+    rng = np.random.default_rng(seed)
+    (m1, m2), (l1, l2), (a, b), (v, w) = (rng.uniform(*x, 2) for x in ((0.5, 3), (0.3, 1), (-2, 2), (-4, 4)))
+    r = simulate(hung([m1, m2], [l1, l2], [a, b], [v, w]), until=0.3, every=0.1, rtol=1e-9)
+    for i in range(len(r)):
+        p1, p2, v1, v2, a1, a2 = (np.array([r[f"m{k}.{q}[{c}]"][i] for c in (1, 2)])
+                                  for q in ("position", "velocity", "acceleration") for k in (0, 1))  # fmt: skip
+        s, u = p2 - p1, v2 - v1
+        a, b = math.atan2(p1[0], -p1[1]), math.atan2(s[0], -s[1])
+        v, w = v1 @ [math.cos(a), math.sin(a)] / l1, u @ [math.cos(b), math.sin(b)] / l2
+        c, d = math.cos(a - b), math.sin(a - b)
+        M = [[(m1 + m2) * l1, m2 * l2 * c], [l1 * c, l2]]
+        alpha, beta = np.linalg.solve(M, [-m2 * l2 * w * w * d - (m1 + m2) * G * math.sin(a), l1 * v * v * d - G * math.sin(b)])
+        along, across = np.array([[math.sin(x), -math.cos(x)] for x in (a, b)]), np.array([[math.cos(x), math.sin(x)] for x in (a, b)])
+        e1 = l1 * (alpha * across[0] - v * v * along[0])
+        e2 = e1 + l2 * (beta * across[1] - w * w * along[1])
+        down = np.array([0, -G])
+        second = m2 * (down - e2) @ along[1]
+        first = (m1 * (down - e1) + second * along[1]) @ along[0]
+        assert np.concatenate([a1, a2]) == pytest.approx(np.concatenate([e1, e2]), rel=1e-8, abs=1e-8)
+        assert [r["rod0.axial_force"][i], r["rod1.axial_force"][i]] == pytest.approx([first, second], rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("seed", range(100))
+def test_mechanisms_with_rods_move_and_press_as_one_dense_solve_says(seed: int) -> None:
+    """Accelerations, reactions and friction, to 1e-10; the axial force by the reference's force on the inboard part."""
+    case = random_rods(seed, 1 + seed % 3)
+    row = compared(case)
+    state = case.state()
+    reaction = solve(state).reaction
+    for n in (n for n, j in case.scene.joints.items() if j.type == "rod"):
+        pose = state.joint_pose(n)
+        along = pose.s / np.linalg.norm(pose.s)
+        assert row[f"{n}.axial_force"] == pytest.approx(reaction[n][0] @ along, rel=1e-9, abs=1e-9)
+
+
+def as_bodies(case: Case) -> Scene:
+    """The case with a body without mass in place of each rod, between a universal joint and a ball. (Between two balls, it could spin
+    about its own axis.)"""
+    scene, state = case.scene, case.state()
+    bodies, joints = dict(scene.bodies), {}
+    for name, j in scene.joints.items():
+        if j.type != "rod":
+            joints[name] = j
+            continue
+        along = state.joint_pose(name).s
+        e3 = along / np.linalg.norm(along)  # the frame of a rod's side without an axis is that of its body
+        e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
+        e2 = np.cross(e3, e1)
+        near = replace(j.inboard, axis=tuple(map(float, e1)), reference=tuple(map(float, e2)))
+        bodies[f"{name}_link"] = sm.Body(mass=0.0, inertia=(0.0, 0.0, 0.0), points={"far": (0.0, 0.0, j.length)})
+        joints[f"{name}_near"] = sm.Joint("universal", near, f"{name}_link", axis="x", reference="y", start=sm.Start(q=(0.0, 0.0)))
+        joints[name] = sm.Joint("spherical", f"{name}_link.far", j.outboard, cut=True)
+    return replace(scene, bodies=bodies, joints=joints)
+
+
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("seed", range(100))
+def test_a_rod_is_a_body_without_mass_between_two_balls(seed: int) -> None:
+    """At the start and along a run."""
+    case = random_rods(seed, 1 + seed % 3, friction=0.4, laws=LAWS, drives=0.0)
+    places = [f"{b}.{q}*" for b in case.scene.bodies for q in ("position", "acceleration")]
+    names = [n for n, j in case.scene.joints.items() if j.type == "rod"]
+    rod = simulate(case.scene, outputs=[*places, "*.axial_force"], until=0.1, every=0.05, rtol=1e-10)
+    body = simulate(as_bodies(case), outputs=[*places, *(f"{n}.reaction.force*" for n in names)], until=0.1, every=0.05, rtol=1e-10)
+    assert rod.outcome.name == body.outcome.name
+    for c in rod.columns:
+        if not c.name.endswith(".axial_force"):
+            size = max(1.0, np.abs(rod[c.name]).max())
+            assert body[c.name][0] == pytest.approx(rod[c.name][0], abs=RIGID * size), c.name
+            assert body[c.name] == pytest.approx(rod[c.name], abs=1e-6 * size), c.name
+    for n in names:
+        size = np.linalg.norm([body[f"{n}.reaction.force[{k}]"] for k in (1, 2, 3)], axis=0)
+        assert size == pytest.approx(np.abs(rod[f"{n}.axial_force"]), rel=1e-6, abs=1e-6)
+        assert size[0] == pytest.approx(abs(rod[f"{n}.axial_force"][0]), rel=RIGID, abs=RIGID)
