@@ -27,7 +27,7 @@ def missing_inertia(model: Model) -> Outcome | None:
     an assembled state."""
     if not any(_lacks(model, name) for name in model.built.scene.bodies):
         return None
-    names = _freedoms_without_inertia(model)
+    names = freedoms_without_inertia(model)
     if not names:
         return None
     plain = Outcome.named(NO_INERTIA, model.block.time, names[0][0].name)
@@ -48,8 +48,8 @@ def _moved(model: Model, body: str) -> tuple[bool, np.ndarray]:
     return mass > 0.0, axes.T[sizes > NOTHING * max(sizes[-1], 0.0)] if sizes[-1] > 0.0 else np.zeros((0, 3))
 
 
-def _freedoms_without_inertia(model: Model) -> list[tuple[Joint, int]]:
-    """For each independent motion without inertia, the freedom (joint, index) that takes part most."""
+def freedoms_without_inertia(model: Model) -> list[tuple[Joint, int]]:
+    """For each independent motion without inertia, the freedom (joint, index) that takes part most. Requires an assembled state."""
     system, length = model.system, model.built.numbers.length
     units = np.array([1.0 if j.kind.turns(k) else length for j in system.tree for k in j.free])
     if not system.nv:
