@@ -16,15 +16,18 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint, state_coo
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 NOTHING = 1e-9
-"""Largest singular value, relative to the largest one, that counts as round-off. Lengths are divided by the length scale, and masses
+"""Largest singular value, relative to the largest one, that counts as round-off. Lengths are divided by the length scale. Masses
 and inertias above 0 count as 1."""
 IDLE = 1e-12
 """A constraint row whose entries are below this value is round-off, rad or lengths."""
 
+Moved = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""A body: orientation (3×3) and origin (3), m, in the world; velocity of the origin and angular velocity for unit rates (3×nv)."""
+
 
 def missing_inertia(model: Model) -> Outcome | None:
-    """The outcome of a mechanism in which a motion that the joints allow moves no inertia; None if there is no such motion. Requires
-    an assembled state."""
+    """The outcome of a mechanism in which a motion that the joints allow moves no inertia; None if there is no such motion.
+    Requires an assembled state."""
     if not any(_lacks(model, name) for name in model.built.scene.bodies):
         return None
     names = freedoms_without_inertia(model)
@@ -83,12 +86,12 @@ def _constraint_rows(model: Model, units: np.ndarray) -> np.ndarray:
 
 
 def _inertial_rows(model: Model, units: np.ndarray) -> Iterator[np.ndarray]:
-    """For each body, the velocity of its mass centre in length scales, and its angular velocity about the axes with inertia, for the
-    rates ``units`` of the tree (rows × nv). For each rotor, its rate."""
+    """For each body, the velocity of its mass centre in length scales, and its angular velocity about the axes with inertia, for
+    the rates ``units`` of the tree (rows × nv). For each rotor, its rate."""
     system, values, length = model.system, np.array(model.built.parameters.values), model.built.numbers.length
-    poses = {GROUND: (np.eye(3), np.zeros(3), np.zeros((3, system.nv)), np.zeros((3, system.nv)))}
+    poses: dict[int, Moved] = {GROUND: (np.eye(3), np.zeros(3), np.zeros((3, system.nv)), np.zeros((3, system.nv)))}
     for i, (b, j) in enumerate(zip(system.bodies, system.tree, strict=True)):
-        poses[i] = R, r, v, w = _carried(model, j, *poses[b.parent], values)
+        poses[i] = R, _, v, w = _carried(model, j, poses[b.parent], values)
         mass, axes = _moved(model, b.name)
         if mass:
             yield (v + np.cross(w, (R @ _numbers(b.center, values))[:, None], axis=0)) * units / length
@@ -99,9 +102,9 @@ def _inertial_rows(model: Model, units: np.ndarray) -> Iterator[np.ndarray]:
                 yield np.eye(system.nv)[j.v0 + at : j.v0 + at + 1]
 
 
-def _carried(model: Model, j: Joint, R: np.ndarray, r: np.ndarray, v: np.ndarray, w: np.ndarray, values: np.ndarray):
-    """(orientation, origin, velocity of the origin and angular velocity for unit rates) of the body that a tree joint carries. The
-    arguments after the joint are the same of the body that carries the joint."""
+def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Moved:
+    """The body that a tree joint carries. carrier: the body that carries the joint."""
+    R, r, v, w = carrier
     kind, sign = j.kind, 1.0 if j.forward else -1.0
     q = _coordinates(model, j, values)
     pitch = float(_numbers((j.pitch,), values)[0]) / (2 * np.pi) if j.pitch is not None else 1.0

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import trunnion
 from tests.engine.mechanisms.rod_ladder import DOWN, LENGTH, MASS, ladder, tension
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.engine.recursion.test_dense_reference import compared
@@ -17,7 +19,6 @@ from tests.reference.scenes.random_scenes import Case, random_loop
 from trunnion import Scene, SceneError, hold, scene_from_dict, sensitivity, simulate, sweep
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_text
-from trunnion.system.construction.system_builder import build
 
 G = 9.81
 LAWS = ("regularized", "viscous", "coulomb")
@@ -72,7 +73,8 @@ def test_two_masses_on_two_rods_are_the_double_pendulum(seed: int) -> None:
         c, d = math.cos(a - b), math.sin(a - b)
         M = [[(m1 + m2) * l1, m2 * l2 * c], [l1 * c, l2]]
         alpha, beta = np.linalg.solve(M, [-m2 * l2 * w * w * d - (m1 + m2) * G * math.sin(a), l1 * v * v * d - G * math.sin(b)])
-        along, across = np.array([[math.sin(x), -math.cos(x)] for x in (a, b)]), np.array([[math.cos(x), math.sin(x)] for x in (a, b)])
+        along = np.array([[math.sin(x), -math.cos(x)] for x in (a, b)])
+        across = np.array([[math.cos(x), math.sin(x)] for x in (a, b)])
         e1 = l1 * (alpha * across[0] - v * v * along[0])
         e2 = e1 + l2 * (beta * across[1] - w * w * along[1])
         down = np.array([0, -G])
@@ -97,8 +99,8 @@ def test_mechanisms_with_rods_move_and_press_as_one_dense_solve_says(seed: int) 
 
 
 def as_bodies(case: Case) -> Scene:
-    """The case with a body without mass in place of each rod, between a universal joint and a ball. (Between two balls, it could spin
-    about its own axis.)"""
+    """The case with a body without mass in place of each rod, between a universal joint and a ball. (Between two balls, it could
+    spin about its own line.)"""
     scene, state = case.scene, case.state()
     bodies, joints = dict(scene.bodies), {}
     for name, j in scene.joints.items():
@@ -221,3 +223,11 @@ def test_rods_that_cannot_be_are_refused_with_why(says: str) -> None:
     ground = "ground: {points: {a: [0, 0, 0]}}\n"
     with pytest.raises(SceneError, match=re.escape(says)):
         scene_from_text(f"schema: 1\n{ground}bodies:\n{bodies}joints:\n{flies}  r: {WRONG[says]}\n")
+
+
+def test_the_ladder_of_the_guide_is_the_one_by_hand() -> None:
+    page = (Path(trunnion.__file__).parent / "docs/guide/scene.md").read_text(encoding="utf-8")
+    scene = scene_from_text(page.split("```yaml\n")[1].split("```")[0])
+    assert scene.name == "ladder"
+    assert hold(scene).pairs[0].share == pytest.approx(0.3125 / 0.32, rel=1e-12)
+    assert simulate(scene, until=0.1, every=0.1)["ladder.axial_force"] == pytest.approx(-3 * G * 2.6 / 2.4, rel=1e-9)

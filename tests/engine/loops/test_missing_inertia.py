@@ -39,7 +39,11 @@ def test_motions_without_inertia_are_counted_as_by_the_mass_matrix_of_one_dense_
     try:
         model = Model(case.scene, kernel="parts")
     except SceneError as e:
-        assert "the mass is 0, and no loop determines freedom" in str(e)
+        refused = e.problems
+    else:
+        refused = ()
+    if refused:
+        assert all(p.what.startswith("the mass is 0, and no loop determines freedom") for p in refused)
         return
     assert model.block.assemble() == 1
     eq = Equations(case.state())

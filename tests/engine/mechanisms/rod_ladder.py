@@ -20,7 +20,8 @@ def ladder(mu: float = 0.3, rods: int = 1, placed: bool = False) -> Scene:
     joints = {
         "wall": {"type": "prismatic", "axis": "y", "inboard": "ground", "outboard": "top",
                  "drive": {"constant": {"rate": -DOWN, "start": 0 if placed else y}}},
-        "guide": {"type": "prismatic", "axis": "x", "reference": "y", "inboard": "ground", "outboard": "foot", "pin": "outboard", **rub},
+        "guide": {"type": "prismatic", "axis": "x", "reference": "y", "inboard": "ground", "outboard": "foot", "pin": "outboard",
+                  **rub},
     }  # fmt: skip
     if placed:
         top["position"], foot["position"] = [0, y, 0], [x, 0, 0]

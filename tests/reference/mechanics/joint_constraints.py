@@ -142,7 +142,7 @@ def directions(state, name: str) -> Directions:
 
 
 def _line(state, j) -> Directions:
-    """The line between the two points: d(|s|)/dt = n.v and n.dv/dt + (v.v - (n.v)^2) / |s|, v the difference of their velocities."""
+    """The line between two points: d(|s|)/dt = n.v, and its rate n.dv/dt + (v.v - (n.v)^2) / |s|; v: difference of velocities."""
     s = j.p_out - j.p_in
     far = float(np.sqrt(s @ s))
     n = s / far
