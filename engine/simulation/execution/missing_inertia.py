@@ -108,7 +108,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
     kind, sign = j.kind, 1.0 if j.forward else -1.0
     q = _coordinates(model, j, values)
     pitch = float(_numbers((j.pitch,), values)[0]) / (2 * np.pi) if j.pitch is not None else 1.0
-    turned, travel = np.array(kind.rotation(q, Numeric)), np.array(kind.travel(q)) * pitch
+    turned, travel = np.array(kind.rotation(q, Numeric), float), np.array(kind.travel(q), float) * pitch
     near, far = (j.inb_frame, j.inb_point), (j.out_frame, j.out_point)
     (E, p), (own, there) = ((np.reshape(f, (3, 3)), _numbers(x, values)) for f, x in ((near, far) if j.forward else (far, near)))
     base = R @ E if j.forward else R @ E @ turned.T  # the inboard frame in the world
