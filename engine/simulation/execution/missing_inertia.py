@@ -9,6 +9,7 @@ import numpy as np
 
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.parts.layout.signal_evaluation import motion
+from trunnion.scene.data_classes.scene import Body
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import NO_INERTIA, Outcome
@@ -28,7 +29,7 @@ Moved = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 def missing_inertia(model: Model) -> Outcome | None:
     """The outcome of a mechanism in which a motion that the joints allow moves no inertia; None if there is no such motion.
     Requires an assembled state."""
-    if not any(_lacks(model, name) for name in model.built.scene.bodies):
+    if not any(map(_lacks, model.built.scene.bodies.values())):
         return None
     names = freedoms_without_inertia(model)
     if not names:
@@ -38,15 +39,17 @@ def missing_inertia(model: Model) -> Outcome | None:
     return replace(plain, advice=f"{plain.advice}. Without inertia: {told}")
 
 
-def _lacks(model: Model, body: str) -> bool:
-    """Whether a body has no mass, or no inertia about some axis."""
-    mass, inertia = _moved(model, body)
-    return not mass or len(inertia) < 3
+def _lacks(body: Body) -> bool:
+    """Whether a body has no mass, or no inertia about some axis. A shape with mass has both."""
+    if body.inertia is None:
+        return body.mass == 0.0
+    has_mass, axes = _inertial_axes(body)
+    return not has_mass or len(axes) < 3
 
 
-def _moved(model: Model, body: str) -> tuple[bool, np.ndarray]:
+def _inertial_axes(body: Body) -> tuple[bool, np.ndarray]:
     """Whether a body has mass, and the principal axes about which it has inertia (n×3, body axes)."""
-    mass, _, inertia = mass_properties(model.built.scene.bodies[body])
+    mass, _, inertia = mass_properties(body)
     sizes, axes = np.linalg.eigh(np.array(inertia, float))
     return mass > 0.0, axes.T[sizes > NOTHING * max(sizes[-1], 0.0)] if sizes[-1] > 0.0 else np.zeros((0, 3))
 
@@ -58,7 +61,7 @@ def freedoms_without_inertia(model: Model) -> list[tuple[Joint, int]]:
     if not system.nv:
         return []
     rows = np.vstack([*_inertial_rows(model, units), _constraint_rows(model, units)])
-    _, sizes, basis = np.linalg.svd(rows, full_matrices=True)
+    _, sizes, basis = np.linalg.svd(np.linalg.qr(rows, mode="r"), full_matrices=True)
     idle = basis[int(np.sum(sizes > NOTHING * max(sizes, default=1.0))) :]
     freedoms = [(j, k) for j in system.tree for k in j.free]
     found = []
@@ -92,13 +95,14 @@ def _inertial_rows(model: Model, units: np.ndarray) -> Iterator[np.ndarray]:
     poses: dict[int, Moved] = {GROUND: (np.eye(3), np.zeros(3), np.zeros((3, system.nv)), np.zeros((3, system.nv)))}
     for i, (b, j) in enumerate(zip(system.bodies, system.tree, strict=True)):
         poses[i] = R, _, v, w = _carried(model, j, poses[b.parent], values)
-        mass, axes = _moved(model, b.name)
-        if mass:
+        has_mass, axes = _inertial_axes(model.built.scene.bodies[b.name])
+        if has_mass:
             yield (v + np.cross(w, (R @ _numbers(b.center, values))[:, None], axis=0)) * units / length
         yield axes @ R.T @ w * units
     for j in system.tree:
         for at, k in enumerate(j.free):
-            if j.devices[k].inertia is not None:
+            rotor = j.devices[k].inertia
+            if rotor is not None and _numbers((rotor,), values)[0] > 0.0:
                 yield np.eye(system.nv)[j.v0 + at : j.v0 + at + 1]
 
 
