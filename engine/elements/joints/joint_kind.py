@@ -90,7 +90,8 @@ class JointKind:
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
     follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
                  inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
-    keeps_distance  whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.
+    keeps_distance
+                 whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.
     """
 
     name: str

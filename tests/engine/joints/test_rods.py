@@ -154,13 +154,15 @@ def test_friction_of_a_guide_feels_the_force_of_a_rod(kernel: str, placed: bool)
     assert np.abs(r["guide.friction.force"]) == pytest.approx(0.3 * T * y / LENGTH, rel=1e-9)
 
 
-@pytest.mark.parametrize("mu", [0.0, 0.3])
-def test_two_rods_side_by_side_share_their_force(mu: float) -> None:
-    """The motion is that of one rod; a note says that the single forces are not unique."""
-    r = simulate(ladder(mu, rods=2), rtol=1e-10)
+@pytest.mark.parametrize(("mu", "stiff"), [(0.0, 1.0), (0.3, 1.0), (0.3, 3.0)])
+def test_two_rods_side_by_side_share_their_force_by_their_stiffness(mu: float, stiff: float) -> None:
+    """The motion is that of one rod; the result says that the single forces are not unique."""
+    scene = ladder(mu, rods=2)
+    joints = scene.joints | {"r0": replace(scene.joints["r0"], stiffness=stiff * 1e8)}
+    r = simulate(replace(scene, joints=joints), rtol=1e-10)
     assert r.redundancy.joints == ("r0", "r1")
-    for k in range(2):
-        assert r[f"r{k}.axial_force"] == pytest.approx(tension(r.time, mu) / 2, rel=1e-9)
+    for k, share in enumerate((stiff / (1 + stiff), 1 / (1 + stiff))):
+        assert r[f"r{k}.axial_force"] == pytest.approx(tension(r.time, mu) * share, rel=1e-9)
 
 
 def test_derivatives_by_a_rods_length_are_those_of_the_closed_form() -> None:
