@@ -34,8 +34,8 @@ def lightened(case: Case, seed: int) -> Case:
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(150))
 def test_motions_without_inertia_are_counted_as_by_the_mass_matrix_of_one_dense_solve(seed: int) -> None:
-    closing = {"closing": ("rod",)} if seed % 2 else {}
-    case = lightened(random_loop(f"inertia{seed}", loops=1 + seed % 3, friction=0.0, **closing), seed)
+    closing = {"closing": ("rod",)} if seed % 4 < 2 else {}
+    case = lightened(random_loop(f"inertia{seed}", loops=1 + seed % 2, friction=0.0, **closing), seed)
     try:
         model = Model(case.scene, kernel="parts")
     except SceneError as e:
