@@ -10,7 +10,7 @@ import pytest
 
 from tests.reference.mechanics.newton_euler_equations import Equations
 from tests.reference.scenes.random_scenes import Case, random_loop
-from trunnion import Scene, SceneError, scene_from_dict
+from trunnion import Scene, SceneError, scene_from_dict, sweep
 from trunnion.cli.output.scene_report import examined
 from trunnion.simulation.execution.missing_inertia import freedoms_without_inertia
 from trunnion.simulation.run import Model
@@ -79,6 +79,11 @@ def test_check_names_the_spins_of_a_point_mass_and_of_a_body_without_mass_betwee
     assert (link["outcome"], link["joint"]) == ("no_inertia", "near")
     assert link["advice"].endswith("Without inertia: freedom 2 of near (rotation about e2)")
     assert start_of(pendulum(0.1, link=False))["outcome"] == "ready"
+
+
+def test_cases_of_a_sweep_end_with_that_outcome() -> None:
+    s = sweep(pendulum(0.0, link=False), {"bodies.m.mass": [1.0, 2.0]}, reductions=["final:rod.axial_force"])
+    assert s.counts == {"no_inertia": 2}
 
 
 @pytest.mark.parametrize(("what", "outcome"), [("", "no_inertia"), ("rotor", "ready"), ("inertia", "ready")])
