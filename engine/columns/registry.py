@@ -21,6 +21,7 @@ FILES = (
     "joint_rate",
     "joint_acceleration",
     "reaction",
+    "axial_force",
     "drive",
     "device",
     "latch_state",

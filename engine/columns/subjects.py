@@ -71,6 +71,10 @@ def _joint(_: int, j: Joint) -> Iterator[Subject]:
     yield Subject((j.name,), {"joint": j.name}, j)
 
 
+def _rod(_: int, j: Joint) -> Iterator[Subject]:
+    yield from _joint(_, j) if j.kind.keeps_distance else ()
+
+
 def _coordinates(_: int, j: Joint) -> Iterator[Subject]:
     for i, c in enumerate(j.kind.coordinates):
         yield Subject((j.name, i), {"joint": j.name, "number": str(i + 1), "displacement": UNITS[c]}, j)
@@ -161,6 +165,7 @@ FREEDOM_WORDS = ("joint", "number", "displacement", "effort")
 BODY = SubjectType("a body", "bodies", ("body",), _body)
 POINT = SubjectType("a named point", "bodies", ("body", "point"), _point)
 JOINT = SubjectType("a joint", "joints", ("joint",), _joint)
+ROD = SubjectType("a rod", "joints", ("joint",), _rod)
 COORDINATES = SubjectType("a coordinate", "joints", ("joint", "number", "displacement"), _coordinates)
 FREEDOM = SubjectType("a freedom", "joints", FREEDOM_WORDS, _freedoms)
 DRIVEN = SubjectType("a driven freedom", "joints", FREEDOM_WORDS, _driven)

@@ -276,8 +276,8 @@ TYPES_BY_NAME = {
     "engine/analysis/work_precision/reference_solvers/exudyn.py": "says what another program has",
 }
 """Files outside engine/joints that name a joint type, and the reason."""
-COMMON_WORDS = {"fixed", "free"}
-"""Types whose names are also other words (a fixed step, an FMI variability)."""
+COMMON_WORDS = {"fixed", "free", "rod"}
+"""Types whose names are also other words (a fixed step, an FMI variability, a body)."""
 
 
 def test_nothing_outside_its_folder_asks_for_a_joint_type_by_name() -> None:

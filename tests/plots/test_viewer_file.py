@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.engine.mechanisms.rod_ladder import LENGTH, ladder
 from trunnion.basics.problems import SceneError
-from trunnion.plots import animate
+from trunnion.plots import animate, mechanism
 from trunnion.plots.animation.html_or_film import page
 from trunnion.plots.animation.viewer_data import MOST_BYTES, MOST_ROWS, content, thinned
 from trunnion.plots.geometry.motion_and_view import motion
@@ -55,7 +56,20 @@ def test_springs_between_points_are_shown_from_end_to_end() -> None:
         (p, r), (q, t) = (moved.pose(e["part"], 0) for e in ends)
         line = q + t @ ends[1]["point"] - p - r @ ends[0]["point"]
         assert np.linalg.norm(line) == pytest.approx(0.5, abs=1e-9)  # a triangle of two sides 0.5 at 60 degrees
-    assert "run.springs.map" in page(run)
+    assert "[run.springs, run.rods].map" in page(run)
+
+
+def test_rods_are_shown_as_lines_of_their_length() -> None:
+    """In the data of the viewer, and in a picture."""
+    run = simulate(ladder(), until=0.4, every=0.1, outputs=(*needed(ladder()), "r0.*"))
+    data = content(run)
+    moved = motion(run, [p["name"] for p in data["parts"]])
+    [ends] = data["rods"]
+    for row in range(len(run)):
+        p, q = (r @ e["point"] + x for e in ends for x, r in (moved.pose(e["part"], row),))
+        assert np.linalg.norm(q - p) == pytest.approx(LENGTH, rel=1e-6)
+    lines = [line.get_xydata() for line in mechanism(run, 0.2).axes[0].lines]
+    assert any(len(line) == 2 and np.linalg.norm(line[1] - line[0]) == pytest.approx(LENGTH, rel=0.3) for line in lines)
 
 
 def test_long_runs_are_thinned_but_keep_both_sides_of_every_event(pendulum: Result) -> None:

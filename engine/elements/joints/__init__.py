@@ -27,6 +27,7 @@ TYPES = (
     "cam_and_curve_followers.CAM",
     "cam_and_curve_followers.FLAT_CAM",
     "cam_and_curve_followers.POINT_ON_CURVE",
+    "rod.ROD",
 )
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
 

@@ -90,6 +90,8 @@ class JointKind:
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
     follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
                  inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
+    keeps_distance
+                 whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.
     """
 
     name: str
@@ -106,16 +108,17 @@ class JointKind:
     contacts: int = 0
     rolls: Rolls | None = None
     follows: Literal["", "point", "face", "curve", "freedom"] = ""
+    keeps_distance: bool = False
 
     @property
     def bodiless(self) -> bool:
         """Whether the joint carries no body, but couples parts that other joints carry."""
-        return self.rolls is not None or bool(self.follows)
+        return self.rolls is not None or bool(self.follows) or self.keeps_distance
 
     @property
     def apart(self) -> bool:
         """Whether the two points of the joint may be apart."""
-        return self.rolls.apart if self.rolls else self.follows in ("point", "face", "curve")
+        return self.rolls.apart if self.rolls else self.keeps_distance or self.follows in ("point", "face", "curve")
 
     @property
     def nq(self) -> int:
@@ -157,7 +160,7 @@ class JointKind:
         """Whether the joint needs the direction of e1. The direction is not needed if the joint rotates about all axes or about no
         axis, and slides along all axes or along no axis."""
         scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
-        return self.bodiless or any(scarce)
+        return (self.bodiless and not self.keeps_distance) or any(scarce)
 
     @property
     def second_axis(self) -> int:

@@ -34,10 +34,12 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
     wheels = Wheels(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if REGISTRY[kind].rolls else None
+    length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows
     profile = Profile((n.take_one(), n.take_one()), n.take_one(), (), ()) if follows in ("point", "face") else None
     p, f = points, frames
-    joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, wheels=wheels, profile=profile)  # type: ignore[arg-type]
+    more = {"wheels": wheels, "length": length, "profile": profile}
+    joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, **more)  # type: ignore[arg-type]
     sym, motions = PrimitiveSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     if follows == "curve":
         sym.piece = SX.sym(PIECE, FOOT)
@@ -58,8 +60,9 @@ def bearing(kind: str, ground: str) -> Primitive:
 def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
-    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 3 more for cams: middle of the profile,
-    roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
+    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 1 more for rods: length; 3 more for cams:
+    middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile,
+    or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
     force along each freedom (win, wout, wat); pose; point on the outboard part. bare: a variant with fewer outputs (``BARE``)."""

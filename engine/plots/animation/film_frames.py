@@ -112,10 +112,11 @@ class Frames:
         sheet.depth[:] = -np.inf
 
     def _threads(self, sheet: Sheet, row: int) -> None:
-        """Draw springs and dampers as coils, and the lines of sliding joints as dashes."""
-        for ends in self.scene.springs:
+        """Draw springs and dampers as coils, rods as lines, and the lines of sliding joints as dashes."""
+        for k, ends in enumerate((*self.scene.springs, *self.scene.rods)):
             p, q = (r @ point + x for (x, r), point in ((self.moved.pose(part, row), point) for part, point in ends))
-            self._line(sheet, coil(p, q, self.scene.size), row, rgb(INK))
+            spots = coil(p, q, self.scene.size) if k < len(self.scene.springs) else np.array([p, q])
+            self._line(sheet, spots, row, rgb(INK))
         for part, p, q in self.rails:
             x, r = self.moved.pose(part, row)
             cuts = np.linspace(0, 1, 2 * max(2, int(np.linalg.norm(q - p) / (0.12 * self.scene.size))))

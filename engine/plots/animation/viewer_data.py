@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.elements.joints import REGISTRY
 from trunnion.plots.curves.angle_curves import rotation_vector
-from trunnion.plots.geometry.mechanism_geometry import JointMark, Scenery, scenery
+from trunnion.plots.geometry.mechanism_geometry import Ends, JointMark, Scenery, scenery
 from trunnion.plots.geometry.meshes import FINE, Mesh
 from trunnion.plots.geometry.motion_and_view import (
     Motion,
@@ -181,11 +181,16 @@ def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
         "floor": framing.floor,
         "grid": float(10.0 ** np.floor(np.log10(2 * scene.size)) / 2),
         "events": [{"t": e.time, "text": event_text(e)} for e in events],
-        "springs": [[{"part": part, "point": point.tolist()} for part, point in ends] for ends in scene.springs],
+        "springs": _ends(scene.springs), "rods": _ends(scene.rods),
         "rails": [{"part": p, "from": a.tolist(), "to": b.tolist()} for p, a, b in rails(result, scene)],
         "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
         "colors": {"joint": palette.JOINT, "ramp": palette.PRESSURE}, "pressure": pressure_scale(result, scene), **_speeds(result),
     }  # fmt: skip
+
+
+def _ends(lines: tuple[Ends, ...]) -> list[list[dict[str, Any]]]:
+    """The ends of springs or rods."""
+    return [[{"part": part, "point": point.tolist()} for part, point in ends] for ends in lines]
 
 
 def _speeds(result: Result) -> dict[str, Any]:

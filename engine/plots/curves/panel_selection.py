@@ -64,7 +64,7 @@ def sections(result: Result, joints: Sequence[str] | None = None) -> list[Sectio
     rubbing = [j for j in frictional(result) if result.matching(f"{j}.*")]
     chosen = rubbing[:MOST_JOINTS] if joints is None else [j for j in joints if j in result.scene.joints]
     out = [Section(_heading(result, j), tuple(_joint_panels(result, j))) for j in chosen]
-    out.append(Section("Drives, springs, dampers, end stops", tuple(_devices(result))))
+    out.append(Section("Drives, springs, dampers, end stops, rods", tuple(_devices(result))))
     others = [j for j in moving(result) if j not in chosen]
     left = rubbing[MOST_JOINTS:] if joints is None else []
     note = f"   (friction of {_listed(left)} is not drawn: --outputs '{left[0]}.*', figure(joints=…))" if left else ""
@@ -79,7 +79,8 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _devices(result: Result) -> Iterator[Panel]:
-    """Efforts of devices along freedoms; forces and lengths of springs; forces, torques and offsets of bushings."""
+    """Efforts of devices along freedoms; axial forces of rods; forces and lengths of springs; forces, torques and offsets of
+    bushings."""
     words = ("drive.effort", "effort", "motor.effort", "spring.effort", "damper.effort", "end_stop.effort", "latch.effort")
     efforts = [n for w in words for j in result.scene.joints for n in result.matching(f"{j}.{w}[*]")]
     springs = [n for n, f in result.scene.forces.items() if f"{n}.length" in result]
@@ -91,6 +92,8 @@ def _devices(result: Result) -> Iterator[Panel]:
     forces = [*(n for n in efforts if result.units[n] == "N"), *(f"{n}.force" for n in springs), *pushed]
     yield from _panel(result, "Torques along the joints' freedoms", "torque", [*torques, *around])
     yield from _panel(result, "Forces along the joints' freedoms and of springs", "force", forces)
+    rods = [c for j in result.scene.joints for c in result.matching(f"{j}.axial_force")]
+    yield from _panel(result, "Axial forces of rods", "force", rods)
     yield from _panel(result, "Lengths of springs", "length", [f"{n}.length" for n in springs])
     yield from _panel(result, "Offsets of bushings", "length", away)
     yield from _panel(result, "Turns of bushings", "angle", turned)

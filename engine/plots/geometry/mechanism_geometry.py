@@ -33,6 +33,9 @@ RUBBER = 0.05
 STOUT = 12.0
 """The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
 
+RODS = tuple(k.name for k in REGISTRY.values() if k.keeps_distance)
+"""Types of joints that are drawn as rods."""
+
 
 @dataclass(frozen=True)
 class Part:
@@ -61,18 +64,20 @@ class JointMark:
     contacts: tuple[ContactMark, ...] = ()
 
 
+Ends = tuple[tuple[int, np.ndarray], ...]
+"""The two ends of a spring or rod: (part, point relative to the part's mass centre)."""
+
+
 @dataclass(frozen=True)
 class Scenery:
-    """All parts, joints and springs of a scene. size: length of a typical body, m. up: unit vector against gravity.
-
-    springs: for each spring, its two ends: (part, point relative to the part's mass centre).
-    """
+    """All parts, joints, springs and rods of a scene. size: length of a typical body, m. up: unit vector against gravity."""
 
     parts: tuple[Part, ...]
     joints: tuple[JointMark, ...]
     size: float
     up: np.ndarray
-    springs: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
+    springs: tuple[Ends, ...] = ()
+    rods: tuple[Ends, ...] = ()
 
 
 def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
@@ -89,7 +94,9 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
     g = np.array(scene.gravity, float)
     up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
     springs = [f.between for f in scene.forces.values() if isinstance(f, sm.SpringDamper)]
-    return Scenery(parts, joints, size, up, tuple(tuple((index[body_of(e)], _point(scene, e)) for e in s) for s in springs))
+    coils = tuple(tuple((index[body_of(e)], _point(scene, e)) for e in s) for s in springs)
+    rods = tuple(tuple(zip(m.parts, m.points, strict=True)) for m in joints if m.type in RODS)
+    return Scenery(parts, joints, size, up, coils, rods)
 
 
 def _attached(scene: sm.Scene, body: str) -> list[np.ndarray]:

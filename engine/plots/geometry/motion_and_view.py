@@ -97,7 +97,8 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tu
     for row in map(int, chosen):
         poses = [moved.pose(i, row) for i in range(len(scene.parts))]
         shapes = [part.mesh.vertices @ r.T + p for part, (p, r) in zip(scene.parts, poses, strict=True)]
-        ends = [r @ point + p for s in scene.springs for (p, r), point in ((moved.pose(part, row), point) for part, point in s)]
+        lines = (*scene.springs, *scene.rods)
+        ends = [r @ point + p for s in lines for (p, r), point in ((moved.pose(part, row), point) for part, point in s)]
         spots = np.concatenate([*shapes, np.reshape(ends, (-1, 3))]) @ view.T
         low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
         near = np.maximum(near, 2 * np.abs(spots - moved.positions[row].mean(axis=0) @ view.T).max(axis=0))

@@ -57,7 +57,7 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
     axes.axis("off")
     seen = [draw_bodies(axes, view, scene, moved, row)]
     _rails(axes, view, scene, moved, result, row)
-    _springs(axes, view, scene, moved, row, seen)
+    _springs_and_rods(axes, view, scene, moved, row, seen)
     scale = arrow_scale(result, scene)
     states = _contacts(axes, view, scene, moved, result, row, seen)
     frame_of(axes, np.concatenate(seen))
@@ -184,10 +184,15 @@ def _rails(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, result: 
         axes.plot(line[:, 0], line[:, 1], "-.", color=JOINT, lw=0.8, zorder=0.9)
 
 
-def _springs(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int, seen: list[np.ndarray]) -> None:
-    """Draw springs and dampers between points as zigzags."""
-    for ends in scene.springs:
+def _springs_and_rods(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int, seen: list[np.ndarray]) -> None:
+    """Draw springs and dampers between points as zigzags, and rods as lines."""
+    for k, ends in enumerate((*scene.springs, *scene.rods)):
         p, q = (((r @ point + x) @ view.T)[:2] for (x, r), point in ((moved.pose(part, row), point) for part, point in ends))
+        if k >= len(scene.springs):
+            line = np.array([p, q])
+            axes.plot(line[:, 0], line[:, 1], "o-", color=INK, lw=2.2, ms=3.6, zorder=2)
+            seen.append(line)
+            continue
         across = np.array([p[1] - q[1], q[0] - p[0]]) / max(float(np.linalg.norm(q - p)), 1e-12)
         along = np.array([0.0, 0.15, *np.linspace(0.19, 0.81, COILS), 0.85, 1.0])[:, None]
         aside = np.array([0.0, 0.0, *(WIDTH * np.linalg.norm(q - p) * (-1.0) ** np.arange(COILS)), 0.0, 0.0])[:, None]

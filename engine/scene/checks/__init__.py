@@ -19,6 +19,7 @@ from trunnion.scene.checks import (
     number_bounds,
     output_patterns,
     point_curves,
+    rods,
     start_values,
     topology,
     wheel_teeth,
@@ -27,8 +28,8 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 
 TOPICS = (
-    names, bodies, topology, joint_frames, body_placement, wheel_teeth, cam_profiles, point_curves, joint_mimics, bodiless_joints,
-    joint_friction, start_values, joint_devices, input_and_speed_curves, loads, number_bounds, output_patterns,
+    names, bodies, topology, joint_frames, body_placement, wheel_teeth, cam_profiles, point_curves, rods, joint_mimics,
+    bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, loads, number_bounds, output_patterns,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 

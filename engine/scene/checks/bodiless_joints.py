@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from trunnion.elements.friction import REGISTRY as LAWS
-from trunnion.elements.joints import REGISTRY
+from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.scene.checks.joint_devices import FIELDS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
@@ -22,16 +22,25 @@ def check(scene: Scene) -> Iterator[Finding]:
             continue
         path: Path = ("joints", name)
         kind = REGISTRY[j.type]
-        parts, move = ("wheels", "turn") if kind.rolls else ("curve and point" if kind.nq else "cam and follower", "move")
+        parts, move = _parts(kind)
         for key in (*(f for f in FIELDS if not kind.nq or f in NONE), "start"):
             if getattr(j, key) is not None:
                 hint = f"move the key to a joint on which the {parts} {move}"
                 yield Finding((*path, key), f"a {j.type} has no {key} of its own: {parts} {move} on other joints", hint)
         if j.pin == "outboard":
-            what = "neither of two wheels" if parts == "wheels" else f"neither {parts.replace(' and ', ' nor ')}"
+            what = f"neither {parts.replace(' and ', ' nor ')}" if " and " in parts else f"neither of two {parts}"
             yield Finding((*path, "pin"), f"{what} carries a pin", "leave it out")
         law = scene.law_of(j.friction) if j.friction is not None else ""
         if law and LAWS[law].bristles:
             yield Finding((*path, "friction"), f"the law {law} has bristles, which are not supported here", "choose another law")
         if j.cut is False:
             yield Finding((*path, "cut"), f"{parts} are only coupled here: this joint is always cut", "leave it out")
+
+
+def _parts(kind: JointKind) -> tuple[str, str]:
+    """(the two parts that a joint couples, their motion), in words."""
+    if kind.rolls:
+        return "wheels", "turn"
+    if kind.keeps_distance:
+        return "points", "move"
+    return "curve and point" if kind.nq else "cam and follower", "move"

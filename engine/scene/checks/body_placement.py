@@ -9,7 +9,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.body_poses import has_own_point, place_of, pose_of, poses_of, turns, vector
-from trunnion.scene.queries.body_references import GROUND, body_of, named_point, point_of, points_of, split
+from trunnion.scene.queries.body_references import body_of, is_known, point_of, split
 
 APART = 1e-6
 """Largest accepted distance between the two points of a joint, relative to the extent of the placed bodies."""
@@ -43,7 +43,7 @@ def _joints(scene: Scene) -> Iterator[Finding]:
     for name, j in scene.joints.items():
         path: Path = ("joints", name)
         parts = (j.inboard, j.outboard)
-        known = all(_known(scene, s) for s in parts)
+        known = all(is_known(scene, s) for s in parts)
         if j.at is not None:
             named = [split(j.at)[0]] if isinstance(j.at, str) else []
             loose = [b for b in dict.fromkeys([*map(body_of, parts), *named]) if b in scene.bodies and pose_of(scene, b) is None]
@@ -55,7 +55,7 @@ def _joints(scene: Scene) -> Iterator[Finding]:
         if two and j.at is not None:
             what = f"the two parts of a {j.type} do not meet in one place"
             yield Finding((*path, "at"), what, "remove at; name a point of each body instead (default: the origin of its frame)")
-        if poses is None or two or (isinstance(j.at, str) and not _known(scene, j.at)):
+        if poses is None or two or (isinstance(j.at, str) and not is_known(scene, j.at)):
             continue
         spot = place_of(scene, j, poses)
         for key, side, pose in zip(("inboard", "outboard"), parts, poses, strict=True):
@@ -63,9 +63,3 @@ def _joints(scene: Scene) -> Iterator[Finding]:
             if apart > APART * max(size, math.dist(spot, (0.0, 0.0, 0.0))):
                 hint = "name only one of the two points (the other follows), or place the bodies so that the points coincide"
                 yield Finding((*path, key), f"with the bodies placed as they are, the point is {apart:.3g} m from the joint", hint)
-
-
-def _known(scene: Scene, side: object) -> bool:
-    """Whether the body and the point that a side names exist. ``checks.names`` reports missing bodies and points."""
-    body, point = body_of(side), named_point(side)  # type: ignore[arg-type]
-    return (body == GROUND or body in scene.bodies) and (not point or point in points_of(scene, body))

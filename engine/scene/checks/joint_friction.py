@@ -34,6 +34,8 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
     """(cause, hint) for a joint whose type does not support the given kind of friction."""
+    if REGISTRY[j.type].keeps_distance:
+        return f"the ends of a {j.type} are ideal", "for friction, replace it by a body with a spherical joint at each end"
     if GIVEN & named(f):
         able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
         return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that support it: {able}"

@@ -202,6 +202,8 @@ class Joint:
     """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
     mimic: Mimic | None = None
     """The leading joint, of which this joint's coordinate is a linear function; both joints have one freedom."""
+    length: Extent | None = None
+    """Length of a rod; default: the distance of its two points in the poses of the placed bodies."""
     crossed: Annotated[bool, Strict()] = False
     """Whether a belt is crossed, so that its pulleys turn in opposite directions."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None

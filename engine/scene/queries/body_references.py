@@ -86,3 +86,9 @@ def points_of(scene: Scene, body: str) -> dict[str, tuple[float, float, float]]:
     if body == GROUND:
         return scene.ground.points
     return scene.bodies[body].points if body in scene.bodies else {}
+
+
+def is_known(scene: Scene, side: str | Side) -> bool:
+    """Whether the body and the point that a side names exist. ``checks.names`` reports missing bodies and points."""
+    body, point = body_of(side), named_point(side)
+    return (body == GROUND or body in scene.bodies) and (not point or point in points_of(scene, body))

@@ -39,6 +39,10 @@ def diagnose(model: Model, status: int) -> Outcome:
             z = block.multipliers()
             numbers = {"part": part, "friction": float(np.abs(z).max()) if z.size else 0.0}
             return Outcome.named(WHY[why], block.time, name, numbers)
+    if status == Status.FAIL_NOT_FINITE and block.time == 0.0 and np.isfinite(block.y).all():
+        from trunnion.simulation.execution.missing_inertia import missing_inertia
+
+        return missing_inertia(model) or from_status(status, block.time, suspect(model, status))
     if status in LOOPS:
         return _loop_outcome(model, from_status(status, block.time, ""))
     return from_status(status, block.time, suspect(model, status))

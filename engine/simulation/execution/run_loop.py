@@ -87,6 +87,7 @@ class OneRun:
         None."""
         from trunnion.simulation.execution.assembly_notes import assembly_notes
         from trunnion.simulation.execution.drive_motion import beginning_notes
+        from trunnion.simulation.execution.missing_inertia import missing_inertia
 
         model = self.model
         model.block.configure(self.settings)
@@ -94,6 +95,8 @@ class OneRun:
         if code != 1:
             return open_loop(model, code)
         self.notes += [*assembly_notes(model.built, model.block), *beginning_notes(model.built, against_data=True)]
+        if lacking := missing_inertia(model):
+            return lacking
         first = np.zeros(model.block.width)
         status = model.begin(self.settings, 0.0, self.until, self.every, first)
         self.began = True

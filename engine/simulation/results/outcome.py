@@ -13,6 +13,8 @@ DEAD_CENTRE = "dead_centre"
 """The outcome of a loop without friction whose equations have no solution in the current position."""
 OVERLAP_LOST = "overlap_lost"
 """The outcome if two parts of a joint have slid off each other."""
+NO_INERTIA = "no_inertia"
+"""The outcome if a motion of the mechanism moves no inertia."""
 TOO_MANY_ROWS, TOO_MANY_EVENTS = "too_many_rows", "too_many_events"
 """Outcomes of runs whose rows or events filled the memory allowed for a result."""
 NAMES: dict[int, str] = {
@@ -29,6 +31,8 @@ NAMES: dict[int, str] = {
     Status.INACCURATE: "inaccurate",
 }
 ADVICE = {
+    NO_INERTIA: "the mechanism has a motion that moves no mass and no inertia, so no force determines its acceleration. Give the "
+    "moved bodies mass and inertia, or remove the freedom. In place of a massless body between two balls, use type: rod",
     "not_finite": "a freedom has no inertia, or numbers are far out of range. Check masses, inertias and start values of the "
     f"joint. With a fixed step, use a smaller step or method {AUTO.stiff.name}",
     "step_underflow": "the steps became too small: the motion is singular here, or too stiff for the tolerance. "

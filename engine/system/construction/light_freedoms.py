@@ -65,9 +65,11 @@ def massless_and_free(
             continue
         j = joints[i]
         free = [k for k in j.free if (i, k) not in light and j.devices[k].turned is None]
-        if any(not (j.kind.turns(k) and _spin(scene, b) > 0.0) for k in free):
+        loose = [k for k in free if not (j.kind.turns(k) and _spin(scene, b) > 0.0)]
+        if loose:
+            named = " and ".join(j.freedom(k) for k in loose)
             hint = "give it a mass, close a loop through it, or make it a part of another body"
-            out.append(Problem(f"bodies.{b.name}.mass", "the mass is 0, and no loop determines the motion of the body", hint))
+            out.append(Problem(f"bodies.{b.name}.mass", f"the mass is 0, and no loop determines {named}", hint))
     return out
 
 

@@ -12,6 +12,7 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.scene.queries.rod_lengths import rod_length
 from trunnion.system.construction.cam_profile_spline import profile
 from trunnion.system.construction.friction_builder import element
 from trunnion.system.construction.joint_frames import frame
@@ -129,8 +130,15 @@ class _Maker(Points):
             self.relative(b.body, b.named or f"joints.{name}.outboard.point", b.point),
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
+            length=self.length(name) if kind.keeps_distance else None,
             profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
         )
+
+    def length(self, name: str) -> Param:
+        """The length of a rod. A length that follows from the poses of bodies changes with every number of these poses."""
+        j = self.scene.joints[name]
+        made = self.table.own if j.length is not None else self.table.scalar
+        return made(f"joints.{name}.length", rod_length(self.scene, j) or 0.0, "m")
 
     def place(self, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
         """The joints with the data that depend on their order: children, friction elements, and offsets of coordinates, rates and

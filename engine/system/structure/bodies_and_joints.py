@@ -80,6 +80,7 @@ class Joint:
     ``child``, ``forward``, ``q0`` and ``v0`` belong to tree joints. ``child`` is the index of the body that the joint carries;
     ``forward`` is true if this body is the outboard part. q0 and v0 are the offsets of the joint's coordinates and free rates in
     the state. ``rows`` belongs to cut joints: the offset of the joint's constraint rows.
+    ``length`` belongs to rods, m.
     """
 
     name: str
@@ -102,6 +103,7 @@ class Joint:
     rows: int = 0
     stiffness: Leaf | None = None
     wheels: Wheels | None = None
+    length: Leaf | None = None
     profile: Profile | None = None
     curve: Curve | None = None
     mimic: Mimic | None = None
@@ -127,6 +129,12 @@ class Joint:
     def free(self) -> tuple[int, ...]:
         """Indices of the freedoms that are not driven."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
+
+    def freedom(self, k: int) -> str:
+        """A freedom in words: "freedom 3 of plane (rotation about e1)"."""
+        axis = self.kind.axes[k][0]
+        side = "outboard " if axis.side == "out" else ""
+        return f"freedom {k + 1} of {self.name} ({'rotation about' if axis.rot else 'travel along'} {side}e{axis.index + 1})"
 
     @property
     def driven(self) -> tuple[int, ...]:

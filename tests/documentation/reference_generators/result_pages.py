@@ -50,6 +50,7 @@ DETAILS = {
     "gimbal_lock": "a universal joint of the loop, else the joint where it is cut; `independence`",
     "overlap_lost": "the joint",
     "not_finite": "the joint that moves fastest",
+    "no_inertia": "the joint whose freedom takes part most in the motion",
     "inaccurate": "the joint of an event just before most of the error; `energy` (J, gained), `turned_over`, `share`",
 }
 """The joint that an outcome names, and the numbers that it reports."""

@@ -105,8 +105,9 @@ def loops_case(which: int) -> Case:
     return random_loop(which, loops=2, t=TIME, devices=0.8)
 
 
-def compared(case: Case) -> None:
-    """All quantities of a state that both formulations give: accelerations, reactions, friction, contacts, motion, energy."""
+def compared(case: Case) -> dict[str, float]:
+    """All quantities of a state that both formulations give: accelerations, reactions, friction, contacts, motion, energy. Returns
+    the engine's columns."""
     state = case.state()
     result = solve(state)
     model, row = engine_row(case)
@@ -123,6 +124,7 @@ def compared(case: Case) -> None:
         floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # the rounding error of the sum
         assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it takes energy out
         assert friction @ state.qd[name] >= floor, name
+    return row
 
 
 @pytest.mark.default_cases(3)

@@ -80,7 +80,23 @@ def wrapped_stop() -> dict[str, Any]:
     return {"gravity": ORIGIN, "bodies": bodies, "joints": joints}
 
 
+def sliders_on_a_rod() -> dict[str, Any]:
+    """Two sliders on guides that rub, with a rod between them, under a load that changes its sign: they begin to slip together."""
+    rub = {"friction": {"mu": 0.2, "half_length": 0.1, "half_width": 0.03, "half_height": 0.03}, "pin": "outboard"}
+    places = {"a": [0, 0.3, 0], "b": [0.4, 0, 0]}
+    bodies = {n: {"mass": 1.5, "inertia": [0.01] * 3, "position": at} for n, at in places.items()}
+    load = {"harmonic": {"amplitude": 12.0, "frequency": 1.5, "offset": 4.0}}
+    guide = {"type": "prismatic", "inboard": "ground"}
+    joints = {
+        "up": guide | {"axis": "y", "outboard": "a", "spring": {"stiffness": 60.0, "rest": 0.02}} | rub,
+        "along": guide | {"axis": "x", "outboard": "b", "effort": load} | rub,
+        "rod": {"type": "rod", "inboard": "a", "outboard": "b"},
+    }
+    return {"gravity": [0, 0, -9.81], "bodies": bodies, "joints": joints}
+
+
 CASES = {
+    "sliders on a rod": (sliders_on_a_rod(), 0.12),
     "cut guide": (slider_crank("guide"), 0.5),
     "cut crank pin": (slider_crank("crankpin"), 0.5),
     "late hook": (late_hook(), 1.0),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from tests.engine.mechanisms.rod_ladder import ladder, tension
 from tests.fmu.cosimulation.test_models_without_loops import test_both_flavours_are_the_engine as open_models
-from tests.fmu.fmpy_host import claim_equal_to_engine
+from tests.fmu.fmpy_host import FOLDER, Host, claim_equal_to_engine
+from tests.fmu.model_exchange.exchange_host import run_me
 from tests.fmu.scene_value_checks import claim_refuses_what_the_scene_refuses
 from tests.sampling import sampled
+from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 
 OPEN = open_models.pytestmark[0].args[1]
@@ -26,3 +30,16 @@ def test_both_flavours_are_the_engine(model: str) -> None:
 @pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
 def test_it_refuses_what_the_scene_refuses(model: str) -> None:
     claim_refuses_what_the_scene_refuses(model)
+
+
+def test_an_fmu_of_either_kind_gives_the_force_of_a_rod() -> None:
+    """By hand, on a guide whose friction follows from it; with the rod as long as a parameter says."""
+    file = FOLDER / "ladder.fmu"
+    export(ladder(), file, outputs="r0.axial_force", kind="both")
+    host = Host(file, joints__r0__length=0.55)
+    times = 0.1 * np.arange(1, 5)
+    found = [row[0] for row in host.run(0.0, 4, 0.1, "r0.axial_force")]
+    assert found == pytest.approx(tension(times, 0.3, 0.55), rel=1e-5)
+    exchanged, _, complaints = run_me(file, 0.4, ["r0.axial_force"])
+    assert complaints == []
+    assert exchanged["r0.axial_force"] == pytest.approx(tension(exchanged["time"], 0.3), rel=1e-5)

@@ -1,4 +1,4 @@
-"""Couplings of motions as springs along their rows: gears, belts, racks, bevel gears, screws, and joints that follow another.
+"""Couplings of motions as springs along their rows: gears, belts, racks, bevel gears, screws, rods, and joints that follow another.
 
 What a row has moved is a state of its own, integrated from its rate: no teeth and no turns are counted. A row presses with
 stiffness times this, and a share of its rate. Teeth that rub push their wheels apart and take a torque between them.
@@ -6,12 +6,15 @@ stiffness times this, and a share of its rate. Teeth that rub push their wheels 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.reference.compliant.fits import Level, arm, is_given, thread_arm
 from tests.reference.compliant.laws import Laws, NotJudged, Signals
 from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
 from tests.reference.mechanics.joint_constraints import lead
+from trunnion.scene.data_classes import scene as sm
 
 WHEELS = ("gear", "belt", "rack", "bevel_gear")
 
@@ -123,6 +126,39 @@ class Wheels:
 
 def _where(which: np.ndarray, new: tuple, old: tuple) -> list[np.ndarray]:
     return [np.where(which[:, None], a, b) for a, b in zip(new, old, strict=True)]
+
+
+class Rods:
+    """Rods, as springs between their points. They have no state of their own: their stretch follows from the poses."""
+
+    def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
+        joints = [scene.joints[n] for n in names]
+        self.sides = frames.sides(names)
+        self.length = np.array([j.length for j in joints], float)
+        k = [2 * level.stiffness * (j.stiffness or 1e8) / 1e8 for j in joints]
+        self.points, self.springs = {}, {}
+        for n, j, stiffness in zip(names, joints, k, strict=True):
+            f = frames.frames[n]
+            for body, point in ((f.inboard, f.p_in), (f.outboard, f.p_out)):
+                self.points.setdefault(body, {})[n] = tuple(map(float, point))
+            ends = f"{f.inboard}.{n}", f"{f.outboard}.{n}"
+            self.springs[n] = sm.SpringDamper("spring_damper", ends, stiffness, stiffness * level.delay, j.length)
+
+    def in_scene(self, scene):
+        """The scene with the springs in place of the rods, for the forces."""
+        bodies = {n: replace(b, points=b.points | self.points.get(n, {})) for n, b in scene.bodies.items()}
+        ground = replace(scene.ground, points=scene.ground.points | self.points.get("ground", {}))
+        return replace(scene, bodies=bodies, ground=ground, forces=scene.forces | self.springs)
+
+    def stretch(self, m: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """The stretches of the rods, m, and their rates."""
+        s = self.sides.seen(m)
+        across = s.q - s.p
+        far = np.sqrt(dot(across, across))
+        one, two = self.sides.one, self.sides.two
+        v1 = m.v[:, one] + cross(m.w[:, one], s.p - m.c[:, one])
+        v2 = m.v[:, two] + cross(m.w[:, two], s.q - m.c[:, two])
+        return far - self.length, dot(across, v2 - v1) / far
 
 
 class Screws:

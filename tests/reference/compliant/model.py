@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from tests.reference.compliant.compiled import Compiled, library
-from tests.reference.compliant.couplings import WHEELS, Screws, Wheels
+from tests.reference.compliant.couplings import WHEELS, Rods, Screws, Wheels
 from tests.reference.compliant.devices import Devices, Freedoms, Loads
 from tests.reference.compliant.fits import Fits, Level
 from tests.reference.compliant.laws import Laws, NotJudged, bends
 from tests.reference.compliant.motion import Forces, Frames, cross, times
-from tests.reference.mechanics.joint_constraints import TYPES
+from tests.reference.mechanics.joint_constraints import TYPES, of
 
 NUMBERS = ("mu", "mu_static", "preload", "torque", "back_torque", "force", "back_force")
 
@@ -25,7 +25,7 @@ class Model:
         strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS})
         if strange:
             raise NotJudged(f"joints of type {', '.join(strange)}")
-        self.held = [n for n, j in scene.joints.items() if j.type in TYPES]
+        self.held = [n for n, j in scene.joints.items() if j.type in TYPES and not of(j.type).line]
         wheels = [n for n, j in scene.joints.items() if j.type in WHEELS]
         screws = [n for n in self.held if scene.joints[n].type == "screw"]
         self.frames = Frames(scene, len(wheels) + len(screws))
@@ -37,7 +37,8 @@ class Model:
                                     Screws(scene, self.frames, level, screws) if screws else None) if x]  # fmt: skip
         self.free = Freedoms(scene, self.frames, self.held)
         self.devices = Devices(scene, self.frames, self.free, level)
-        self.loads = Loads(scene, self.frames)
+        self.rods = Rods(scene, self.frames, level, [n for n in scene.joints if n not in {*self.held, *wheels}])
+        self.loads = Loads(self.rods.in_scene(scene), self.frames)
         self.inverse = np.linalg.inv(self.frames.inertia)
         self.compiled = Compiled(self) if library() is not None else None
 

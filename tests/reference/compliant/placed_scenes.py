@@ -10,7 +10,7 @@ from tests.reference.mechanics.body_properties import GROUND, direction, named_p
 from tests.reference.mechanics.rotation import turned
 from trunnion.scene.data_classes import scene as sm
 
-APART = ("gear", "bevel_gear", "rack", "belt", "cam", "flat_cam", "point_on_curve")
+APART = ("gear", "bevel_gear", "rack", "belt", "cam", "flat_cam", "point_on_curve", "rod")
 """Types whose two points do not coincide."""
 
 
@@ -94,4 +94,8 @@ def _resolved(scene, joint):
         if own is not None and own.axis is not None and own.reference is None and joint.reference is None:
             own_reference = None
         sides.append(sm.Side(body, tuple(map(float, point)), own_axis, own_reference))
-    return replace(joint, inboard=sides[0], outboard=sides[1], axis=None, reference=None, at=None)
+    joint = replace(joint, inboard=sides[0], outboard=sides[1], axis=None, reference=None, at=None)
+    if joint.type != "rod" or joint.length is not None:
+        return joint
+    ends = [origin + R @ np.array(side.point) for side, (origin, R) in zip(sides, poses, strict=True)]
+    return replace(joint, length=float(np.linalg.norm(ends[1] - ends[0])))

@@ -103,6 +103,7 @@ def _rows(model: Model, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     rows = [held.reshape(len(m.t), -1)]
     for part in model.rolling:
         rows.append(part.rate(m))
+    rows.append(model.rods.stretch(m)[1])
     q, qd = model.free.seen(rest)[0][0], model.free.seen(m)[1]
     rows += [(qd[:, i] - c.ratio * qd[:, k])[:, None] for i, k, c in model.devices.mimics]
     rows += [qd[:, [i]] for i, _ in model.devices.drives]
@@ -126,7 +127,7 @@ def _closed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
         model.fits.level = replace(level, delay=0.0)
         gap = [model.fits.violations(m).reshape(-1)]
         model.fits.level = level
-        gap += [np.zeros(len(r.names)) for r in model.rolling]
+        gap += [np.zeros(len(r.names)) for r in model.rolling] + [model.rods.stretch(m)[0][0]]
         gap += [np.array([q[i] - c.ratio * q[k] - c.offset for i, k, c in model.devices.mimics])]
         gap += [np.array([q[i] - drive_motion(d, 0.0)[0] for i, d in model.devices.drives])]
         g = np.concatenate(gap)

@@ -24,6 +24,7 @@ class Reference:
     crossed    it turns about two axes at a right angle, the first fixed inboard, the second outboard.
     lead       its travel along e1 is tied to its angle by a pitch.
     one_sided  it means something else when its two sides change places (a slot is in one part, the pin on the other).
+    line       it only keeps the distance of its two points, and carries no body: its one direction is the line between them.
     rubs       its contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
     """
 
@@ -32,6 +33,7 @@ class Reference:
     crossed: bool = False
     lead: bool = False
     one_sided: bool = False
+    line: bool = False
     rubs: str = ""
 
     @property
@@ -57,6 +59,7 @@ TYPES = {
     "free": Reference(free=(0, 1, 2, 3, 4, 5), ball=True),
     "point_on_line": Reference(free=(0, 3, 4, 5), ball=True, one_sided=True),
     "point_on_plane": Reference(free=(1, 2, 3, 4, 5), ball=True, one_sided=True),
+    "rod": Reference(line=True),
 }
 """Written down apart from ``trunnion.elements.joints``: the comparison of the two is worth something only then."""
 
@@ -98,12 +101,17 @@ def lead(joint) -> float:
 
 
 def free_picker(joint) -> np.ndarray:
-    """Matrix (freedoms x 6) that picks a joint's freedoms out of its six directions, in the order of its rates."""
+    """Matrix (freedoms x 6) that picks a joint's freedoms out of its six directions, in the order of its rates. A rod has one
+    direction and no freedom."""
+    if of(joint.type).line:
+        return np.zeros((0, 1))
     return np.eye(6)[list(of(joint.type).free)].reshape(-1, 6)
 
 
 def constraint_picker(joint) -> np.ndarray:
     """Matrix (constraints x 6) that picks a joint's constrained directions; a screw ties its travel to its angle."""
+    if of(joint.type).line:
+        return np.eye(1)
     rows = np.eye(6)[[k for k in range(6) if k not in of(joint.type).free]].reshape(-1, 6)
     if of(joint.type).lead:
         rows[0, 3] = -lead(joint)
@@ -113,6 +121,8 @@ def constraint_picker(joint) -> np.ndarray:
 def directions(state, name: str) -> Directions:
     """The six directions of joint ``name`` with rates and biases, by hand differentiation of the relative motion."""
     j = state.joint_pose(name)
+    if of(state.scene.joints[name].type).line:
+        return _line(state, j)
     wi, wo = state.omega[j.inboard], state.omega[j.outboard]
     rho_i, rho_o = j.p_out - state.c[j.inboard], j.p_out - state.c[j.outboard]
     slide = state.v[j.outboard] + cross(wo, rho_o) - state.v[j.inboard] - cross(wi, rho_i)
@@ -131,12 +141,28 @@ def directions(state, name: str) -> Directions:
     return Directions(F, T, np.r_[j.A_in.T @ slide, B @ turn], np.r_[j.A_in.T @ centripetal, dB @ turn])
 
 
+def _line(state, j) -> Directions:
+    """The line between two points: d(|s|)/dt = n.v, and its rate n.dv/dt + (v.v - (n.v)^2) / |s|; v: difference of velocities."""
+    s = j.p_out - j.p_in
+    far = float(np.sqrt(s @ s))
+    n = s / far
+    v, turned = np.zeros(3), np.zeros(3)
+    for body, p, sign in ((j.outboard, j.p_out, 1.0), (j.inboard, j.p_in, -1.0)):
+        w, arm = state.omega[body], p - state.c[body]
+        v += sign * (state.v[body] + cross(w, arm))
+        turned += sign * cross(w, cross(w, arm))
+    rate = n @ v
+    return Directions(n[None, :], np.zeros((1, 3)), np.array([rate]), np.array([n @ turned + (v @ v - rate**2) / far]))
+
+
 def position_residual(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Constraint functions whose rates are the constrained directions (at a closed state), in their order.
 
     R takes outboard to inboard joint components, s is the travel in inboard components.
     """
     kind = of(joint.type)
+    if kind.line:
+        return np.array([np.sqrt(s @ s) - joint.length])
     if kind.crossed:
         return np.r_[s, -R[0, 1]]
     trans = [s[k] for k in range(3) if k not in kind.free]

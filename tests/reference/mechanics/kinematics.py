@@ -103,8 +103,9 @@ def forward(scene, q: Mapping, qd: Mapping | None = None, t: float = 0.0) -> Sta
     qd follow from the poses (at the turn nearest to a given q)."""
     qd = qd or {}
     state = empty_state(scene, t)
-    listed = [n for n in scene.joints if n in q]
-    fixed = [n for n, j in scene.joints.items() if not freedoms(j.type) and n not in q]
+    carrying = {n: j for n, j in scene.joints.items() if not of(j.type).line}
+    listed = [n for n in carrying if n in q]
+    fixed = [n for n, j in carrying.items() if not freedoms(j.type) and n not in q]
     while len(state.R) <= len(scene.bodies):
         ready = [n for n in listed + fixed if _one_end(state, n)]
         if not ready:

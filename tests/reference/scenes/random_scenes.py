@@ -177,7 +177,12 @@ def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
 
 
 def _closing_joint(rng, state: State, kind: str, a: str, b: str) -> tuple[sm.Joint, np.ndarray]:
-    """A joint of a type between a and b whose outboard side is placed according to a random q."""
+    """A joint of a type between a and b whose outboard side is placed according to a random q. A rod joins any two points."""
+    if of(kind).line:
+        points = [np.array(rp.numbers(rng, 3, 0.4)) for _ in (a, b)]
+        there = [state.r[body] + state.R[body] @ p for body, p in zip((a, b), points, strict=True)]
+        ends = (sm.Side(body, tuple(map(float, p))) for body, p in zip((a, b), points, strict=True))
+        return sm.Joint(kind, *ends, length=float(np.linalg.norm(there[1] - there[0]))), np.zeros(0)
     q, _ = rp.coordinates(rng, kind)
     extras = _extras(rng, kind)
     local = np.array(rp.numbers(rng, 3, 0.4))

@@ -24,13 +24,13 @@ const boxes = run.meshes.map((mesh) => {
   return Array.from({ length: 8 }, (_, k) => [0, 1, 2].map((i) => (k >> i & 1 ? high : low)[i]));
 });
 
-// Points at up to 60 instants (corners of boxes, ends of springs, tips of arrows): in the world, and relative to ``centre``.
+// Points at up to 60 instants (corners of boxes, ends of springs and rods, tips of arrows): in the world, and relative to ``centre``.
 const swept = (() => {
   const all = [], near = [], count = Math.min(60, last + 1);
   for (let k = 0; k < count; k++) {
     const m = moment(times[Math.round(k * last / Math.max(1, count - 1))]), c = centre(m);
     const spots = run.parts.flatMap((part, i) => boxes[part.mesh].map((p) => m.place(i, p)));
-    for (const ends of run.springs) for (const e of ends) spots.push(m.place(e.part, e.point));
+    for (const ends of [...run.springs, ...run.rods]) for (const e of ends) spots.push(m.place(e.part, e.point));
     for (const j of run.joints) {
       for (const pin of j.pins) for (const p of boxes[pin.mesh]) spots.push(m.place(pin.part, p));
       spots.push(m.place(j.parts[1], j.point));

@@ -69,12 +69,13 @@ function grid(m, cam, ink) {
 
 // Zigzag of a spring: places along and across the spring, divided by its length.
 const ZIGZAG = [[0, 0], [0.15, 0], ...Array.from({ length: 9 }, (_, k) => [0.19 + 0.0775 * k, k % 2 ? -0.05 : 0.05]), [0.85, 0], [1, 0]];
-function springs(m, cam, ink) {
+function threads(m, cam, ink) {
   for (const ends of run.springs) {
     const [p, q] = ends.map((e) => m.place(e.part, e.point)), d = add(q, p, -1);
     const aside = add(add([0, 0, 0], cam.right, dot(d, cam.up)), cam.up, -dot(d, cam.right));
     lines(cam, ZIGZAG.map(([a, b]) => add(add(p, d, a), aside, b)), css(ink.ink), 1.6);
   }
+  for (const ends of run.rods) lines(cam, ends.map((e) => m.place(e.part, e.point)), css(ink.ink), 3);
 }
 
 function arrow(tail, tip, color) {
@@ -125,7 +126,7 @@ function flat(m, cam, ink) {
   leaf.setLineDash([9, 4, 2, 4]);
   for (const rail of run.rails) lines(cam, [rail.from, rail.to].map((x) => m.place(rail.part, x)), css(ink.line), 1.2);
   leaf.setLineDash([]);
-  springs(m, cam, ink);
+  threads(m, cam, ink);
   if (look.traces) for (const t of paths()) lines(cam, past(t, m.t), css(mixed(rgb(run.parts[t.part].color), ink.ink, 0.35)), 2);
   for (const j of run.joints) for (const pin of j.pins) visible(run.meshes[pin.mesh], m.pose(pin.part), run.colors.joint, cam, 0, pins);
   leaf.globalAlpha = 0.82;

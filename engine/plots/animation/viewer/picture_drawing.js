@@ -45,10 +45,9 @@ function deep(m, cam, ink) {
   gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   const light = unit(add(add(add([0, 0, 0], cam.right, LIT[0]), cam.up, LIT[1]), cam.toward, LIT[2]));
   card.all({ uView: cam.matrix, uEye: cam.eye, uHalf: [stage.width / 2, stage.height / 2], uNear: cam.near, uLight: light, uUp: run.up, uHatch: 9 * cam.ratio });
-  if (run.springs.length) {
-    const ends = run.springs.map((s) => s.map((e) => m.place(e.part, e.point)));
-    card.refill(things.coils, new Float32Array(ends.flatMap(([p, q]) => coil(p, q))));
-  }
+  const [coils, rods] = [run.springs, run.rods].map((all) => all.map((s) => s.map((e) => m.place(e.part, e.point))));
+  if (coils.length) card.refill(things.coils, new Float32Array(coils.flatMap(([p, q]) => coil(p, q))));
+  if (rods.length) card.refill(things.rods, new Float32Array(rods.flatMap(strip)));
   ground(m, cam, ink);
   if (look.xray) {
     drawJoints(m, cam, 1, ink);

@@ -30,7 +30,7 @@ function prepared() {
   const shells = new Set(run.joints.flatMap((j) => j.pins).filter(shell));
   const rails = run.rails.map((rail) => ({ part: rail.part, lines: card.lines(new Float32Array(dashes(rail.from, rail.to))) }));
   const empty = () => card.lines(new Float32Array(EDGE), card.gl.DYNAMIC_DRAW);
-  return { shapes, patches, shells, rails, shaft: card.shape(SHAFT), head: card.shape(HEAD), coils: empty(), rim: empty(), traces: null };
+  return { shapes, patches, shells, rails, shaft: card.shape(SHAFT), head: card.shape(HEAD), coils: empty(), rods: empty(), rim: empty(), traces: null };
 }
 
 // Whether a pin is as large as its body (a drawer in its runners): then only its edges are drawn.
@@ -125,7 +125,7 @@ function capped(i, m, cut) {
   gl.disable(gl.STENCIL_TEST);
 }
 
-// Draw pins, coils, rails and contacts.
+// Draw pins, coils, rods, rails and contacts.
 function drawJoints(m, cam, alpha, ink) {
   const gl = card.gl, k = run.arrow * look.arrows, thick = Math.max(0.011 * run.size, 1.3 / cam.s);
   gl.enable(gl.CULL_FACE);
@@ -137,7 +137,9 @@ function drawJoints(m, cam, alpha, ink) {
     }
   }
   for (const rail of things.rails) card.edges(rail.lines, { ...pose(m.pose(rail.part)), uColor: [...ink.line, alpha], uCut: OFF, uWidth: 1.5 * cam.ratio, uBias: 0 });
-  if (run.springs.length) card.edges(things.coils, { ...pose(GROUND), uColor: [...ink.ink, alpha], uCut: OFF, uWidth: Math.min(2.6, Math.max(1.5, 0.006 * run.size * cam.s)) * cam.ratio, uBias: 0 });
+  const thread = Math.min(2.6, Math.max(1.5, 0.006 * run.size * cam.s)) * cam.ratio;
+  for (const [all, lines, wide] of [[run.springs, things.coils, thread], [run.rods, things.rods, 2 * thread]])
+    if (all.length) card.edges(lines, { ...pose(GROUND), uColor: [...ink.ink, alpha], uCut: OFF, uWidth: wide, uBias: 0 });
   for (const c of m.contacts) {
     const color = [...ramp(pressure(c)), alpha], there = patchPose(m, c), patch = things.patches.get(c.mark);
     gl.enable(gl.POLYGON_OFFSET_FILL);
