@@ -9,6 +9,7 @@ from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import NamedTuple
 
 
 class Space(IntEnum):
@@ -42,8 +43,7 @@ LANES = 4
 """Number of directions along which a program of tangents differentiates at once."""
 
 
-@dataclass(frozen=True)
-class Slot:
+class Slot(NamedTuple):
     """Contiguous numbers of an array, given by the array, the first index and the count."""
 
     space: Space

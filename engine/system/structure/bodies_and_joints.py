@@ -123,12 +123,12 @@ class Joint:
         own = self.mimic or self.light
         return 0 if own and own.turns else self.kind.travels
 
-    @property
+    @cached_property
     def free(self) -> tuple[int, ...]:
         """Indices of the freedoms that are not driven."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
 
-    @property
+    @cached_property
     def driven(self) -> tuple[int, ...]:
         """Indices of the freedoms whose motion is prescribed."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is not None)
