@@ -20,11 +20,10 @@ from typing import Any
 class Held:
     """State of Ctrl-C in a block of ``held``. asked: Ctrl-C has been pressed. lets_through: Ctrl-C raises KeyboardInterrupt."""
 
-    def __init__(self) -> None:
-        self.asked = False
-        self.lets_through = False
-        self._around: Held | None = None
-        self._handler: Any = None
+    asked = False
+    lets_through = False
+    _around: Held | None = None
+    _handler: Any = None
 
     def __enter__(self) -> Held:
         global _in_force

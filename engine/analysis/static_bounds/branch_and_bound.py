@@ -123,7 +123,7 @@ class Search:
         visit adds; [] if the relaxation is exact."""
         j = self._worst(cell, answer)
         if j is None:
-            return [cell] if self.linear.is_below(answer) else []
+            return [cell] if len(self.linear.missing(answer)) else []
         v = self.program.terms[j] @ answer.X
         cones = _first(len(v)) if j not in cell else _cut(cell[j], v)
         return [{**cell, j: G} for G in cones]

@@ -96,23 +96,17 @@ class Relaxation:
         found = None
         for _ in range(12):
             found = self._solve()
-            if found is None or self.is_over() or not len(cuts := self._cut_off(found)):
+            if found is None or self.is_over() or not len(cuts := self.missing(found)):
                 return found
             self._keep(cuts)
             self.linear.add(cuts)
         return found
 
-    def is_below(self, a: Answer) -> bool:
-        """Whether the solution underestimates a norm."""
-        return bool(self._below(a).any())
-
-    def _below(self, a: Answer) -> np.ndarray:
+    def missing(self, a: Answer) -> np.ndarray:
+        """Cuts where the solution underestimates a norm. Norms of one component lack none: they have all their cuts from the
+        beginning, and are underestimated by the tolerance of the linear program."""
         size = self.program.norms(a.X)
-        return size - a.t > 1e-10 * np.maximum(1.0, size)
-
-    def _cut_off(self, a: Answer) -> np.ndarray:
-        """Cuts where the solution underestimates a norm."""
-        return self._tangents(a.X, self._below(a))
+        return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 
     def _tangents(self, X: np.ndarray, terms: np.ndarray) -> np.ndarray:
         """The cuts that touch the norms of these terms (mask) at X. A norm that is zero, or of one component, has none."""

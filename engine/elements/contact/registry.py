@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from typing import TYPE_CHECKING
 
 from trunnion.basics.number_declarations import Number, merged
@@ -65,6 +66,7 @@ def element_of(usual: str, turns: tuple[bool, ...], named: Iterable[str]) -> str
     return CONSTANT.get(turns, "") if GIVEN & set(named) else usual
 
 
+@cache
 def sizes() -> dict[str, tuple[Number, tuple[str, ...]]]:
     """All sizes by name, each with the names of the elements that have this size."""
     return merged({e.name: e.sizes for e in REGISTRY.values()})

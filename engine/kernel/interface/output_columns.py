@@ -61,8 +61,8 @@ def _columns(kind: ColumnKind, s: Subject) -> list[Column]:
     out = []
     for number, item, component in shown(kind, s):
         q = kind.quantities[number]
-        words = s.words | {n: str(k + 1) for n, k in ((ITEM, item), (COMPONENT, component)) if k is not None}
-        name, unit, text = (t.format_map(words) if "{" in t else t for t in (q.column, q.unit, q.text))
+        words = s.words | {ITEM: str((item or 0) + 1), COMPONENT: str((component or 0) + 1)}
+        name, unit, text = q.column.format_map(words), q.unit.format_map(words), q.text.format_map(words)
         out.append(Column(name, unit, text, kind.name, s.key, number, item, component, q.post(s), q.bound))
     return out
 

@@ -86,10 +86,17 @@ void tr_op_curve_piece(double *const *a, const int *how) {
   memcpy(a[2] + 1, starts + how[0] + 4 * low, sizeof(double) * 4);
 }
 
+void tr_op_shared(double *const *a, const int *how) {
+  const tr_scene *s = scene_of(a[0]);
+  const tr_program range = {.length = how[1], .code = s->shared.code + how[0]};
+  BASES([C] = a[0], [X] = a[1], [Y] = a[2], [W] = a[3], [MAPS] = a[4], [T] = a[5]);
+  execute(s, &range, base);
+}
+
 void (*const tr_builtin_ops[])(double *const *, const int *) = {
     tr_op_zero, tr_op_copy, tr_op_gather, tr_op_add, tr_op_combine, tr_op_select, tr_op_scale, tr_op_add_dot, tr_op_add_row_dots, tr_op_add_columns, tr_op_add_strided_columns,
     tr_op_add_transposed_product, tr_op_mirrored_product, tr_op_wrench_columns, tr_op_transposed_product, tr_op_cut_joint_friction, tr_op_factor_loops, tr_op_solve_loops,
-    tr_op_curve_piece, tr_op_curve_foot,
+    tr_op_curve_piece, tr_op_curve_foot, tr_op_shared,
 };
 
 /* -- functions of a kernel ------------------------------------------------------------------------------------------------------ */

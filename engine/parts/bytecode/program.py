@@ -9,6 +9,7 @@ from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import NamedTuple
 
 
 class Space(IntEnum):
@@ -42,8 +43,7 @@ LANES = 4
 """Number of directions along which a program of tangents differentiates at once."""
 
 
-@dataclass(frozen=True)
-class Slot:
+class Slot(NamedTuple):
     """Contiguous numbers of an array, given by the array, the first index and the count."""
 
     space: Space
@@ -114,22 +114,31 @@ class Builtin(IntEnum):
     CURVE_FOOT = 19
     """p (2), curve, out (11); number of pieces: out = the foot of p on the curve. The numbers of a curve are its period (0 if it is
     open), then for each piece: start, end, arc length to the start, coefficients (4, 4)."""
+    SHARED = 20
+    """The arrays C, X, Y, W, MAPS and T; start, length: execute a range of the program ``shared`` with these arrays."""
 
 
 BUILTINS = len(Builtin)
+JOINED = (int(Builtin.ZERO), int(Builtin.COPY))
+"""Ops of which calls for adjacent slots are joined."""
 
 
 @dataclass
 class Program:
-    """The calls of one function of a scene. scratch: number of doubles in T."""
+    """The calls of one function of a scene. scratch: number of doubles in T. in_ranges: whether other programs execute ranges of
+    the code, which must not move."""
 
     code: array[int] = field(default_factory=lambda: array("i"))
     scratch: int = 0
+    in_ranges: bool = False
 
     def call(self, function: int, operands: Sequence[Slot], numbers: Sequence[int] = ()) -> None:
         """Append a call of an op."""
-        slots = [i for b in operands for i in (b.space, b.at)]
-        self.code.extend([function, len(operands), len(numbers), *slots, *numbers])
+        call = [function, len(operands), len(numbers)]
+        for slot in operands:
+            call += slot.space, slot.at
+        call += numbers
+        self.code.extend(call)
 
     def scratch_slot(self, size: int) -> Slot:
         """Allocate a slot in T. Its values are valid during one execution of the program."""
@@ -151,10 +160,12 @@ class Program:
         out: list[int] = []
         last: list[int] = []
         code, first = self.code.tolist(), 0
+        if self.in_ranges:
+            return code
         while first < len(code):
             call = code[first : first + 3 + 2 * code[first + 1] + code[first + 2]]
             first += len(call)
-            both = _joined(last, call)
+            both = _joined(last, call) if call[0] in JOINED else []
             if both:
                 del out[-len(last) :]
             last = both or call
@@ -163,9 +174,9 @@ class Program:
 
 
 def _joined(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of two successive calls; empty if there is none. Copies within an array are not joined, because
-    the second may read what the first wrote."""
-    if not a or a[0] != b[0] or a[0] not in (Builtin.ZERO, Builtin.COPY) or a[3:-1:2] != b[3:-1:2]:
+    """One call that does the work of two successive calls, the second of an op in ``JOINED``; empty if there is none. Copies within
+    an array are not joined, because the second may read what the first wrote."""
+    if not a or a[0] != b[0] or a[3:-1:2] != b[3:-1:2]:
         return []
     if a[0] == Builtin.COPY and a[3] == a[5]:
         return []

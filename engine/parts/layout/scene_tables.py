@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 
 from trunnion.parts.bytecode.program import BUILTINS, Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import body_step
-from trunnion.parts.primitives.primitive_keys import BodyKey, Primitive
+from trunnion.parts.primitives.primitive_keys import BodyKey, FrictionKey, Primitive, rubbing
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
+from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 POINTER = 1
@@ -34,6 +35,8 @@ class SceneTables:
     """Whether friction is solved along the recursion, in loops as well."""
     bare: bool = False
     """Whether a cut joint without devices computes only the outputs that its constraint needs."""
+    keys: dict[str, FrictionKey] = field(default_factory=dict)
+    """The keys of friction primitives by joint, as far as they were asked for."""
     multipliers: int = 0
     """Number of multipliers of the rows of cut joints. These multipliers precede the friction multipliers."""
 
@@ -99,6 +102,13 @@ class SceneTables:
         """Call an op of a primitive, by default its first op, with operands given by name."""
         name = name or primitive.first
         program.call(self.function(primitive, name), [operands[p] for p in primitive.operands[name]])
+
+    def key_of(self, e: Element) -> FrictionKey:
+        """The key of an element's primitives."""
+        name = e.joint.name
+        if name not in self.keys:
+            self.keys[name] = rubbing(e)
+        return self.keys[name]
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 

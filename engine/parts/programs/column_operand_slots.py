@@ -11,7 +11,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.kernel.interface.runtime_tables import GIVING, names_of_powers
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.primitives.primitive_keys import PIN_IN, PIN_OUT, rubbing
+from trunnion.parts.primitives.primitive_keys import PIN_IN, PIN_OUT
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.operands import element_operands, write_pin, write_span
 from trunnion.runtime.abi.run_records import EXTRA
@@ -206,7 +206,7 @@ class ColumnOperands:
 
     def friction(self, name: str) -> Provided:
         e = self.elements[name]
-        return Provided(element_operands(self.scene, self.program, e), rubbing(e))
+        return Provided(element_operands(self.scene, self.program, e), self.scene.key_of(e))
 
     def contact_reaction(self, name: str) -> Provided:
         (j, m), ft = self.joint(name), self.outboard_wrench(name)

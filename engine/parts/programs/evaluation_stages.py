@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction
-from trunnion.parts.primitives.primitive_keys import rubbing
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.parts.programs.force_columns import ForceColumns
@@ -106,5 +105,5 @@ class EvaluationPrograms(EvaluationPasses):
             self.pin_of_cut(program, e, ft, rows)
         else:
             self.pin(program, e, N[e.joint.child], rows)
-        primitive, v = friction.drift(rubbing(e)), self.motion_of(e.joint)[1]
+        primitive, v = friction.drift(self.scene.key_of(e)), self.motion_of(e.joint)[1]
         self.scene.call(program, primitive, N=rows, r=v, out=out, **element_operands(self.scene, program, e))

@@ -1,11 +1,10 @@
 """Columns of the affine maps. The unit force of each multiplier is reduced inward, from its joint to the ground. An outward pass
 over the branch then computes accelerations and reactions.
 
-Every column uses the same calls per body, in shared scratch. The results are copied into the maps."""
+Every column uses the same calls per body, in shared scratch. The calls stand once in the program ``shared``: a column executes the
+range of each run of bodies. The results are copied into the maps."""
 
 from __future__ import annotations
-
-from array import array
 
 from trunnion.parts.bytecode.body_and_joint_slots import free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
@@ -26,17 +25,22 @@ class ForceColumns:
         self.pressed = program.scratch_slot(nv * self.maps.active)
         self.forces = program.scratch_slot(6 * (n + 1))
         self.rows, self.held = program.scratch_slot(self.maps.nn), program.scratch_slot(self.maps.ne)
-        Z, N = program.scratch_slot(6 * n), program.scratch_slot(6 * n)
-        self.Z = Z
-        self.inward = [self._column(i) for i in range(n)]
-        self.outward = [self._response(i, Z, N) for i in range(n)]
-        self.found = {e.joint.child: self._found(e, N.slice(6 * e.joint.child, 6)) for e in stepping.elements if not e.joint.cut}
+        self.Z, self.N = program.scratch_slot(6 * n), program.scratch_slot(6 * n)
+        self.shared = self.scene.program("shared")
+        self.shared.in_ranges = True
+        self.inward = self._inward()
+        self.elements = {e.joint.child: e for e in stepping.elements if not e.joint.cut}
         joints = stepping.shares.joints if stepping.shares else []
-        self.transmitted = {j.child: self._transmitted(j, N) for j in joints if not j.cut}
-        self.moving: frozenset[int] = frozenset()
-        self.passes: dict[frozenset[int], tuple[frozenset[int], array[int]]] = {}
+        self.transmitted = {j.child: program.scratch_slot(6) for j in joints if not j.cut}
+        self.moving: set[int] = set()
+        """Roots of the branches that the present column moves."""
         self.parents = [self.scene.parent(b) for b in range(n)]
-        self.roots = self._roots()
+        self.roots, self.first = self._roots(), self._first()
+        branches: dict[int, list[int]] = {}
+        for b, root in enumerate(self.roots):
+            branches.setdefault(root, []).append(b)
+        self.outward = {root: self._outward(branch) for root, branch in branches.items()}
+        self.held_cuts = [e for e in stepping.elements if e.joint.cut] if self.maps.held else []
         self.where = stepping.where()
         self.own: dict[str, Slot] = {}
         self.rubbing = {e.joint.name: e for e in stepping.elements}
@@ -51,38 +55,49 @@ class ForceColumns:
         """Slot of the force column on a body. The slot for the ground is not used."""
         return self.forces.slice(6 * (i if i != GROUND else len(self.system.bodies)), 6)
 
-    def _column(self, i: int) -> array[int]:
-        """Calls of body i in the inward reduction."""
-        s, one, j = self.stepping, Program(), self.system.tree[i]
-        self.scene.body_call(
-            one, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=free_of(self.effort, j), yc=free_of(self.y, j),
-            fq=free_of(self.fq, j), fc=self._force(i), up=self._force(self.scene.parent(i)),
-        )  # fmt: skip
-        return one.code
+    def _inward(self) -> list[int]:
+        """Write the inward reduction of all bodies, outermost first. Returns the positions where the calls of the bodies end, and
+        where those of the outermost body start. So the calls of body i start at position i + 1 of this list, and end at i."""
+        s, ends = self.stepping, [len(self.shared.code)]
+        for i, j in reversed(list(enumerate(self.system.tree))):
+            self.scene.body_call(
+                self.shared, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=free_of(self.effort, j),
+                yc=free_of(self.y, j), fq=free_of(self.fq, j), fc=self._force(i), up=self._force(self.scene.parent(i)),
+            )  # fmt: skip
+            ends.append(len(self.shared.code))
+        return ends[::-1]
 
-    def _response(self, i: int, Z: Slot, N: Slot) -> array[int]:
-        """Calls of body i in the outward pass."""
-        s, one, j, parent = self.stepping, Program(), self.system.tree[i], self.scene.parent(i)
-        before = self.scene.zeros if parent == GROUND else Z.slice(6 * parent, 6)
-        self.scene.body_call(
-            one, i, "response", work=s.moving[i].work, kept=s.kept[i], Z=before,
-            yc=free_of(self.y, j), fc=self._force(i), qdd=free_of(self.qdd, j), Zo=Z.slice(6 * i, 6), N=N.slice(6 * i, 6),
-        )  # fmt: skip
-        return one.code
+    def _outward(self, branch: list[int]) -> tuple[int, int]:
+        """Write the outward pass over the bodies of a branch, and what it leaves in the slots of the column. Returns the start and
+        the length of these calls."""
+        s, one, start = self.stepping, Program(), len(self.shared.code)
+        for i in branch if s.asked else ():
+            j, parent = self.system.tree[i], self.parents[i]
+            before = self.scene.zeros if parent == GROUND else self.Z.slice(6 * parent, 6)
+            self.scene.body_call(
+                one, i, "response", work=s.moving[i].work, kept=s.kept[i], Z=before, yc=free_of(self.y, j), fc=self._force(i),
+                qdd=free_of(self.qdd, j), Zo=self.Z.slice(6 * i, 6), N=self.N.slice(6 * i, 6),
+            )  # fmt: skip
+        for i in branch:
+            N, j = self.N.slice(6 * i, 6), self.system.tree[i]
+            if i in self.elements:
+                self._found(one, self.elements[i], N)
+            if i in self.transmitted:
+                self.scene.outboard_wrench(one, j, s.moving[i], N, self.transmitted[i])
+        self.shared.code.extend(one.merged())
+        return start, len(self.shared.code) - start
 
-    def _found(self, e: Element, N: Slot) -> array[int]:
-        """Calls that copy a joint's reaction components and accelerations into the slots of the current column."""
-        one, j = Program(), e.joint
-        self.stepping.pin(one, e, N, self.rows.slice(e.n0, len(e.needs)), whole=False)
+    def _found(self, program: Program, e: Element, N: Slot) -> None:
+        """Copy a joint's reaction components and accelerations into the slots of the current column."""
+        j = e.joint
+        self.stepping.pin(program, e, N, self.rows.slice(e.n0, len(e.needs)), whole=False)
         for f in j.free if self.maps.held else ():
-            one.copy(free_of(self.qdd, j).slice(j.free.index(f), 1), self.held.slice(e.eta[0] + f, 1))
-        return one.code
+            program.copy(free_of(self.qdd, j).slice(j.free.index(f), 1), self.held.slice(e.eta[0] + f, 1))
 
-    def _transmitted(self, j: Joint, N: Slot) -> tuple[array[int], Slot]:
-        """Calls that compute the wrench on a joint's outboard part; also the slot of this wrench."""
-        one, ft = Program(), self.program.scratch_slot(6)
-        self.scene.outboard_wrench(one, j, self.stepping.moving[j.child], N.slice(6 * j.child, 6), ft)
-        return one.code, ft
+    def _execute(self, start: int, length: int) -> None:
+        """Write a call that executes a range of the program ``shared``."""
+        spaces = (Space.C, Space.X, Space.Y, Space.W, Space.MAPS, Space.T)
+        self.program.call(Builtin.SHARED, [Slot(space, 0, 0) for space in spaces], [start, length])
 
     def _of_row(self, column: int, row: int) -> None:
         """Write one constraint row of a cut joint, and the generalised forces that a unit of its multiplier causes."""
@@ -143,24 +158,22 @@ class ForceColumns:
 
     def _empty(self) -> None:
         """Set the slots of the current column to zero."""
-        self.own, self.moving = {}, frozenset()
+        self.own, self.moving = {}, set()
         for block in (self.y, self.fq, self.forces, self.rows, *([self.held] if self.maps.held else [])):
             self.program.zero(block)
 
     def _move(self, begin: list[int], column: int) -> None:
         """Write the inward pass from the bodies on which the force acts. Then write the outward pass over all bodies that move."""
         program = self.program
-        for i in self._path(begin):
-            program.code += self.inward[i]
-        roots = frozenset(self.roots[i] for i in begin if i != GROUND)
-        if roots not in self.passes:
-            branch = [b for b, root in enumerate(self.roots) if root in roots]
-            self.passes[roots] = frozenset(branch), self._outward(branch)
-        self.moving, outward = self.passes[roots]
-        program.code += outward
-        for e in self.stepping.elements if self.maps.held else []:
-            if e.joint.cut and not self.moving.isdisjoint((e.joint.inb, e.joint.out)):
-                Z = [self.Z.slice(6 * b, 6) if b in self.moving else self.scene.zeros for b in (e.joint.inb, e.joint.out)]
+        for last, first in self._runs(begin):
+            self._execute(self.inward[last + 1], self.inward[first] - self.inward[last + 1])
+        self.moving = {self.roots[i] for i in begin if i != GROUND}
+        for root in sorted(self.moving):
+            self._execute(*self.outward[root])
+        for e in self.held_cuts:
+            ends = e.joint.inb, e.joint.out
+            if any(map(self._moves, ends)):
+                Z = [self.Z.slice(6 * b, 6) if self._moves(b) else self.scene.zeros for b in ends]
                 self.stepping.along_cut(program, self.stepping.closing(e.joint), Z, self.held.slice(e.eta[0], e.joint.kind.nv))
 
     def _constrain(self, out: Slot, count: int) -> None:
@@ -183,26 +196,28 @@ class ForceColumns:
         """Wrench that a joint transmits in the present column; None means zero."""
         if j.cut:
             return self.own.get(j.name)
-        return self.transmitted[j.child][1] if j.child in self.moving else None
+        return self.transmitted[j.child] if self._moves(j.child) else None
 
-    def _outward(self, branch: list[int]) -> array[int]:
-        """Calls of the outward pass over these bodies, and of what it leaves in the slots of the column."""
-        out = array("i")
-        for i in branch if self.stepping.asked else ():
-            out += self.outward[i]
-        for i in branch:
-            out += self.found.get(i, array("i"))
-            out += self.transmitted[i][0] if i in self.transmitted else array("i")
-        return out
+    def _moves(self, b: int) -> bool:
+        """Whether the present column moves a body."""
+        return b != GROUND and self.roots[b] in self.moving
 
-    def _path(self, begin: list[int]) -> list[int]:
-        """Bodies on the paths from ``begin`` to the ground, outermost first."""
-        path: set[int] = set()
-        for i in begin:
-            while i != GROUND:
-                path.add(i)
-                i = self.parents[i]
-        return sorted(path, reverse=True)
+    def _runs(self, begin: list[int]) -> list[tuple[int, int]]:
+        """Last and first body of each run of successive bodies on the paths from ``begin`` to the ground, outermost first."""
+        outer, runs = set(begin) - {GROUND}, []
+        while outer:
+            last = max(outer)
+            first = self.first[last]
+            runs.append((last, first))
+            outer = {i for i in (*outer, self.parents[first]) if GROUND < i < first}
+        return runs
+
+    def _first(self) -> list[int]:
+        """For each body, the first body of the run in which each body is the inboard body of the next."""
+        first: list[int] = []
+        for b, parent in enumerate(self.parents):
+            first.append(first[parent] if GROUND < parent == b - 1 else b)
+        return first
 
     def _roots(self) -> list[int]:
         """For each body, the body of its branch that a joint connects to the ground. All bodies of a branch move together."""

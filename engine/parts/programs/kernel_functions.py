@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from trunnion.parts.bytecode.program import Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction, joint_devices
-from trunnion.parts.primitives.primitive_keys import rubbing
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.column_programs import ColumnPrograms
 from trunnion.parts.programs.operands import coordinate_rates, element_operands
@@ -45,7 +44,7 @@ def _laws(s: ScenePasses, alone: bool) -> None:
     for e in elements(s.system):
         n, nv = len(e.needs), e.joint.kind.nv
         s.call(
-            program, friction.law(rubbing(e), alone), N=Slot(Space.N, e.n0, n), r=Slot(Space.R, e.rate0, nv),
+            program, friction.law(s.key_of(e), alone), N=Slot(Space.N, e.n0, n), r=Slot(Space.R, e.rate0, nv),
             eta=Slot(Space.OUT, e.eta[0], nv), dN=Slot(Space.DN, dn, nv * n),
             sliding=Slot(Space.SPEED, SLIDING * e.friction.sliders[0].flag, 0), **_states(s, program, e),
         )  # fmt: skip
@@ -65,7 +64,7 @@ def _held(s: ScenePasses, alone: bool) -> None:
                 program.zero(rows)
             continue
         N, u = Slot(Space.N, e.n0, n), Slot(Space.U, e.eta[0], e.joint.kind.nv)
-        s.call(program, friction.held(rubbing(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, program, e))
+        s.call(program, friction.held(s.key_of(e), alone), N=N, u=u, hold=hold, dN=rows, **_states(s, program, e))
 
 
 def _pressed(s: ScenePasses) -> None:
@@ -74,7 +73,7 @@ def _pressed(s: ScenePasses) -> None:
     for e, _, count in rubbing_on_loops(s.system):
         n, nv, stiffness = len(e.needs), e.joint.kind.nv, e.joint.stiffness
         operands = _states(s, program, e, *([] if stiffness is None else [stiffness]))
-        primitive, more = friction.pressed(rubbing(e), stiffness is not None), Slot(Space.OUT, at, count)
+        primitive, more = friction.pressed(s.key_of(e), stiffness is not None), Slot(Space.OUT, at, count)
         N, r, u = Slot(Space.N, e.n0, n), Slot(Space.R, e.rate0, nv), Slot(Space.U, e.eta[0], nv)
         s.call(program, primitive, N=N, r=r, u=u, more=more, dN=Slot(Space.DN, dn, count * (n + nv)), **operands)
         at, dn = at + count, dn + count * (n + nv)

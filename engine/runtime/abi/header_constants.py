@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parents[1] / "base"
@@ -18,6 +18,7 @@ def _values() -> dict[str, str]:
     return dict(d for file in (TOLERANCES, STICK_RULE) for d in DEFINITION.findall(file.read_text(encoding="utf-8")))
 
 
+@cache
 def number(name: str) -> float:
     """The value of a constant. Raises KeyError if the name is unknown."""
     value = _values()[name]

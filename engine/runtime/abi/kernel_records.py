@@ -72,9 +72,9 @@ const int *row : (rows) vector of each row (-1: independent of all directions)
 
 PROGRAMS = (
     "prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "closure", "events", "energy", "qdot", "eval",
-    "contacts", "kappa", "pressed", "begin", "narrow", "respond", "answer", "derive", "point", "shift",
+    "contacts", "kappa", "pressed", "begin", "narrow", "respond", "answer", "derive", "point", "shift", "shared",
 )  # fmt: skip
-"""Functions of a scene of parts, in the order of their programs."""
+"""Functions of a scene of parts, in the order of their programs. Others execute ranges of ``shared``."""
 
 SCENE = Record("tr_scene", "A scene of parts: its programs, the primitives that they call, and the constants that they read.",
                "\n".join(f"tr_program {name}" for name in PROGRAMS) + """

@@ -3,6 +3,7 @@
 
 #define RESUMED_MOST 2       /* × the number of pairs: failures passed at one time; in the second half, by impacts only */
 #define STALL_TIME 1e-9         /* / rate: least progress of STALL_TRIALS steps; steps at round-off of time end earlier */
+#define STALL_SHARE 1e-3        /* × a fixed step: least progress of STALL_TRIALS trial steps, which events may cut short */
 #define STALL_TRIALS 20000      /* number of trial steps, at most one second of work; onsets and captures take about a hundred */
 
 /* Number of failures passed at the present time. */
@@ -30,9 +31,9 @@ static int tr_continue_after_failure(tr_sim *s, int code) {
 /* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. Steps that the host made so short do
  * not count. */
 static int tr_is_stalled(tr_sim *s) {
-  const double asked = s->set.hfixed > 0.0 ? s->set.hfixed : s->set.hmax;
+  const double least = s->set.hfixed > 0.0 ? STALL_SHARE * s->set.hfixed : fmin(STALL_TIME / s->set.rate, 0.5 * s->set.hmax);
   const long tried = s->stats.steps + s->stats.rejected;
-  if (s->clock.t - s->step.moved_t > fmin(STALL_TIME / s->set.rate, 0.5 * asked)) s->step.moved_t = s->clock.t, s->step.moved = tried;
+  if (s->clock.t - s->step.moved_t > least) s->step.moved_t = s->clock.t, s->step.moved = tried;
   return tried - s->step.moved > STALL_TRIALS;
 }
 

@@ -35,7 +35,7 @@ def plain(text: str) -> object:
 def whole_text(text: str) -> str:
     """The text as files can hold it: each unpaired surrogate becomes the replacement character, and each surrogate pair becomes one
     character."""
-    if not any("\ud800" <= c <= "\udfff" for c in text):
+    if text.isascii() or not any("\ud800" <= c <= "\udfff" for c in text):
         return text
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 

@@ -11,7 +11,10 @@ import numpy as np
 
 from trunnion.basics.interrupts import Held, heed, held
 from trunnion.runtime.abi.header_constants import number
+from trunnion.simulation.execution.assembly_notes import assembly_notes
+from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
+from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.results.audit import Audit, audit_of, judged
 from trunnion.simulation.results.event_decoder import decode
@@ -85,10 +88,6 @@ class OneRun:
     def _begin(self) -> Outcome | None:
         """Close the loops, add notes about changed start values, and evaluate the start. Returns an outcome if this fails, else
         None."""
-        from trunnion.simulation.execution.assembly_notes import assembly_notes
-        from trunnion.simulation.execution.drive_motion import beginning_notes
-        from trunnion.simulation.execution.missing_inertia import missing_inertia
-
         model = self.model
         model.block.configure(self.settings)
         code = model.block.assemble()

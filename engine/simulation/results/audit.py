@@ -11,11 +11,13 @@ from trunnion.runtime.abi import Law, Status, Verdict
 from trunnion.runtime.abi.run_records import JUDGEMENT
 from trunnion.simulation.results.outcome import Outcome, from_status
 
-WORDS = {v: v.name.lower() for v in Verdict}
+WORDS = {int(v): v.name.lower() for v in Verdict}
 """The word for each verdict."""
+WITHIN, INACCURATE = WORDS[Verdict.WITHIN], WORDS[Verdict.INACCURATE]
 LAW_NAMES = tuple(law.name.lower() for law in Law)
 WORST_FIGURES = JUDGEMENT.at("law")
 """Index of the first ``tr_worst`` in a judgement."""
+NUMBERS = struct.Struct(f"{JUDGEMENT.numbers}d")
 VIOLATIONS = {
     Law.CLOSURE: "a loop is open (relative to its length)",
     Law.CONE: "friction exceeds the limit of its law (relative to this limit)",
@@ -88,12 +90,12 @@ class Audit:
 
 def audit_of(record: bytes, joints: Sequence[str]) -> Audit:
     """The audit of a run from the runtime's record (``tr_judgement``). joints: names of the joints with friction."""
-    numbers = struct.unpack(f"{len(record) // 8}d", record)
+    numbers = NUMBERS.unpack(record)
     said = dict(zip(JUDGEMENT.names, numbers, strict=False))
-    known, verdict = said["judged"] != 0.0, Verdict(int(said["verdict"]))
+    known, word = said["judged"] != 0.0, WORDS[int(said["verdict"])]
     figures = _figures(numbers[WORST_FIGURES:], joints)
     audit = Audit(
-        verdict=WORDS[verdict],
+        verdict=word,
         tolerance=said["tolerance"],
         energy=said["lost"] if known else None,
         energy_time=_time(said["lost_time"]),
@@ -103,7 +105,7 @@ def audit_of(record: bytes, joints: Sequence[str]) -> Audit:
         share=said["share"] if known else 0.0,
         laws=dict(zip(LAW_NAMES, figures, strict=True)),
     )
-    if verdict is Verdict.WITHIN:
+    if word == WITHIN:
         return audit
     notes = [_energy_note(audit)] if known and said["share"] > said["noted_energy"] else []
     notes += [_law_note(law, f) for law, f in zip(Law, figures, strict=True) if f.size > said["noted"]]
@@ -140,7 +142,7 @@ def _energy_note(a: Audit) -> str:
 
 def judged(outcome: Outcome, audit: Audit) -> Outcome:
     """The outcome after the audit: ``done`` becomes ``inaccurate`` if this is the audit's verdict."""
-    if not outcome.ok or audit.verdict != WORDS[Verdict.INACCURATE]:
+    if not outcome.ok or audit.verdict != INACCURATE:
         return outcome
     time = outcome.time if audit.jump_time is None else audit.jump_time
     plain = from_status(Status.INACCURATE, time, audit.jump_joint)

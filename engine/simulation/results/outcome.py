@@ -38,7 +38,7 @@ ADVICE = {
     "step_underflow": "the steps became too small: the motion is singular here, or too stiff for the tolerance. "
     f"Try method {AUTO.stiff.name} or a looser rtol, or look at the mechanism at this time",
     "no_progress": "thousands of trial steps did not advance the time. Try another rtol or method "
-    f"({', '.join(METHODS[1:])}), and look at the mechanism at this time",
+    f"({', '.join(METHODS[1:])}), or a smaller step if it is fixed, and look at the mechanism at this time",
     "no_solution": "the equations of friction have no solution: the joint jams, or its friction law has no solution here "
     "(Painlevé's paradox). Lengthen the guide (half_length), lower mu or radius, or move the load closer to the joint",
     "jammed": "friction grows without bound and stops the sliding suddenly (an impact without a collision). "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import struct
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -22,7 +23,9 @@ from trunnion.system.construction.start_values_and_scales import Numbers
 from trunnion.system.signals.signal_tables import table_block
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
-COUNTERS = tuple(n for n in STATS.names if n != "of_method")
+COUNTERS = (*(n for n in STATS.names if n != "of_method"), *NAMES)
+"""Names of the numbers of ``tr_stats``, in their order: its last field counts the steps of each method."""
+COUNTS = struct.Struct(f"{len(COUNTERS)}l")
 EVENT_CAPACITY = 1024
 NO_EVENTS = np.zeros(0, EVENT.dtype)
 OK, MORE, ROWS_FULL, EVENTS_FULL = Status.OK, Status.MORE, Status.ROWS_FULL, Status.EVENTS_FULL
@@ -273,10 +276,9 @@ class Block:
 
     def statistics(self) -> dict[str, int]:
         """The counters of the run by name: the fields of ``tr_stats``, and the number of steps of each method."""
-        stats = STATS.ctype.from_address(self.lib.tr_statistics(self.at))
-        of_method = stats.of_method
-        counted = {n: getattr(stats, n) for n in COUNTERS}
-        return counted | {n: of_method[i] for n, i in METHODS.items() if n != "auto"}
+        counted = dict(zip(COUNTERS, COUNTS.unpack(ctypes.string_at(self.lib.tr_statistics(self.at), COUNTS.size)), strict=True))
+        del counted["auto"]  # a step belongs to the method that auto chose
+        return counted
 
     def take_events(self) -> np.ndarray:
         """The events since the last call (n ``tr_event``)."""

@@ -32,8 +32,9 @@ def frame(axis: Direction | None, reference: Direction | None) -> tuple[float, .
     e1 = direction(axis)
     ref = direction(reference) if reference is not None else np.eye(3)[(int(np.argmax(np.abs(e1))) + 1) % 3]
     e2 = _perpendicular(e1, ref)
-    e3 = np.cross(e1, e2)
-    return tuple(float(x) + 0.0 for x in np.column_stack([e1, e2, e3]).ravel())
+    (x1, y1, z1), (x2, y2, z2) = e1.tolist(), e2.tolist()
+    e3 = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
+    return tuple(x + 0.0 for row in zip((x1, y1, z1), (x2, y2, z2), e3, strict=True) for x in row)
 
 
 def _perpendicular(e1: np.ndarray, ref: np.ndarray) -> np.ndarray:

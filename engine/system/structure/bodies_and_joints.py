@@ -125,7 +125,7 @@ class Joint:
         own = self.mimic or self.light
         return 0 if own and own.turns else self.kind.travels
 
-    @property
+    @cached_property
     def free(self) -> tuple[int, ...]:
         """Indices of the freedoms that are not driven."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is None)
@@ -136,7 +136,7 @@ class Joint:
         side = "outboard " if axis.side == "out" else ""
         return f"freedom {k + 1} of {self.name} ({'rotation about' if axis.rot else 'travel along'} {side}e{axis.index + 1})"
 
-    @property
+    @cached_property
     def driven(self) -> tuple[int, ...]:
         """Indices of the freedoms whose motion is prescribed."""
         return tuple(k for k, d in enumerate(self.devices) if d.drive is not None)

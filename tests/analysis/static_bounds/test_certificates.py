@@ -9,6 +9,11 @@ import pytest
 
 from tests.sampling import sampled
 from trunnion import hold, scene_from_dict
+from trunnion.analysis.static_bounds.branch_and_bound import Search
+from trunnion.analysis.static_bounds.hold_check import CELLS
+from trunnion.analysis.static_bounds.linear_relaxation import Answer, Cell
+from trunnion.analysis.static_bounds.norm_program import Program, Row
+from trunnion.analysis.static_bounds.search_budget import Effort
 
 
 def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
@@ -76,3 +81,14 @@ def test_equilibrium_leaves_nothing_open_in_a_thread_that_carries_a_weight(pitch
     found = hold(scene_from_dict(nut_on_rail(pitch, mu, cut)), bounds=True)
     assert found.open == 0
     assert found.holds == ("certain" if pitch / (2 * np.pi * 0.005) < mu else "no")
+
+
+@pytest.mark.parametrize(("components", "again"), [(1, False), (2, True)])
+def test_a_cell_is_examined_again_only_for_cuts_that_it_lacks(components: int, again: bool) -> None:
+    """The linear program may miss the norm of one component by its tolerance, which no cut changes. A scissor lift examined such
+    cells a thousand times in each search."""
+    V, X, cell = np.eye(components, 3), np.array([3.0, 2.0, 1.0]), Cell()
+    search = Search(Program((V,), (), Row(np.array([1.0, 0.0, 0.0]))), Effort(CELLS))
+    norms = np.array([np.linalg.norm(V @ X)])
+    assert search._parts(cell, Answer(3.0, X, norms)) == []
+    assert search._parts(cell, Answer(3.0, X, norms - 1e-6)) == ([cell] if again else [])

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.kernels.scene_kernel import parts_kernel
+from trunnion.scene.data_classes.joints import Friction
+from trunnion.scene.scalable_mechanisms import revolute_chain
+from trunnion.system.construction.system_builder import build
 
 ARRAYS = (Space.T, Space.OUT, Space.A)
 
@@ -51,3 +57,17 @@ def test_adjacent_zeros_and_copies_are_one_call() -> None:
     for at in (0, 1):
         program.copy(Slot(Space.T, at, 1), Slot(Space.OUT, at + 5, 1))
     assert program.merged() == [Builtin.ZERO, 1, 1, Space.T, 0, 9, Builtin.COPY, 2, 1, Space.T, 0, Space.OUT, 5, 2]
+
+
+def code_length(bodies: int) -> int:
+    """Number of integers in all programs of a chain with friction in each joint."""
+    chain = revolute_chain(bodies)
+    rough = Friction(mu=0.3, radius=0.02, half_length=0.05)
+    built = build(replace(chain, joints={name: replace(j, friction=rough) for name, j in chain.joints.items()}))
+    unit = parts_kernel(built.system, len(built.parameters.values), [], False).units["kernel"]
+    return sum(len(program.merged()) for program in unit.scene.scene.programs.values())
+
+
+def test_the_code_of_a_chain_with_friction_grows_linearly_with_its_length() -> None:
+    short, middle, long = (code_length(bodies) for bodies in (4, 8, 12))
+    assert long - middle == middle - short

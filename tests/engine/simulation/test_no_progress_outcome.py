@@ -26,6 +26,14 @@ def test_a_motion_too_fast_for_any_step_ends_as_stalled(method: str) -> None:
     assert len(r) == 1
 
 
+def test_a_fixed_step_far_too_long_ends_where_events_follow_each_other_without_end() -> None:
+    """From 2.47176 s on, two branches of friction alternate every 1e-11 s. The third step would take 1e11 events."""
+    r = simulate("spherical_pendulum", until=4.0, step=1.1, every=1.1, method="rosenbrock", kernel="parts",
+                 overrides={"friction.law": "regularized"}, outputs=["ball.q[1]"])  # fmt: skip
+    assert r.outcome.name == "no_progress"
+    assert r.stats.steps + r.stats.rejected < 25_000
+
+
 def test_short_steps_that_were_asked_for_are_no_stall() -> None:
     r = simulate(on_a_spring(100.0), until=3e-10, every=1e-10, step=1e-14, outputs=["way.q[1]"])
     assert r.outcome.ok
