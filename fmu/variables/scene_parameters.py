@@ -17,7 +17,7 @@ from trunnion.scene.queries.number_units import unit_of
 
 OPERATIONS = {
     "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "^": "POWER", "neg": "NEGATE",
-    **{f: f.upper() for f in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")},
+    **{f: f.upper() for f in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp", "log", "tanh", "abs", "min", "max")},
 }  # fmt: skip
 """Names in the C enumeration ``fmu_operation`` (``model_and_instance.h``) without their prefix, by function."""
 

@@ -24,7 +24,8 @@ typedef struct tr_clock {
   double every, row_next;  /* spacing of rows and time of the next row, s; if `every` is 0, each step writes a row */
   long row_index;          /* number of rows written so far */
   int width;               /* doubles in a row, including time */
-  int nbreaks, next_break; /* times at which a step must end: their number, and the index of the next time */
+  int nbreaks;             /* number of breaks */
+  double last_break, next_break; /* times of the last break that the run has passed and of the next, s; −INFINITY, INFINITY: none */
   int status;              /* TR_OK while the run continues */
 } tr_clock;
 

@@ -28,11 +28,7 @@ typedef struct tr_trial {
 } tr_trial;
 
 static double tr_step_limit(const tr_sim *s, double target) {
-  if (s->clock.next_break < s->clock.nbreaks) {
-    double b = TR_A(s, breaks)[s->clock.next_break];
-    if (b < target) return b;
-  }
-  return target;
+  return fmin(target, s->clock.next_break);
 }
 
 /* Whether the n frictions `is`, from the estimate of the first step, belong to another root than the frictions `was`. */
@@ -43,7 +39,7 @@ static int tr_is_other_root(int n, const double *was, const double *is) {
 }
 
 static int tr_has_stopped_with_drive(const tr_sim *s) {
-  if (!s->clock.next_break || TR_A(s, breaks)[s->clock.next_break - 1] < s->clock.t - tr_time_tolerance(s->clock.t)) return 0;
+  if (s->clock.last_break < s->clock.t - tr_time_tolerance(s->clock.t)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_is_at_rest(s, i)) return 1;
   return 0;
