@@ -56,8 +56,8 @@ def every() -> Iterator[Recipe]:
 
 
 SMOOTH = {
-    "signal", "limit", "operation", "time", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward",
-    "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
+    "signal", "limit", "operation", "time", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift",
+    "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
 }  # fmt: skip
 """Functions whose primitives have tangents for all their arguments."""
 

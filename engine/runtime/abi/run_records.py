@@ -57,8 +57,8 @@ double held : 1: constant beyond the ends; 0: straight lines beyond the ends
 double n : number of knots
 """)
 
-BREAK = Record("tr_break", "A time at which a step must end because a signal has a corner or jumps. Breaks that occur once come first, "
-               "in the order of their times.", """
+BREAK = Record("tr_break", "A time at which a step must end because a signal has a corner or jumps. Breaks that occur once come "
+               "first, in the order of their times.", """
 double time : first occurrence, s
 double period : distance of the occurrences, s; 0: the break occurs once
 """)

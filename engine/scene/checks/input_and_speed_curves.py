@@ -55,9 +55,11 @@ def _opposes(path: Path, value: object, until: float) -> Iterator[Finding]:
     """A finding for each friction signal that has a negative value."""
     if isinstance(value, FromInput) and value.curve is not None:
         said: dict[str, Sequence[float]] = {"curve.value": value.curve.value}
-    elif isinstance(value, Signal) and not (value.limit is not None and (value.limit.lower or -1.0) >= 0.0):
+    elif isinstance(value, Signal):
         kind, data = given(value)
-        said = {f"{kind.key}.{key}".rstrip("."): values for key, values in kind.values(data, until).items()}
+        limited = value.limit.of if value.limit is not None else float
+        extremes = kind.values(data, until).items()
+        said = {f"{kind.key}.{key}".rstrip("."): [limited(v) for v in values] for key, values in extremes}
     else:
         return
     for key, values in said.items():

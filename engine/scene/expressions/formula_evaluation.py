@@ -11,7 +11,6 @@ from trunnion.scene.units.dimension_names import described
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 ANGLE: Dimension = (0, 0, 0, 1, 0)
-CYCLES: Dimension = (0, 0, 0, 0, 1)
 LARGEST_POWER = 20
 """Largest magnitude of an exponent whose base has a unit."""
 Gradient = dict[str, float]
@@ -78,15 +77,9 @@ def _named(node: Node) -> bool:
 
 
 def _of_angle(node: Call, given: list[Dimension]) -> Dimension:
-    if given[0] == CYCLES and _has_pi(node.arguments[0]):
-        return NONE  # 2*pi*f*t with f in Hz
     if given[0] not in (ANGLE, NONE):
         raise UnitError(f"{node.function} needs an angle, not {described(given[0])}", f"such as {node.function}(30 deg)")
     return NONE
-
-
-def _has_pi(node: Node) -> bool:
-    return node == Number(math.pi) or (isinstance(node, Call) and any(map(_has_pi, node.arguments)))
 
 
 def _of_ratio(node: Call, given: list[Dimension]) -> Dimension:
@@ -117,7 +110,9 @@ _RULES: dict[str, Callable[[Call, list[Dimension]], Dimension]] = {
     **dict.fromkeys(("exp", "log", "tanh"), _plain),
 }  # fmt: skip
 
-_OF_WHATEVER = dict.fromkeys(("sin", "cos", "tan", "exp", "log", "tanh"), NONE) | dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE)
+_OF_WHATEVER = {
+    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "tanh"), NONE), **dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE),
+}
 """Dimension of a function whose argument is marked "SI". For a function that is not listed here, the result is marked "SI" too
 (``WHATEVER``)."""
 

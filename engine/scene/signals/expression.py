@@ -28,8 +28,8 @@ class Expression:
     the text alone is enough: ``expression: "…"``."""
 
     formula: str
-    """The formula. The names in it are parameters of the scene; t is the time. Functions of the time: + - * / ^ sin cos exp log tanh
-    atan sqrt."""
+    """The formula. The names in it are parameters of the scene; t is the time. Functions of the time: + - * / ^ sin cos exp log
+    tanh atan sqrt."""
     numbers: tuple[Number, ...] = ()
     """The constant parts of the formula in their order, SI. Default: those of the formula."""
 

@@ -60,7 +60,7 @@ class TrapezoidKind(SignalKind):
         return base + (peak - base) * self._shape(sym, s, sym.t, sym.ts)[1]
 
     def motion(self, sym: Any, s: Any) -> Triple:
-        base, peak, begin, _, _, _, origin, *_ = (sym.leaf(x) for x in s.leaves)
+        base, peak, _, _, _, _, origin, *_ = (sym.leaf(x) for x in s.leaves)
         now, start = (self._shape(sym, s, *times) for times in ((sym.t, sym.ts), (ca.SX(0), ca.SX(0))))
         position = origin + base * sym.t + (peak - base) * (now[0] - start[0])
         return position, base + (peak - base) * now[1], (peak - base) * now[2]

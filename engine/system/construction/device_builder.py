@@ -131,8 +131,8 @@ class Builder:
         if s.limit is None:
             return made
         ends = (("lower", s.limit.lower, -ENDLESS), ("upper", s.limit.upper, ENDLESS))
-        kink = self.table.kink
-        return Signal("limit", tuple(other if x is None else kink(f"{path}.limit.{key}", x, unit) for key, x, other in ends), of=made)
+        leaves = (other if x is None else self.table.kink(f"{path}.limit.{key}", x, unit) for key, x, other in ends)
+        return Signal("limit", tuple(leaves), of=made)
 
 
 @dataclass(frozen=True)
