@@ -70,7 +70,7 @@ class SensitivityIntegrator:
         """Change S by the event and the kinks at the end of step k."""
         kinks = np.flatnonzero(self._kinks_at(step.t1))
         if len(kinks):
-            self._cross_kinks(step, kinks)
+            self._cross_kinks(k, step, kinks)
         elif step.changes_mode:
             self._cross_event(k, step)
 
@@ -130,28 +130,25 @@ class SensitivityIntegrator:
                     return first + d.latch.hook, j.name
         return None
 
-    def _cross_kinks(self, step: RecordedStep, kinks: np.ndarray) -> None:
+    def _cross_kinks(self, k: int, step: RecordedStep, kinks: np.ndarray) -> None:
         """Update S at kinks of signals. An event at the end of the step is their consequence, and has their time."""
         shifts = self.start.breaks[kinks, 0] + self._occurrence(step.t1)[kinks, None] * self.start.breaks[kinks, 1]
         shift = next((x for x in shifts if x.any()), None)
         if shift is None:
             return
-        n, sides = self.unit.ny + self.unit.nquad, []
-        for x, inside in ((step.x, 0.5 * (step.t0 + step.t1)), (step.x1, step.t1 + (step.t1 - step.t0) * 1e-6)):
+        run, n, sides = self.march.run, self.unit.ny + self.unit.nquad, []
+        if k + 1 == len(run.x):
+            return  # nothing follows
+        after = run.step(k + 1)
+        for x, inside in ((step.x, 0.5 * (step.t0 + step.t1)), (after.x, 0.5 * (after.t0 + after.t1))):
             side = x.copy()
             side[INSIDE] = inside
             sides.append(self.march.evaluate(step.t1, step.y1, side)[0][:n])
         self.march.S += np.outer(sides[0] - sides[1], shift)
-        if step.changes_mode:
-            self.events.append(EventShift(step.t1, self._changed_joint(step), shift))
-
-    def _changed_joint(self, step: RecordedStep) -> str:
-        """The first joint of which a friction pair changes its mode at the step's end; "" if there is none."""
         for j in self.unit.system.frictional:
-            for s in j.friction.sliders if j.friction else ():
-                if self.at.mode_in(step.x, s.flag).flag != self.at.mode_in(step.x1, s.flag).flag:
-                    return j.name
-        return ""
+            flags = [[self.at.mode_in(x, s.flag).flag for x in (step.x, after.x)] for s in (j.friction.sliders if j.friction else ())]
+            if any(a != b for a, b in flags):
+                self.events.append(EventShift(step.t1, j.name, shift))
 
     def _find_cause(
         self, step: RecordedStep, f: np.ndarray, df: np.ndarray, flow: np.ndarray, x: np.ndarray

@@ -78,6 +78,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   s->step.h = fmin(s->step.h, tr_longest_singular_step(s));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zstart));
+  if (s->step.begin_x) memcpy(s->step.begin_x, TR_A(s, x), sizeof(double) * k->nx);
   return TR_OK;
 }
 
