@@ -120,7 +120,8 @@ class _Recorder:
         wide = RK8.rows * (sizes["active"] + sizes["neta"])
         self.parts = [(np.array([block.time]), block.y.copy()[None], block.x.copy()[None], block.x.copy()[None])]
         self.solutions: list[tuple[np.ndarray, np.ndarray]] = [(np.zeros((0, wide)), np.zeros(0, np.intc))]
-        self._room = (np.zeros(STEPS_PER_CALL), *(np.zeros((STEPS_PER_CALL, n)) for n in (block.y.size, block.x.size, block.x.size)))
+        lengths = (block.y.size, block.x.size, block.x.size)
+        self._room = (np.zeros(STEPS_PER_CALL), *(np.zeros((STEPS_PER_CALL, n)) for n in lengths))
         self._solved = np.zeros((STEPS_PER_CALL, wide)), np.zeros(STEPS_PER_CALL, np.intc)
         self._made, self._written = ctypes.c_int(0), ctypes.c_long(1)
         self._places = [a.ctypes.data for a in (*self._room, *self._solved)]

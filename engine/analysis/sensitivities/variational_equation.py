@@ -146,8 +146,9 @@ class SensitivityIntegrator:
             sides.append(self.march.evaluate(step.t1, step.y1, side)[0][:n])
         self.march.S += np.outer(sides[0] - sides[1], shift)
         for j in self.unit.system.frictional:
-            flags = [[self.at.mode_in(x, s.flag).flag for x in (step.x, after.x)] for s in (j.friction.sliders if j.friction else ())]
-            if any(a != b for a, b in flags):
+            assert j.friction is not None
+            modes = [[self.at.mode_in(x, s.flag).flag for s in j.friction.sliders] for x in (step.x, after.x)]
+            if modes[0] != modes[1]:
                 self.events.append(EventShift(step.t1, j.name, shift))
 
     def _find_cause(

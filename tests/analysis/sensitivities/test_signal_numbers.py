@@ -7,7 +7,7 @@ import pytest
 
 import trunnion
 from tests.analysis.sensitivities.test_derivatives_along_runs import ACROSS, off
-from tests.engine.devices.test_signals import G, KINDS, load, numbers, scene
+from tests.engine.devices.test_signals import KINDS, G, load, numbers, scene
 from tests.sampling import sampled
 from trunnion.scene.overrides import list_parameters
 from trunnion.scene.scene_loader import scene_from_dict
@@ -45,8 +45,8 @@ def test_the_period_of_pulses_moves_each_pulse_by_its_number() -> None:
 
 def test_a_formula_has_derivatives_by_its_parameters_and_constants() -> None:
     force, w, tau = 2.0, 3.0, 0.5
-    found = derivatives({"expression": "F*sin(w*t)*exp(-t/T)"}, ["parameters.F", "parameters.w", "parameters.T", "expression.numbers[2]"],
-                        F="2 N", w="3 rad/s", T="0.5 s")[1]  # fmt: skip
+    names = ["parameters.F", "parameters.w", "parameters.T", "expression.numbers[2]"]
+    found = derivatives({"expression": "F*sin(w*t)*exp(-t/T)"}, names, F="2 N", w="3 rad/s", T="0.5 s")[1]
     t, weights = np.polynomial.legendre.leggauss(40)
     t, weights = 0.5 * UNTIL * (t + 1), 0.5 * UNTIL * weights / 2.0
     fades = np.exp(-t / tau)
