@@ -161,7 +161,7 @@ def _with_numbers(given: Any, path: Path) -> Any:
     with a mistake, which the checks report."""
     if path[-1] != "expression" or Expression not in classes_at(shape(path)):
         return given
-    group = {"formula": given} if isinstance(given, str) else given
+    group = {"formula": expression_text(given) if is_expression(given) else given} if isinstance(given, str) else given
     if not isinstance(group, dict) or not isinstance(group.get("formula"), str) or group.get("numbers"):
         return group
     try:

@@ -33,6 +33,9 @@ class Expression:
     numbers: tuple[Number, ...] = ()
     """The constant parts of the formula in their order, SI. Default: those of the formula."""
 
+    __text_key__ = "formula"
+    """A text instead of the group is this key's value."""
+
 
 class ExpressionKind(SignalKind):
     """Leaves: the constant parts of the formula. ``formula`` of the signal is the tree of the remaining parts."""

@@ -17,6 +17,7 @@ from tests.engine.parts.test_jacobian import agree as derivatives_agree
 from tests.reference.scenes.random_streams import stream
 from tests.sampling import sampled
 from trunnion.basics.problems import SceneError
+from trunnion.batch.sweep import sweep
 from trunnion.scene.overrides import apply
 from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.simulation.run import simulate
@@ -307,3 +308,30 @@ def test_a_formula_follows_its_parameters() -> None:
     for a, b in ((two, changed), (one, apply(changed, {"parameters.F": "2 N", "parameters.f": 3.0}))):
         x, y = (simulate(s, until=1.0, every=1.0)["slide.q[1]"][-1] for s in (a, b))
         assert x == y
+
+
+def test_a_pulse_of_a_microsecond_lifts_a_hook_as_a_long_one_does() -> None:
+    ends = []
+    for duration in (1e-6, 0.5):
+        data = scene(-6.0, 2.0)
+        slide = data["joints"]["slide"]
+        slide |= {"start": {"qd": 3.0}, "latch": {"at": 0.3, "stiffness": 4e4, "damping": 5.0}}
+        slide["latch"]["release"] = {"pulse": {"peak": 1.0, "begin": 2.5, "duration": duration}}
+        r = simulate(data, until=4.0, every=4.0, rtol=1e-9)
+        assert [e.time for e in r.events if e.kind == "unlatch"] == pytest.approx([2.5], abs=1e-12)
+        ends.append(r["slide.q[1]"][-1])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+    assert ends[0] < -3.0
+
+
+def test_a_sweep_over_numbers_of_a_signal_has_the_results_of_single_runs() -> None:
+    """Values share their kernel's vector steps; times of jumps are those of each case."""
+    keys = load("pulses", 1, 8.0).keys
+    block = scene_from_dict(scene(keys, 2.0, mu=0.2))
+    effort = "joints.slide.effort.pulse"
+    vary = {f"{effort}.peak": [4.0, 6.0, 8.0], f"{effort}.period": [0.7, 0.8]}
+    swept = sweep(block, vary=vary, reductions=["final:slide.q[1]"], until=UNTIL)
+    assert len(swept.table) == 6
+    for case in swept.table.to_pylist():
+        changed = apply(block, {n: case[n] for n in vary})
+        assert case["final:slide.q[1]"] == pytest.approx(simulate(changed, until=UNTIL)["slide.q[1]"][-1], rel=1e-6)
