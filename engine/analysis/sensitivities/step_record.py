@@ -118,13 +118,15 @@ class _Recorder:
         self.block, self.flags, self.count, self.rows = model.block, model.system.external.flags, 0, rows
         block, sizes = model.block, model.kernel.sizes
         wide = RK8.rows * (sizes["active"] + sizes["neta"])
-        self.parts = [(np.array([block.time]), block.y.copy()[None], block.x.copy()[None], block.x.copy()[None])]
+        start = (np.array([block.time]), block.y.copy()[None], block.x.copy()[None], block.x.copy()[None])
+        self.parts: list[tuple[np.ndarray, ...]] = [start]
         self.solutions: list[tuple[np.ndarray, np.ndarray]] = [(np.zeros((0, wide)), np.zeros(0, np.intc))]
         lengths = (block.y.size, block.x.size, block.x.size)
-        self._room = (np.zeros(STEPS_PER_CALL), *(np.zeros((STEPS_PER_CALL, n)) for n in lengths))
+        self._room: tuple[np.ndarray, ...] = (np.zeros(STEPS_PER_CALL), *(np.zeros((STEPS_PER_CALL, n)) for n in lengths))
         self._solved = np.zeros((STEPS_PER_CALL, wide)), np.zeros(STEPS_PER_CALL, np.intc)
         self._made, self._written = ctypes.c_int(0), ctypes.c_long(1)
-        self._places = [a.ctypes.data for a in (*self._room, *self._solved)]
+        arrays: tuple[np.ndarray, ...] = (*self._room, *self._solved)
+        self._places = [a.ctypes.data for a in arrays]
 
     @property
     def written(self) -> int:

@@ -9,7 +9,7 @@ from trunnion.elements.friction.coulomb import Coulomb
 from trunnion.scene.data_classes.scene import BySpeed, Friction, FromInput, Scene, Signal
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import VARYING, entries, loads
-from trunnion.scene.signals.registry import given
+from trunnion.scene.signals.registry import all_given
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -56,10 +56,9 @@ def _opposes(path: Path, value: object, until: float) -> Iterator[Finding]:
     if isinstance(value, FromInput) and value.curve is not None:
         said: dict[str, Sequence[float]] = {"curve.value": value.curve.value}
     elif isinstance(value, Signal):
-        kind, data = given(value)
         limited = value.limit.of if value.limit is not None else float
-        extremes = kind.values(data, until).items()
-        said = {f"{kind.key}.{key}".rstrip("."): [limited(v) for v in values] for key, values in extremes}
+        extremes = ((kind.key, *x) for kind, data in all_given(value) for x in kind.values(data, until).items())
+        said = {f"{kind}.{key}".rstrip("."): [limited(v) for v in values] for kind, key, values in extremes}
     else:
         return
     for key, values in said.items():

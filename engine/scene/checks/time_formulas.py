@@ -11,6 +11,8 @@ from trunnion.scene.expressions.formula_parser import TIME, Call, Node, Number, 
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import signals
 from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.signals.expression import Expression
+from trunnion.scene.signals.registry import all_given
 from trunnion.scene.signals.time_formulas import PERIODIC
 from trunnion.scene.units.quantities import Computed, Quantity, agree
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError, parse_unit
@@ -22,8 +24,9 @@ def check(scene: Scene) -> Iterator[Finding]:
     """All findings about the dimensions of formulas of the time."""
     known = {n: v.dimension if isinstance(v, Quantity) else NONE for n, v in scene.parameters.items()}
     for path, s in signals(scene):
-        if s.expression is not None:
-            yield from _formula(scene, (*path, "expression", "formula"), s.expression.formula, known)
+        for _, data in all_given(s):
+            if isinstance(data, Expression):
+                yield from _formula(scene, (*path, "expression", "formula"), data.formula, known)
 
 
 def _formula(scene: Scene, path: Path, text: str, known: Mapping[str, Dimension]) -> Iterator[Finding]:

@@ -165,7 +165,7 @@ def _with_numbers(given: Any, path: Path) -> Any:
     if not isinstance(group, dict) or not isinstance(group.get("formula"), str) or group.get("numbers"):
         return group
     try:
-        return {**group, "numbers": separate(group["formula"])[1]}
+        return {**group, "numbers": list(separate(group["formula"])[1])}
     except UnitError:
         return group
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.lazy_casadi import ca
@@ -41,8 +41,8 @@ class ConstantKind(SignalKind):
 
     def paces(self, s: Any, turns: bool) -> Iterator[tuple[Any, float]]:
         if turns:
-            yield s.leaves[1], 0.5 / np.pi
+            yield s.leaves[1], 0.5 / math.pi
 
-    def coordinate(self, data: Constant, t: np.ndarray) -> np.ndarray:
-        return np.asarray(data.start + data.rate * t)
+    def coordinate(self, data: Constant, t: float) -> float:
+        return data.start + data.rate * t
 

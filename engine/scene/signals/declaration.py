@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
-
-import numpy as np
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
+SAMPLES = 1000
 Triple = tuple[SX, SX, SX]
 """Coordinate, rate and acceleration of a drive."""
 
@@ -77,11 +77,27 @@ class SignalKind:
         """Value of a load at t, s. At a jump, the value after the jump."""
         raise NotImplementedError
 
-    def coordinate(self, data: Any, t: np.ndarray) -> np.ndarray:
-        """Coordinate of a drive at the times t, s."""
+    def coordinate(self, data: Any, t: float) -> float:
+        """Coordinate of a drive at t, s."""
         raise NotImplementedError
 
     def travel(self, data: Any, until: float) -> Sequence[float]:
         """Extreme coordinates of a drive from t = 0 to ``until``, s."""
-        path = self.coordinate(data, np.linspace(0.0, until, 1001))
-        return [float(path.min()), float(path.max())]
+        path = [self.coordinate(data, t) for t in sampled_times(until)]
+        return [min(path), max(path)]
+
+
+def sampled_times(until: float) -> list[float]:
+    """Times from 0 to ``until``, s, at which a signal is sampled for checks and notes."""
+    return [until * k / SAMPLES for k in range(SAMPLES + 1)]
+
+
+def interpolated(t: float, times: Sequence[float], values: Sequence[float]) -> float:
+    """The value at t of straight lines through values at increasing times, constant beyond them."""
+    if t >= times[-1]:
+        return float(values[-1])
+    k = bisect_right(times, t)
+    if not k:
+        return float(values[0])
+    part = (t - times[k - 1]) / (times[k] - times[k - 1])
+    return float(values[k - 1] + part * (values[k] - values[k - 1]))

@@ -6,20 +6,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.signals.declaration import SignalKind, Triple
+from trunnion.scene.signals.declaration import SignalKind, Triple, sampled_times
 from trunnion.scene.signals.time_formulas import computed, operate, rates_of_angles, separate
 from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.quantities import Number, Quantity
 from trunnion.scene.units.unit_parser import UnitError
-
-SAMPLES = 1001
-"""Number of times at which the sign of a formula is checked."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -81,17 +77,17 @@ class ExpressionKind(SignalKind):
             yield Finding(at, "this formula has no value at t = 0", "shift it, for example t + 1 s")
 
     def values(self, data: Expression, until: float) -> Mapping[str, Sequence[float]]:
-        found = [self.value(data, float(t)) for t in np.linspace(0.0, until, SAMPLES)]
+        found = [self.value(data, t) for t in sampled_times(until)]
         return {"formula": [x for x in found if math.isfinite(x)]}
 
     def value(self, data: Expression, t: float) -> float:
         try:
             return float(computed(separate(data.formula)[0], lambda i: float(data.numbers[i]), lambda: t, _plain))
-        except (ArithmeticError, ValueError):
+        except (ArithmeticError, ValueError, IndexError, UnitError):
             return math.nan
 
-    def coordinate(self, data: Expression, t: np.ndarray) -> np.ndarray:
-        return np.array([self.value(data, float(x)) for x in t])
+    def coordinate(self, data: Expression, t: float) -> float:
+        return self.value(data, t)
 
 
 def _plain(operation: str, *given: float) -> float:

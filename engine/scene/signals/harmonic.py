@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.lazy_casadi import SX, ca
@@ -67,9 +66,6 @@ class HarmonicKind(SignalKind):
 
     def value(self, data: Harmonic, t: float) -> float:
         return data.offset + data.amplitude * math.sin(2.0 * math.pi * data.frequency * t + data.phase)
-
-    def coordinate(self, data: Harmonic, t: np.ndarray) -> np.ndarray:
-        return np.array([self.value(data, float(x)) for x in t])
 
     def travel(self, data: Harmonic, until: float) -> Sequence[float]:
         return self.values(data, until)[""]

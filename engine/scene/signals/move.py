@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.lazy_casadi import ca
@@ -65,9 +64,3 @@ class MoveKind(SignalKind):
 
     def travel(self, data: Move, until: float) -> Sequence[float]:
         return [data.start, data.end]
-
-    def coordinate(self, data: Move, t: np.ndarray) -> np.ndarray:
-        profile, u = PROFILES[data.profile], np.clip((t - data.begin) / data.duration, 0.0, 1.0)
-        at = np.clip(np.searchsorted(profile.knots, u, side="right") - 1, 0, len(profile.pieces) - 1)
-        done = [sum(c * (x - profile.knots[i]) ** k for k, c in enumerate(profile.pieces[i])) for i, x in zip(at, u, strict=True)]
-        return np.asarray(data.start + (data.end - data.start) * np.array(done))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.signals.declaration import Corner, SignalKind, Triple
+from trunnion.scene.signals.declaration import Corner, SignalKind, Triple, interpolated
 from trunnion.scene.units.quantities import Duration, Number, Time
 
 
@@ -75,7 +75,7 @@ class RampKind(SignalKind):
             yield Corner(data.begin + data.duration * (level - data.start) / (data.end - data.start))
 
     def paces(self, s: Any, turns: bool) -> Iterator[tuple[Any, float]]:
-        yield from ((leaf, 0.5 / np.pi) for leaf in s.leaves[:2] if turns)
+        yield from ((leaf, 0.5 / math.pi) for leaf in s.leaves[:2] if turns)
 
     def findings(self, path: Path, data: Ramp, drive: bool) -> Iterator[Finding]:
         if data.origin and not drive:
@@ -85,12 +85,12 @@ class RampKind(SignalKind):
         return {"": (data.start, data.end)}
 
     def value(self, data: Ramp, t: float) -> float:
-        return float(np.interp(t, (data.begin, data.begin + data.duration), (data.start, data.end)))
+        return interpolated(t, (data.begin, data.begin + data.duration), (data.start, data.end))
 
-    def coordinate(self, data: Ramp, t: np.ndarray) -> np.ndarray:
-        def area(t: np.ndarray) -> np.ndarray:
+    def coordinate(self, data: Ramp, t: float) -> float:
+        def area(t: float) -> float:
             """Integral of the progress from ``begin`` on."""
-            u = np.clip((t - data.begin) / data.duration, 0.0, 1.0)
-            return np.asarray(data.duration * 0.5 * u * u + np.maximum(t - data.begin - data.duration, 0.0))
+            u = min(max((t - data.begin) / data.duration, 0.0), 1.0)
+            return data.duration * 0.5 * u * u + max(t - data.begin - data.duration, 0.0)
 
-        return np.asarray(data.origin + data.start * t + (data.end - data.start) * (area(t) - area(np.zeros(1))))
+        return data.origin + data.start * t + (data.end - data.start) * (area(t) - area(0.0))

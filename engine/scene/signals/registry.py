@@ -41,9 +41,14 @@ DRIVES = tuple(key for key, kind in REGISTRY.items() if kind.drives is None)
 """Keys of the signals of drives."""
 
 
+def all_given(s: Any) -> list[tuple[SignalKind, Any]]:
+    """The kinds and their keys of a signal or drive; a valid signal has one kind."""
+    return [(kind, data) for key, kind in REGISTRY.items() if (data := getattr(s, key, None)) is not None]
+
+
 def given(s: Any) -> tuple[SignalKind, Any]:
-    """The kind and the keys of a signal or drive. Requires a signal without mistakes that does not follow an input."""
-    return next((REGISTRY[key], data) for key in REGISTRY if (data := getattr(s, key, None)) is not None)
+    """The kind and the keys of a valid signal, or of a valid drive that does not follow an input."""
+    return all_given(s)[0]
 
 
 def corners(s: Any) -> Iterator[Corner]:

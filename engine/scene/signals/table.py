@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, Literal
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.signals.declaration import Corner, SignalKind
+from trunnion.scene.signals.declaration import Corner, SignalKind, interpolated
 from trunnion.scene.units.quantities import Number, Time
 
 Interpolation = Literal["natural", "clamped", "monotone", "linear"]
@@ -45,9 +45,9 @@ class TableKind(SignalKind):
         yield from (Corner(t) for t in data.time)
 
     def crossings(self, data: Table, level: float) -> Iterator[Corner]:
-        t, v = np.array(data.time, float), np.array(data.value, float)
-        for i in np.flatnonzero((v[:-1] - level) * (v[1:] - level) < 0.0):
-            yield Corner(float(t[i] + (t[i + 1] - t[i]) * (level - v[i]) / (v[i + 1] - v[i])))
+        for (t, v), (u, w) in pairwise(zip(data.time, data.value, strict=True)):
+            if (v - level) * (w - level) < 0.0:
+                yield Corner(t + (u - t) * (level - v) / (w - v))
 
     def unlimited(self, data: Table) -> str:
         return "" if data.interpolation in (None, "linear") else f"a table with interpolation: {data.interpolation}"
@@ -71,7 +71,7 @@ class TableKind(SignalKind):
         return {"value": data.value}
 
     def value(self, data: Table, t: float) -> float:
-        return float(np.interp(t, data.time, data.value))
+        return interpolated(t, data.time, data.value)
 
     def travel(self, data: Table, until: float) -> Sequence[float]:
         return [float(v) for v in data.value]

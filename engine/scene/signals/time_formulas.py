@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from trunnion.basics.lazy_casadi import SX, ca
@@ -24,14 +25,15 @@ OPERATIONS = ("+", "-", "*", "/", "neg", "square", "inverse", *PERIODIC, "exp", 
 """The operations of a tree."""
 
 
-def separate(formula: str) -> tuple[Tree, list[str]]:
+@lru_cache(maxsize=256)  # bounded: users write the formulas
+def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
     """The tree of a formula, and its constant parts as expressions in braces. UnitError if the formula cannot be read, or if a part
     that depends on time is not a smooth function that the step control can follow."""
     numbers: list[Node] = []
     tree = _separate(parse_formula(formula, timed=True).root, numbers)
     if not any(part == ("time",) for part in parts(tree)):
         raise UnitError("this formula does not depend on the time t", "write a plain number or an expression in braces")
-    return tree, ["{" + _text(n) + "}" for n in numbers]
+    return tree, tuple("{" + _text(n) + "}" for n in numbers)
 
 
 def parts(tree: Tree) -> Iterator[Tree]:

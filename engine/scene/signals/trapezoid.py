@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import NOT_NEGATIVE, Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.signals.declaration import Corner, SignalKind, Triple
+from trunnion.scene.signals.declaration import Corner, SignalKind, Triple, interpolated
 from trunnion.scene.units.quantities import Duration, Number, Per, Time
 
 Slope = Annotated[float, Per("s", Bound(0.0, open=True, advice="for a jump, use pulse"))]
@@ -96,7 +96,7 @@ class TrapezoidKind(SignalKind):
                 yield Corner(data.begin + x, data.period or 0.0)
 
     def paces(self, s: Any, turns: bool) -> Iterator[tuple[Any, float]]:
-        yield from ((leaf, 0.5 / np.pi) for leaf in s.leaves[:2] if turns)
+        yield from ((leaf, 0.5 / math.pi) for leaf in s.leaves[:2] if turns)
 
     def findings(self, path: Path, data: Trapezoid, drive: bool) -> Iterator[Finding]:
         if data.origin and not drive:
@@ -112,19 +112,17 @@ class TrapezoidKind(SignalKind):
     def value(self, data: Trapezoid, t: float) -> float:
         since = t - data.begin
         at = since % data.period if data.period and since > 0.0 else since
-        times = np.cumsum([0.0, data.rise, data.hold, data.fall])
-        return data.base + (data.peak - data.base) * float(np.interp(at, times, (0.0, 1.0, 1.0, 0.0)))
+        times = (0.0, data.rise, data.rise + data.hold, data.rise + data.hold + data.fall)
+        return data.base + (data.peak - data.base) * interpolated(at, times, (0.0, 1.0, 1.0, 0.0))
 
-    def coordinate(self, data: Trapezoid, t: np.ndarray) -> np.ndarray:
-        def area(since: np.ndarray) -> np.ndarray:
+    def coordinate(self, data: Trapezoid, t: float) -> float:
+        def area(since: float) -> float:
             """Integral of the trapezoid with base 0 and peak 1 over the time since ``begin``."""
-            whole, up = np.array(data.rise + data.hold + data.fall), np.maximum(since, 0.0)
-            count = np.floor(up / data.period) if data.period else np.zeros_like(up)
-            u = np.minimum(up - count * (data.period or 0.0), whole)
-            fallen = np.maximum(u - data.rise - data.hold, 0.0)
-            rising = u * u / (2 * data.rise)
-            one = np.where(u < data.rise, rising, u - data.rise / 2 - fallen * fallen / (2 * data.fall))
-            return np.asarray(count * (data.rise / 2 + data.hold + data.fall / 2) + one)
+            up = max(since, 0.0)
+            count = up // data.period if data.period else 0.0
+            u = min(up - count * (data.period or 0.0), data.rise + data.hold + data.fall)
+            fallen = max(u - data.rise - data.hold, 0.0)
+            risen = u * u / (2.0 * data.rise) if u < data.rise else u - data.rise / 2.0
+            return count * (data.rise / 2.0 + data.hold + data.fall / 2.0) + risen - fallen * fallen / (2.0 * data.fall)
 
-        moved = area(t - data.begin) - area(np.array([-data.begin]))
-        return np.asarray(data.origin + data.base * t + (data.peak - data.base) * moved)
+        return data.origin + data.base * t + (data.peak - data.base) * (area(t - data.begin) - area(-data.begin))
