@@ -54,6 +54,9 @@ static int tr_input_count(const tr_sim *s);
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
 double tr_break_after(const tr_sim *s, double t);
 
+/* Set the last and the next break of a run that starts at t. */
+static void tr_begin_breaks(tr_sim *s, double t);
+
 /* Pass all breaks until t. Returns whether there were any. */
 static int tr_pass_breaks(tr_sim *s, double t);
 

@@ -100,23 +100,32 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_evalu
 
 double tr_next_break(const tr_sim *s) { return s->clock.next_break; }
 
-/* First occurrence of a periodic break after t. An occurrence that differs from t by round-off is not after t. */
-static double tr_occurrence_after(const tr_break *b, double t) {
-  const double passed = floor((t + tr_time_tolerance(t) - b->time) / b->period) + 1.0;
-  return b->time + fmax(passed, 0.0) * b->period;
-}
-
-double tr_break_after(const tr_sim *s, double t) {
+/* The last break until t and the first after t. A periodic break that differs from t by round-off is not after t. */
+static void tr_find_breaks(const tr_sim *s, double t, double *last, double *next) {
   const tr_break *breaks = (const tr_break *)TR_A(s, breaks);
   int once = s->clock.nbreaks, lo = 0;
-  double next = INFINITY;
-  for (; once > 0 && breaks[once - 1].period > 0.0; --once) next = fmin(next, tr_occurrence_after(breaks + once - 1, t));
+  *last = -INFINITY, *next = INFINITY;
+  for (; once > 0 && breaks[once - 1].period > 0.0; --once) {
+    const tr_break *b = breaks + once - 1;
+    const double passed = floor((t + tr_time_tolerance(t) - b->time) / b->period);
+    if (passed >= 0.0) *last = fmax(*last, b->time + passed * b->period);
+    *next = fmin(*next, b->time + fmax(passed + 1.0, 0.0) * b->period);
+  }
   for (int hi = once; lo < hi;) {
     const int c = (lo + hi) / 2;
     if (breaks[c].time > t) hi = c; else lo = c + 1;
   }
-  return lo < once ? fmin(next, breaks[lo].time) : next;
+  if (lo > 0) *last = fmax(*last, breaks[lo - 1].time);
+  if (lo < once) *next = fmin(*next, breaks[lo].time);
 }
+
+double tr_break_after(const tr_sim *s, double t) {
+  double last, next;
+  tr_find_breaks(s, t, &last, &next);
+  return next;
+}
+
+static void tr_begin_breaks(tr_sim *s, double t) { tr_find_breaks(s, t, &s->clock.last_break, &s->clock.next_break); }
 
 static int tr_pass_breaks(tr_sim *s, double t) {
   const int passed = s->clock.next_break <= t;

@@ -121,9 +121,9 @@ int tr_hold_all(tr_sim *s, tr_held *out);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start (begin)
- * and end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: whether these belong to the step, which they do unless an event has cut it. made:
- * number of recorded steps. rows: room for `capacity` rows, of which *written are filled. Discards events. Returns a status, as
- * tr_advance does. */
+ * and end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: whether these belong to the step, which they do
+ * unless an event has cut it. made: number of recorded steps. rows: room for `capacity` rows, of which *written are filled. Discards
+ * events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, int *made);
 

@@ -18,8 +18,9 @@ from tests.reference.scenes.random_streams import stream
 from tests.sampling import sampled
 from trunnion.basics.problems import SceneError
 from trunnion.batch.sweep import sweep
+from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 from trunnion.scene.overrides import apply
-from trunnion.scene.scene_loader import scene_from_dict
+from trunnion.scene.scene_loader import scene_from_dict, scene_from_text
 from trunnion.simulation.run import simulate
 
 METHODS = ("rk5", "rk8", "rosenbrock", "auto")
@@ -164,7 +165,7 @@ def test_a_damped_mass_answers_every_signal_as_its_response_to_impulses_says(kin
     f = load(kind, seed)
     expected = damped(f, mass, damping)
     for kernel in ("parts", "compiled") if seed == 1 else ("parts",):
-        for method in METHODS if seed < 3 else ("auto",):
+        for method in METHODS if seed in (1, 2) or kind == "pulses" else ("auto",):
             r = simulate(scene(f.keys, mass, damping), until=UNTIL, every=UNTIL, rtol=1e-11, method=method, kernel=kernel)
             found = r["slide.q[1]"][-1], r["slide.qd[1]"][-1]
             assert found == pytest.approx(expected, abs=1e-9 if method != "rosenbrock" else 1e-8), (method, kernel)
@@ -175,7 +176,7 @@ def test_a_rubbing_block_answers_every_signal_as_integrals_between_events_say(ki
     mass, _, mu = numbers(seed)
     f = load(kind, seed, 2.5 * mu * mass * G)
     q, v, slips = rubbing(f, mass, mu * mass * G)
-    for method in METHODS if seed == 0 else ("auto",):
+    for method in METHODS if seed == 1 or kind == "trapezoids" else ("auto",):
         r = simulate(scene(f.keys, mass, mu=mu), until=UNTIL, every=UNTIL, rtol=1e-11, method=method)
         assert [e.time for e in r.events if e.kind in ("slip", "reversal")] == pytest.approx(slips, abs=1e-9), method
         assert (r["slide.q[1]"][-1], r["slide.qd[1]"][-1]) == pytest.approx((q, v), abs=3e-9), method
@@ -237,10 +238,13 @@ def test_drives_move_by_trapezoids_of_their_rate_and_by_formulas(drive: dict) ->
 
 
 def test_both_kernels_and_their_derivatives_agree_about_every_signal() -> None:
-    for kind in ("pulses", "trapezoids", "limited harmonic", "expression"):
-        model = scene_from_dict(scene(load(kind, 1).keys, 1.0, 0.5))
-        agree(model)
-        derivatives_agree(model)
+    data = scene(load("pulses", 1).keys, 1.0, 0.5)
+    for kind in ("trapezoids", "limited harmonic", "expression"):
+        data["bodies"][kind.split()[0]] = data["bodies"]["block"]
+        data["joints"][kind[:4]] = data["joints"]["slide"] | {"outboard": kind.split()[0], "effort": load(kind, 1).keys}
+    model = scene_from_dict(data)
+    agree(model)
+    derivatives_agree(model)
 
 
 @pytest.mark.parametrize(("place", "keys", "said", "remedy"), [
@@ -335,3 +339,17 @@ def test_a_sweep_over_numbers_of_a_signal_has_the_results_of_single_runs() -> No
     for case in swept.table.to_pylist():
         changed = apply(block, {n: case[n] for n in vary})
         assert case["final:slide.q[1]"] == pytest.approx(simulate(changed, until=UNTIL)["slide.q[1]"][-1], rel=1e-6)
+
+
+def test_a_scene_with_formulas_is_written_and_read_again_and_copies_have_parameters_of_their_own() -> None:
+    leg = scene({"expression": "{F*exp(-t/T)}"}, 1.0) | {"parameters": {"F": "2 N", "T": "0.5 s"}}
+    del leg["name"], leg["gravity"]
+    data = {"name": "two", "assemblies": {"leg": {"use": leg, "copies": {"line": {"times": 2, "step": [1.0, 0.0, 0.0]}}}}}
+    model = scene_from_dict(data)
+    assert [j.effort.expression.formula for j in model.joints.values()] == ["leg1_F*exp(-t/leg1_T)", "leg2_F*exp(-t/leg2_T)"]
+    again = scene_from_text(scene_to_yaml(model))
+    assert again.joints == model.joints
+    ends = [simulate(s, until=1.0, every=1.0).data[-1] for s in (model, again)]
+    assert (ends[0] == ends[1]).all()
+    changed = apply(model, {"joints.leg1_slide.effort.expression.formula": "leg1_F*exp(-t/1 s)"})
+    assert changed.joints["leg1_slide"].effort.expression.numbers == (2.0, 1.0)
