@@ -10,6 +10,7 @@ from trunnion.basics.lazy_casadi import SX
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
 SAMPLES = 1000
+"""Number of intervals in which a signal is sampled for checks and notes."""
 Triple = tuple[SX, SX, SX]
 """Coordinate, rate and acceleration of a drive."""
 

@@ -16,6 +16,7 @@ from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.engine.parts.test_jacobian import agree as derivatives_agree
 from tests.reference.scenes.random_streams import stream
 from tests.sampling import sampled
+from trunnion import equilibrium, hold
 from trunnion.basics.problems import SceneError
 from trunnion.batch.sweep import sweep
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
@@ -353,3 +354,12 @@ def test_a_scene_with_formulas_is_written_and_read_again_and_copies_have_paramet
     assert (ends[0] == ends[1]).all()
     changed = apply(model, {"joints.leg1_slide.effort.expression.formula": "leg1_F*exp(-t/1 s)"})
     assert changed.joints["leg1_slide"].effort.expression.numbers == (2.0, 1.0)
+
+
+def test_statics_take_each_signal_s_value_at_the_start() -> None:
+    for keys in ({"expression": "3 N*cos(1 rad/s*t)"}, {"pulse": {"peak": 3.0, "duration": 1.0}},
+                 {"harmonic": {"amplitude": 9.0, "frequency": 1.0, "phase": 1.2}, "limit": {"upper": 3.0}}):  # fmt: skip
+        assert hold(scene_from_dict(scene(keys, 2.0, mu=0.4))).margin == pytest.approx(1.0 - 3.0 / (0.4 * 2.0 * G), rel=1e-12)
+        sprung = scene(keys, 2.0, 1.0)
+        sprung["joints"]["slide"]["spring"] = {"stiffness": 100.0}
+        assert equilibrium(sprung).q["slide"] == pytest.approx((0.03,), rel=1e-12)
