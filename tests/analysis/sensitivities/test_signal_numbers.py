@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from tests.analysis.sensitivities.test_derivatives_along_runs import ACROSS, off
+from tests.analysis.sensitivities.test_derivatives_along_runs import ACROSS, differences
 from tests.engine.devices.test_signals import KINDS, G, load, numbers, scene
 from tests.sampling import sampled
 from trunnion.scene.overrides import list_parameters
@@ -55,9 +55,12 @@ def test_a_formula_has_derivatives_by_its_parameters_and_constants() -> None:
     assert found == pytest.approx([weights @ (np.sin(w * t) * fades), by_w, by_tau, by_w], rel=1e-8)
 
 
-@pytest.mark.parametrize(("kind", "seed"), sampled([(k, s) for k in KINDS for s in range(3)], [("pulses", 0)]))
+@pytest.mark.parametrize(("kind", "seed"), sampled([(k, s) for k in KINDS if k != "limited table" for s in range(3)], [("pulses", 0)]))
 def test_a_rubbing_block_has_the_derivatives_of_differences_by_every_number_of_its_signal(kind: str, seed: int) -> None:
     mass, _, mu = numbers(seed)
     block = scene_from_dict(scene(load(kind, seed, 2.5 * mu * mass * G).keys, mass, mu=mu))
     names = [p.path for p in list_parameters(block) if p.path.startswith(EFFORT) and p.value and ".table." not in p.path]
-    assert off(block, [n for n in names if not n.endswith("origin")], ["slide.q[1]"], 1.3, 4) < ACROSS
+    found = trunnion.sensitivity(block, names, ["slide.q[1]"], 1.3, 1.3 / 4).derivatives[:, 0]
+    for k, name in enumerate(names):
+        expected = differences(block, name, ["slide.q[1]"], 1.3, 1.3 / 4)[:, 0]
+        assert found[:, k] == pytest.approx(expected, abs=ACROSS * max(np.abs(expected).max(), 1e-6)), name
