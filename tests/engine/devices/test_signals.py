@@ -30,7 +30,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 KINDS = ("ramp", "step", "pulse", "pulses", "trapezoid", "trapezoids", "limited harmonic", "limited table", "expression")
 
 
-CASES = sampled(product(KINDS, range(12)), lambda case: case[1] == 0)
+CASES = list(product(KINDS, range(12)))
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def rubbing(f: Load, mass: float, hold: float) -> tuple[float, float, list[float
     return q, v, slips
 
 
-@pytest.mark.parametrize(("kind", "seed"), CASES)
+@pytest.mark.parametrize(("kind", "seed"), sampled(CASES, [("pulses", 0), ("limited harmonic", 0), ("expression", 0)]))
 def test_a_damped_mass_answers_every_signal_as_its_response_to_impulses_says(kind: str, seed: int) -> None:
     mass, damping, _ = numbers(seed)
     f = load(kind, seed)
@@ -172,7 +172,7 @@ def test_a_damped_mass_answers_every_signal_as_its_response_to_impulses_says(kin
             assert found == pytest.approx(expected, abs=1e-9 if method != "rosenbrock" else 1e-8), (method, kernel)
 
 
-@pytest.mark.parametrize(("kind", "seed"), CASES)
+@pytest.mark.parametrize(("kind", "seed"), sampled(CASES, [("step", 0), ("trapezoids", 0), ("limited table", 0)]))
 def test_a_rubbing_block_answers_every_signal_as_integrals_between_events_say(kind: str, seed: int) -> None:
     mass, _, mu = numbers(seed)
     f = load(kind, seed, 2.5 * mu * mass * G)

@@ -81,6 +81,7 @@ def test_an_input_that_changes_again_before_its_beginning_counts_with_its_last_v
     assert host.get("hip.q[1]")[0] == pytest.approx(followed(np.array([0.8]))[0], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_an_importer_s_steps_end_at_jumps_of_periodic_signals() -> None:
     got, _, wrong = run_me(made("me"), UNTIL, NAMES, start_values={"force": 8.0})
     assert not wrong
