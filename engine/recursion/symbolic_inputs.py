@@ -10,7 +10,7 @@ import casadi as ca
 from trunnion.basics.monotone_curves import KNOTS, monotone
 from trunnion.recursion.curve_foot_point import find_foot
 from trunnion.recursion.vector_algebra import SX, vector
-from trunnion.system.signals.motion_profiles import MOVES, PROFILES, derivative
+from trunnion.scene.signals.registry import OF_LABEL
 from trunnion.system.structure.bodies_and_joints import Joint, Latch, Signal, System, state_coordinates
 from trunnion.system.structure.external_value_layout import INSIDE, MODE, NOW
 from trunnion.system.structure.parameter_table import Leaf, Leaves, Param
@@ -82,13 +82,13 @@ class Symbols:
             return self.leaf(s.leaves[0])
         if s.kind == "table":
             return self.x[self.at.table(s.index)]
-        if s.kind == "harmonic":
-            return self._harmonic(s)[0]
         if s.kind == "through":
             at, value = (self.leaves(x) for x in (s.leaves[:KNOTS], s.leaves[KNOTS:]))
             return monotone(self.given(s.index), ca.vertsplit(at), ca.vertsplit(value))
-        start, end, begin, duration, _ = (self.leaf(x) for x in s.leaves)
-        return start + (end - start) * self._progress(begin, duration)
+        if s.of is not None:
+            lower, upper = (self.leaf(x) for x in s.leaves)
+            return ca.fmax(lower, ca.fmin(upper, self.load(s.of)))
+        return OF_LABEL[s.kind].load(self, s)
 
     def given(self, index: int) -> SX:
         """Value of a table or input at t."""
@@ -96,59 +96,10 @@ class Symbols:
 
     def motion(self, s: Signal) -> tuple[SX, SX, SX]:
         """Position, rate and acceleration that a drive prescribes at t."""
-        if s.kind == "rate":
-            start, rate = (self.leaf(x) for x in s.leaves)
-            return start + rate * self.t, rate, SX(0)
         if s.kind == "table":
             k = self.at.table(s.index)
             return self.x[k], self.x[k + 1], self.x[k + 2]
-        if s.kind == "harmonic":
-            return self._harmonic(s)
-        return self._move(s) if s.kind in MOVES else self._ramp(s)
-
-    def _harmonic(self, s: Signal) -> tuple[SX, SX, SX]:
-        amplitude, frequency, phase, offset = (self.leaf(x) for x in s.leaves)
-        w = 2 * ca.pi * frequency
-        sin, cos = ca.sin(w * self.t + phase), ca.cos(w * self.t + phase)
-        return offset + amplitude * sin, amplitude * w * cos, -amplitude * w * w * sin
-
-    def _progress(self, begin: SX, duration: SX) -> SX:
-        """Progress of a ramp: 0 before the beginning of the ramp, 1 after its end. ts selects the piece, so that a step uses a
-        single piece even where t reaches a kink."""
-        inside = (self.t - begin) / duration
-        return ca.if_else(self.ts < begin, 0, ca.if_else(self.ts < begin + duration, inside, 1))
-
-    def _move(self, s: Signal) -> tuple[SX, SX, SX]:
-        """Position, rate and acceleration of a rest-to-rest move. ts selects the piece."""
-        start, end, begin, duration = (self.leaf(x) for x in s.leaves)
-        profile = PROFILES[s.kind.removeprefix("move_")]
-        u, at = (self.t - begin) / duration, (self.ts - begin) / duration
-        out = []
-        pieces = profile.pieces
-        for order in range(3):
-            value = SX(1 if order == 0 else 0)
-            for first, last, piece in reversed(list(zip(profile.knots[:-1], profile.knots[1:], pieces, strict=True))):
-                value = ca.if_else(at < last, sum((c * (u - first) ** k for k, c in enumerate(piece)), SX(0)), value)
-            out.append((end - start) / duration**order * ca.if_else(at < 0, 0, value))
-            pieces = tuple(derivative(piece) for piece in pieces)
-        return start + out[0], out[1], out[2]
-
-    def _ramp(self, s: Signal) -> tuple[SX, SX, SX]:
-        """Position, rate and acceleration of a drive whose rate changes linearly. ``origin`` is the position at t = 0."""
-        start, end, begin, duration, origin = (self.leaf(x) for x in s.leaves)
-        slope = (end - start) / duration
-        x, before_, during = self.t - begin, self.ts < begin, self.ts < begin + duration
-
-        def added(x: SX, before: SX, during: SX) -> SX:
-            """Displacement due to the change of rate. x: time since the beginning of the change."""
-            beyond = 0.5 * slope * duration**2 + slope * duration * (x - duration)
-            return ca.if_else(before, 0, ca.if_else(during, 0.5 * slope * x * x, beyond))
-
-        position = origin + start * self.t + added(x, before_, during)
-        if s.kind == "begun":
-            position -= added(-begin, SX(0), begin + duration >= 0)
-        rate = start + slope * ca.if_else(before_, 0, ca.if_else(during, x, duration))
-        return position, rate, ca.if_else(before_, 0, ca.if_else(during, slope, 0))
+        return OF_LABEL[s.kind].motion(self, s)
 
     def coordinates(self, j: Joint) -> list[SX]:
         """All coordinates of a tree joint: states for free freedoms, signals for driven freedoms."""

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from trunnion.scene.data_classes.loads import APPLIED
-from trunnion.scene.data_classes.type_tree import keys_at, length_at, required_at
+from trunnion.scene.data_classes.signals import Drive, Signal
+from trunnion.scene.data_classes.type_tree import classes_at, keys_at, length_at, required_at
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import closest, did_you_mean, shown
+from trunnion.scene.signals.registry import REGISTRY
 from trunnion.scene.units.unit_parser import UnitError
 
 Error = dict[str, Any]
@@ -44,8 +46,21 @@ def _unknown_key(path: Path, e: Error) -> Finding:
     key, known = str(path[-1]), keys_at(path[:-1])
     if _AFTER_COMMA.fullmatch(key) and e["input"] is None:
         return Finding(path, f"unknown key {shown(key)}", "is this part of a number with a decimal comma? Write 2.5", meant="")
+    if refusal := _refused_signal(path):
+        return Finding(path, *refusal, meant="")
     hint = did_you_mean(key, known, "known keys")
     return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known))
+
+
+def _refused_signal(path: Path) -> tuple[str, str] | None:
+    """Reason and remedy for a kind of signal that drives, or loads, do not have; None for any other unknown key."""
+    classes, key = classes_at(path[:-1]), str(path[-1])
+    if Drive in classes and key == "limit":
+        return "a drive has no limits: its rate would jump", "write the limited motion as a move or table"
+    if key not in REGISTRY or not {Drive, Signal} & set(classes):
+        return None
+    kind = REGISTRY[key]
+    return kind.drives if Drive in classes else (f"a load has no {key}", kind.loads)
 
 
 def _missing(path: Path, e: Error) -> Finding:

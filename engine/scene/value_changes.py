@@ -77,6 +77,8 @@ def _set(data: Any, path: Path, value: Any) -> Finding | None:
             return found
         if i == len(path) - 1:
             node[key] = value
+            if key == "formula":
+                node.pop("numbers", None)  # the numbers follow from the formula
             return None
         inside = node[key] if isinstance(key, int) else node.get(key)
         if inside is None:

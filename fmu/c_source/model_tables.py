@@ -45,7 +45,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
     rates = {base: i for i, base in column_rates(model).items()}
     next_ones = [-2 if c.quantity.steps else rates.get(i, -1) for i, c in enumerate(model.columns)]
     arrays = [
-        doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.breaks), doubles("m_tables", tables),
+        doubles("m_p", model.built.parameters.values), doubles("m_breaks", n.break_records()), doubles("m_tables", tables),
         doubles("m_q", n.q), doubles("m_v", n.v), doubles("m_qg", n.q_given_by_rate), doubles("m_vg", n.v_given),
         _settings(settings), cause_tables(model), _code(all_.programs), integers("m_begin", begin),
         integers("m_derivative", derivatives),

@@ -34,9 +34,6 @@ BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra"
 text is the first part of a key; a pair is a whole key, or the first and last part of a key."""
 HUGE = 1e300
 """The bound that is used for a number without a bound."""
-NOT_OFFERED = (("ramp", "begin"), ("ramp", "duration"), ("move", "begin"), ("move", "duration"))
-"""Numbers whose path ends with one of these keys are not parameters: a change would move kinks of signals, and the times of kinks
-are fixed at export."""
 TUNABLE_SECTIONS = ("friction", "forces", "gravity")
 TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort", "motor")
 TUNABLE_OF_END_STOPS = ("stiffness", "damping")
@@ -151,13 +148,14 @@ def followed(model: Model) -> dict[str, Outside]:
 
 
 def _numbers(model: Model) -> Iterator[Variable]:
-    """Parameters for those numbers of the scene that enter the equations as parameters without any conversion."""
+    """Parameters for those numbers of the scene that enter the equations as parameters without any conversion. Numbers that move
+    the times of kinks are not among them, because these times are fixed at export."""
     scene, table = model.built.scene, model.built.parameters
     own = {p.path: p.value for p in list_parameters(scene)}
     found = []
     for i, (text, value, unit) in enumerate(zip(table.paths, table.values, table.units, strict=True)):
         path = parse_path(text)
-        if path is None or path[-2:] in NOT_OFFERED or (own.get(text) != value and not _derived(path)):
+        if path is None or table.moves_kinks(i) or (own.get(text) != value and not _derived(path)):
             continue
         variability = "tunable" if _tunable(path) else "fixed"
         made = Variable(text, unit, describe(path, text), "parameter", variability, "exact", value, bound_of(path),

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.fmu.variables.outputs_inputs_parameters import PARAMETER, Variable
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.expressions.formula_parser import Call, Formula, Name, Node, Number
+from trunnion.scene.expressions.formula_parser import FUNCTIONS, Call, Formula, Name, Node, Number
 from trunnion.scene.expressions.parameter_dependence import DependentNumbers
 from trunnion.scene.expressions.parameter_evaluation import NAMED
 from trunnion.scene.queries.number_units import unit_of
 
 OPERATIONS = {
     "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "^": "POWER", "neg": "NEGATE",
-    **{f: f.upper() for f in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")},
+    **{f: f.upper() for f in FUNCTIONS},
 }  # fmt: skip
 """Names in the C enumeration ``fmu_operation`` (``model_and_instance.h``) without their prefix, by function."""
 

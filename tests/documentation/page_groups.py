@@ -35,7 +35,7 @@ GROUPS = {
     "pandas": ["models/cookbook/data.md"],
     "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
     "service, pandas": ["service/README.md"],
-    "fmu": ["fmu/README.md"],
+    "fmu": ["engine/docs/guide/signals.md", "fmu/README.md"],
 }
 """Pages by group. The group's name lists the packages that its pages install, in their order."""
 ABOUT_MODELS = ("plain", "guide, plain", "pandas")

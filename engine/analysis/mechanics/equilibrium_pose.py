@@ -16,6 +16,7 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.signals.registry import value_at
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model, simulate
 from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
@@ -199,9 +200,7 @@ def _held_fields(owner: Any) -> dict[str, Any]:
 def _held(value: Any) -> Any:
     """``value`` with each signal in it replaced by the signal's value at t = 0. The same object if it contains no signal."""
     if isinstance(value, sm.Signal):
-        if value.harmonic is not None:
-            return value.harmonic.offset + value.harmonic.amplitude * math.sin(value.harmonic.phase)
-        return value.ramp.start if value.ramp is not None else value.table.value[0] if value.table is not None else 0.0
+        return value_at(value, 0.0)
     if isinstance(value, tuple):
         held = tuple(map(_held, value))
         return value if all(a is b for a, b in zip(held, value, strict=True)) else held

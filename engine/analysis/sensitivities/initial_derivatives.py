@@ -46,7 +46,7 @@ class InitialDerivatives:
     Attributes:
         p: derivatives of the run-time parameters, then of the external inputs (np × m).
         y: derivatives of the start state (ny × m).
-        breaks: derivatives of the times of kinks in signals (kinks × m).
+        breaks: derivatives of the times and periods of kinks in signals (kinks × 2 × m).
         magnitudes: magnitudes of the parameters (m).
     """
 
@@ -116,7 +116,7 @@ def differentiate_start(
         tick()
         columns.append(_by_entry(model, line, entries[line.name]) if line.name in entries else _differentiate(model, line))
     _start_numbers(model, model.built)
-    p, y, breaks = (np.column_stack([c[k] for c in columns]) for k in range(3))
+    p, y, breaks = (np.stack([c[k] for c in columns], axis=-1) for k in range(3))
     return InitialDerivatives(p, y, breaks, np.array([line.size for line in lines]))
 
 
@@ -212,7 +212,7 @@ def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray
     """The result of ``_differentiate`` for a number that is an entry of the table. The entry has the derivative 1; finite
     differences are needed only for the assembly of loops."""
     numbers, p = model.built.numbers, np.array(model.built.parameters.values, float)
-    dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros(len(numbers.breaks))
+    dp, y, breaks = np.zeros(len(p) + len(numbers.inputs)), np.zeros(model.block.ny), np.zeros((len(numbers.breaks), 2))
     dp[place] = 1.0
     if not model.system.rows:
         return dp, y, breaks
@@ -261,7 +261,7 @@ def _start_numbers(model: Model, built: Built) -> tuple[np.ndarray, ...]:
     """Initial data of a scene of the same structure: (run-time parameters and inputs, assembled state, times of kinks)."""
     p = np.array(built.parameters.values, float)
     y = _assembled(model, built.numbers, p)
-    return np.concatenate([p, built.numbers.inputs]), y, np.array(built.numbers.breaks, float)
+    return np.concatenate([p, built.numbers.inputs]), y, np.array(built.numbers.breaks, float).reshape(-1, 2)
 
 
 def _assembled(model: Model, numbers: Numbers, p: np.ndarray) -> np.ndarray:

@@ -118,12 +118,15 @@ class _Recorder:
         self.block, self.flags, self.count, self.rows = model.block, model.system.external.flags, 0, rows
         block, sizes = model.block, model.kernel.sizes
         wide = RK8.rows * (sizes["active"] + sizes["neta"])
-        self.parts = [(np.array([block.time]), block.y.copy()[None], block.x.copy()[None])]
+        start = (np.array([block.time]), block.y.copy()[None], block.x.copy()[None], block.x.copy()[None])
+        self.parts: list[tuple[np.ndarray, ...]] = [start]
         self.solutions: list[tuple[np.ndarray, np.ndarray]] = [(np.zeros((0, wide)), np.zeros(0, np.intc))]
-        self._room = np.zeros(STEPS_PER_CALL), np.zeros((STEPS_PER_CALL, block.y.size)), np.zeros((STEPS_PER_CALL, block.x.size))
+        lengths = (block.y.size, block.x.size, block.x.size)
+        self._room: tuple[np.ndarray, ...] = (np.zeros(STEPS_PER_CALL), *(np.zeros((STEPS_PER_CALL, n)) for n in lengths))
         self._solved = np.zeros((STEPS_PER_CALL, wide)), np.zeros(STEPS_PER_CALL, np.intc)
         self._made, self._written = ctypes.c_int(0), ctypes.c_long(1)
-        self._places = [a.ctypes.data for a in (*self._room, *self._solved)]
+        arrays: tuple[np.ndarray, ...] = (*self._room, *self._solved)
+        self._places = [a.ctypes.data for a in arrays]
 
     @property
     def written(self) -> int:
@@ -137,8 +140,7 @@ class _Recorder:
             *self._places, ctypes.addressof(self._made),
         )  # fmt: skip
         n = self._made.value
-        t, y, x = self._room
-        self.parts.append((t[:n].copy(), y[:n].copy(), x[:n].copy()))
+        self.parts.append(tuple(a[:n].copy() for a in self._room))
         stages, whole = self._solved
         self.solutions.append((stages[: n if self.count < MOST_SOLVED else 0].copy(), whole[:n].copy()))
         self.count += n
@@ -146,14 +148,16 @@ class _Recorder:
 
     def record(self, samples: np.ndarray) -> StepRecord:
         """The record of the finished run."""
-        time, y, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
+        time, y, begin, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
         stages, whole = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
-        before, now = after[:-1, self.flags], after[1:, self.flags]
+        # Modes may change at the start of a step that begins at a break, because the signals may have jumped there.
+        breaks, near = np.array(self.block.numbers.break_times(time[-1])), SAME_TIME * np.maximum(1.0, time)
+        at_break = np.searchsorted(breaks, (time + near)[:-1], side="right") > np.searchsorted(breaks, (time - near)[:-1])
+        first = np.where(at_break[:, None], begin[1:], after[:-1])
         # A whole step renews frozen directions of several components at its start, which is no event.
-        turned = (np.sign(before) != np.sign(now)).any(axis=1) & (whole == 0)
+        turned = (np.sign(first[:, self.flags]) != np.sign(after[1:, self.flags])).any(axis=1) & (whole == 0)
         x = after[1:].copy()
-        x[turned] = after[:-1][turned]
-        near = SAME_TIME * np.maximum(1.0, time)
+        x[turned] = first[turned]
         passed = np.searchsorted(samples, time + near, side="right")
         passed[-1] = len(samples)
         sample = passed[1:] > np.maximum(np.searchsorted(samples, (time - near)[1:]), passed[:-1])

@@ -55,8 +55,9 @@ class SensitivityIntegrator:
     """
 
     def __init__(self, unit: SensitivityUnit, block: Block, start: InitialDerivatives, run: StepRecord):
-        self.unit, self.block, self.start, self.breaks = unit, block, start, block.numbers.breaks
-        self.moved: np.ndarray = np.any(start.breaks, axis=1)
+        self.unit, self.block, self.start = unit, block, start
+        self.breaks = np.array(block.numbers.breaks, float).reshape(-1, 2)
+        self.moved = bool(np.any(start.breaks))
         self.at = unit.system.external
         self.events: list[EventShift] = []
         self.notes: list[str] = []
@@ -67,20 +68,26 @@ class SensitivityIntegrator:
 
     def complete(self, k: int, step: RecordedStep) -> None:
         """Change S by the event and the kinks at the end of step k."""
-        if step.changes_mode:
+        kinks = np.flatnonzero(self._kinks_at(step.t1))
+        if len(kinks):
+            self._cross_kinks(k, step, kinks)
+        elif step.changes_mode:
             self._cross_event(k, step)
-        for kink in np.flatnonzero(self._kinks_at(step.t1)) if self.moved.any() else ():
-            self._cross_kink(step, int(kink))
 
     def kinks_of(self, run: StepRecord) -> np.ndarray:
-        """Whether each step of a run ends at a kink of a signal whose time depends on a parameter."""
-        return np.logical_or.reduce(self._kinks_at(run.time[1:, None]), axis=1)
+        """Whether each step of a run ends at a kink of a signal, if the times of kinks depend on a parameter."""
+        return np.logical_and(self.moved, np.logical_or.reduce(self._kinks_at(run.time[1:, None]), axis=1))
 
     def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
-        """Whether each kink is at time t and depends on a parameter (times × kinks)."""
-        at = np.array(self.breaks, float)
-        near: np.ndarray = np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at))
-        return np.logical_and(near, self.moved)
+        """Whether each kink occurs at time t (times × kinks)."""
+        first, period = self.breaks.T
+        at = first + period * self._occurrence(t)
+        return np.asarray(np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at)))
+
+    def _occurrence(self, t: np.ndarray | float) -> np.ndarray:
+        """Number of the occurrence of each kink that is closest to t, from 0."""
+        first, period = self.breaks.T
+        return np.maximum(np.round(np.divide(t - first, period, out=np.zeros(np.shape(t - first)), where=period > 0.0)), 0.0)
 
     def _cross_event(self, k: int, step: RecordedStep) -> None:
         n, x, x1 = self.unit.ny + self.unit.nquad, step.x.copy(), step.x1.copy()
@@ -123,14 +130,26 @@ class SensitivityIntegrator:
                     return first + d.latch.hook, j.name
         return None
 
-    def _cross_kink(self, step: RecordedStep, k: int) -> None:
-        """Update S at kink k of a signal. The time of this kink depends on a parameter."""
-        n, sides = self.unit.ny + self.unit.nquad, []
-        for side in (-1e-9, 1e-9):
-            x = step.x1.copy()
-            x[INSIDE] = step.t1 + side * max(1.0, abs(step.t1))
-            sides.append(self.march.evaluate(step.t1, step.y1, x)[0][:n])
-        self.march.S += np.outer(sides[0] - sides[1], self.start.breaks[k])
+    def _cross_kinks(self, k: int, step: RecordedStep, kinks: np.ndarray) -> None:
+        """Update S at kinks of signals. An event at the end of the step is their consequence, and has their time."""
+        shifts = self.start.breaks[kinks, 0] + self._occurrence(step.t1)[kinks, None] * self.start.breaks[kinks, 1]
+        shift = next((x for x in shifts if x.any()), None)
+        if shift is None:
+            return
+        run, n, sides = self.march.run, self.unit.ny + self.unit.nquad, []
+        if k + 1 == len(run.x):
+            return  # nothing follows
+        after = run.step(k + 1)
+        for x, inside in ((step.x, 0.5 * (step.t0 + step.t1)), (after.x, 0.5 * (after.t0 + after.t1))):
+            side = x.copy()
+            side[INSIDE] = inside
+            sides.append(self.march.evaluate(step.t1, step.y1, side)[0][:n])
+        self.march.S += np.outer(sides[0] - sides[1], shift)
+        for j in self.unit.system.frictional:
+            assert j.friction is not None
+            modes = [[self.at.mode_in(x, s.flag).flag for s in j.friction.sliders] for x in (step.x, after.x)]
+            if modes[0] != modes[1]:
+                self.events.append(EventShift(step.t1, j.name, shift))
 
     def _find_cause(
         self, step: RecordedStep, f: np.ndarray, df: np.ndarray, flow: np.ndarray, x: np.ndarray

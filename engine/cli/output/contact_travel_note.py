@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Drive, Scene
 from trunnion.scene.queries.body_references import body_of
+from trunnion.scene.signals.registry import given
 
 
 def contact_travel_notes(scene: Scene) -> list[str]:
@@ -31,20 +32,9 @@ def contact_travel_notes(scene: Scene) -> list[str]:
     return notes
 
 
-def driven_to(drive: Drive, until: float) -> list[float]:
+def driven_to(drive: Drive, until: float) -> Sequence[float]:
     """Extreme coordinates of a drive's motion up to a time, s."""
-    if drive.harmonic is not None:
-        return [s * abs(drive.harmonic.amplitude) + drive.harmonic.offset for s in (-1, 1)]
-    if drive.table is not None:
-        return [float(v) for v in drive.table.value]
-    if drive.constant is not None:
-        return [drive.constant.start + drive.constant.rate * t for t in (0.0, until)]
-    if drive.move is not None:
-        return [drive.move.start, drive.move.end]
-    if drive.ramp is not None:
-        r = drive.ramp
-        times = np.linspace(0.0, until, 1001)
-        rates = np.interp(times, (r.begin, r.begin + r.duration), (r.start, r.end))
-        path = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times))])
-        return [float(r.origin + path.min()), float(r.origin + path.max())]
-    return []
+    if drive.input is not None:
+        return []
+    kind, data = given(drive)
+    return kind.travel(data, until)

@@ -7,8 +7,10 @@ import ctypes
 import numpy as np
 
 from trunnion.parts.primitives.primitive_cache import libraries, loads_and_scalars
+from trunnion.parts.primitives.primitive_keys import Primitive
+from trunnion.scene.signals.time_formulas import computed
 from trunnion.system.structure.bodies_and_joints import Signal
-from trunnion.system.structure.external_value_layout import External
+from trunnion.system.structure.external_value_layout import NOW, External
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 
@@ -32,10 +34,22 @@ def _number(leaf: Leaf, p: np.ndarray) -> float:
 
 
 def _evaluated(s: Signal, moves: bool, p: np.ndarray, x: np.ndarray, size: int, external: External) -> np.ndarray:
-    primitive = loads_and_scalars.signal(s.kind, moves)
-    operands = {"numbers": np.array([_number(leaf, p) for leaf in s.leaves]), "x": np.ascontiguousarray(x), "out": np.zeros(size)}
-    if s.kind == "through":
-        operands["u"] = np.array([x[external.table(s.index)]])
+    numbers = np.array([_number(leaf, p) for leaf in s.leaves])
+    if s.of is not None:
+        return _call(loads_and_scalars.limit(), size, numbers=numbers, u=np.array([value(s.of, external, p, x)]))
+    if s.kind == "expression":
+        def operation(what: str, *given: np.ndarray) -> np.ndarray:
+            return _call(loads_and_scalars.operation(what, size), size, **dict(zip("ab", given, strict=False)))
+
+        now = np.array([x[NOW], 1.0, 0.0][:size])
+        return computed(s.formula, lambda i: np.array([numbers[i], 0.0, 0.0][:size]), lambda: now, operation)
+    more = {"u": np.array([x[external.table(s.index)]])} if s.kind == "through" else {}
+    return _call(loads_and_scalars.signal(s.kind, moves), size, numbers=numbers, x=np.ascontiguousarray(x), **more)
+
+
+def _call(primitive: Primitive, size: int, **operands: np.ndarray) -> np.ndarray:
+    """The output (size) of a primitive."""
+    operands["out"] = np.zeros(size)
     handed = (ctypes.c_void_p * len(operands))(*(operands[name].ctypes.data for name in primitive.operands[primitive.first]))
     ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)((primitive.first, libraries([primitive])[0]))(
         ctypes.addressof(handed), None

@@ -25,7 +25,8 @@ from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
-from trunnion.system.signals.motion_profiles import MOVES
+from trunnion.scene.signals.registry import REGISTRY as KINDS
+from trunnion.scene.signals.time_formulas import OPERATIONS
 from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint, Slider
 from trunnion.system.structure.friction_joint_indices import everything
 
@@ -38,7 +39,9 @@ COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, la
 """Laws that the catalogue combines with Adams' approximation: each law that smooths another law, and the smoothed law."""
 SIDES = (False, True)
 PINS = (PIN_IN, PIN_OUT)
-DRIVES, LOADS = ("rate", "ramp", "begun", "harmonic", *MOVES), ("ramp", "begun", "harmonic", "through")
+SIGNALS = [(kind.drives is None, not kind.loads, label) for kind in KINDS.values() for label in kind.labels]
+DRIVES, LOADS = [label for drives, _, label in SIGNALS if drives], [*(label for _, loads, label in SIGNALS if loads), "through"]
+"""Labels of the signals of drives, and of those of loads."""
 
 
 def every() -> Iterator[Recipe]:
@@ -53,8 +56,8 @@ def every() -> Iterator[Recipe]:
 
 
 SMOOTH = {
-    "signal", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift", "residual", "pressed", "outward",
-    "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
+    "signal", "limit", "operation", "time", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift",
+    "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
 }  # fmt: skip
 """Functions whose primitives have tangents for all their arguments."""
 
@@ -78,6 +81,8 @@ def _follows(which: FrictionKey) -> bool:
 
 def _small() -> Iterator[Recipe]:
     yield from (("loads_and_scalars", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
+    yield from (("loads_and_scalars", "operation", *each) for each in product(OPERATIONS, (1, 3)))
+    yield from (("loads_and_scalars", name) for name in ("limit", "time"))
     yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
     yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
     yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))

@@ -23,12 +23,13 @@ from trunnion.recursion.joint_reactions import overlap, pin_wrench
 from trunnion.recursion.masses_and_forces import line_of, mass_matrix, wrenches
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
-from trunnion.system.signals.motion_profiles import MOVES
+from trunnion.scene.signals.registry import REGISTRY as SIGNALS
+from trunnion.scene.signals.time_formulas import operate
 from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, Signal
 from trunnion.system.structure.external_value_layout import TIMES
 
-LEAVES = {"value": 1, "through": 2 * KNOTS, "ramp": 5, "begun": 5, "harmonic": 4, "rate": 2, **dict.fromkeys(MOVES, 4)}
-"""Number of parameters of a signal, by kind. A table has no parameters."""
+LEAVES = {"value": 1, "through": 2 * KNOTS} | {label: count for kind in SIGNALS.values() for label, count in kind.labels.items()}
+"""Number of parameters of a signal, by kind. A table has no parameters; those of limits and expressions are other primitives'."""
 
 
 class Timed(PrimitiveSymbols):
@@ -56,6 +57,30 @@ def signal(kind: str, moves: bool) -> Primitive:
     out = ca.vertcat(*Symbols.motion(sym, s)) if moves else Symbols.load(sym, s)
     ins = {"numbers": sym.p, "x": sym.x} | ({"u": sym.u} if kind == "through" else {})
     return expression_primitive(f"s_{kind}_{'motion' if moves else 'load'}", ins, {"out": out})
+
+
+@cache
+def limit() -> Primitive:
+    """Inputs: lower and upper limit, value u. Output: the limited value."""
+    sym, u = PrimitiveSymbols(2), SX.sym("u")
+    return expression_primitive("s_limit", {"numbers": sym.p, "u": u}, {"out": ca.fmax(sym.p[0], ca.fmin(sym.p[1], u))})
+
+
+@cache
+def operation(what: str, order: int) -> Primitive:
+    """Inputs: the operands of an operation of a formula of time (``scene.signals.time_formulas``), each with ``order`` values.
+    Output: its result."""
+    a, b = SX.sym("a", order), SX.sym("b", order)
+    ins = {"a": a, "b": b} if what in ("+", "-", "*", "/") else {"a": a}
+    name = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide"}.get(what, what)
+    return expression_primitive(f"s_{name}_{order}", ins, {"out": operate(what, *(ca.vertsplit(x) for x in ins.values()))})
+
+
+@cache
+def time() -> Primitive:
+    """Input: time. Output: t and its first two derivatives by time."""
+    x = SX.sym("x", TIMES)
+    return expression_primitive("s_time", {"x": x}, {"out": [x[0], SX(1), SX(0)]})
 
 
 @cache

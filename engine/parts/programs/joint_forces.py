@@ -8,6 +8,8 @@ from trunnion.parts.bytecode.body_and_joint_slots import Allocate
 from trunnion.parts.bytecode.program import Program, Slot, Space
 from trunnion.parts.layout.scene_tables import SceneTables
 from trunnion.parts.primitives.primitive_cache import joint_devices, loads_and_scalars
+from trunnion.parts.primitives.primitive_keys import Primitive
+from trunnion.scene.signals.time_formulas import computed
 from trunnion.system.structure.bodies_and_joints import Device, Joint, Latch, Signal
 
 
@@ -23,7 +25,13 @@ class JointForces(SceneTables):
             return Slot(Space.X, self.system.external.table(s.index), 3)
         if s.kind == "value" and not moves:
             return self.numbers(s.leaves)
+        if s.kind == "expression":
+            return self._formula(program, s, allocate, 3 if moves else 1)
         out = allocate(3 if moves else 1)
+        if s.of is not None:
+            u = self._signal(program, s.of, program.scratch_slot, False)
+            self.call(program, loads_and_scalars.limit(), numbers=self.numbers(s.leaves), u=u.slice(0, 1), out=out)
+            return out
         given = {"u": Slot(Space.X, self.system.external.table(s.index), 1)} if s.kind == "through" else {}
         self.call(
             program,
@@ -33,6 +41,28 @@ class JointForces(SceneTables):
             out=out,
             **given,
         )
+        return out
+
+    def _formula(self, program: Program, s: Signal, allocate: Allocate, order: int) -> Slot:
+        """Value of a formula of time; with order 3, also its first two derivatives by time."""
+
+        def call(primitive: Primitive, **operands: Slot) -> Slot:
+            out = program.scratch_slot(order)
+            self.call(program, primitive, **operands, out=out)
+            return out
+
+        def number(i: int) -> Slot:
+            return self.numbers([s.leaves[i], 0.0, 0.0][:order])
+
+        def time() -> Slot:
+            x = Slot(Space.X, 0, 2)
+            return x.slice(0, 1) if order == 1 else call(loads_and_scalars.time(), x=x)
+
+        def operation(what: str, *given: Slot) -> Slot:
+            return call(loads_and_scalars.operation(what, order), **dict(zip("ab", given, strict=False)))
+
+        found, out = computed(s.formula, number, time, operation), allocate(order)
+        program.copy(found, out)
         return out
 
     def value(self, program: Program, s: Signal | None, allocate: Allocate) -> Slot:

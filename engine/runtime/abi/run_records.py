@@ -57,6 +57,12 @@ double held : 1: constant beyond the ends; 0: straight lines beyond the ends
 double n : number of knots
 """)
 
+BREAK = Record("tr_break", "A time at which a step must end because a signal has a corner or jumps. Breaks that occur once come "
+               "first, in the order of their times.", """
+double time : first occurrence, s
+double period : distance of the occurrences, s; 0: the break occurs once
+""")
+
 INPUT = Record("tr_input", "An external input since its communication point. A motion that follows it starts from the present "
                "position and closes the gap with critical damping.", """
 double kind : TR_TABLE_INPUT
@@ -66,6 +72,8 @@ double u[3] : value and first two derivatives at t0
 double gap : distance of the motion from the input at t0
 double gap_rate : rate of the gap at t0
 double bandwidth : rate at which the gap closes, 1/s
+double start : value before `begin`
+double begin : time from which the input counts, s
 """)
 
 SETTINGS = Record("tr_settings", "Settings of a run.", """

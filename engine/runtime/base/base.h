@@ -46,13 +46,19 @@ static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, con
 /* Evaluate an external input at time t. τ is the time since the last communication point. A motion q that follows the input u may
  * start at the distance e = q − u, with the relative rate ė. The motion approaches u with critical damping: q = u + (e + (ė + ω e)
  * τ) exp(−ω τ). */
-static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out);
+static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal *out);
 
 /* Number of external inputs, which are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
 double tr_break_after(const tr_sim *s, double t);
+
+/* Set the last and the next break of a run that starts at t. */
+static void tr_begin_breaks(tr_sim *s, double t);
+
+/* Pass all breaks until t. Returns whether there were any. */
+static int tr_pass_breaks(tr_sim *s, double t);
 
 /* Form the raw maps of the current state, unless they exist already. */
 static void tr_form_maps(tr_sim *s);

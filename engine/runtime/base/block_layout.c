@@ -21,7 +21,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(light_S, of_loops * of_loops); TR_PLACE(light_Z, of_loops * light); TR_PLACE(light_D, light * light); TR_PLACE(light_P, light);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);
   TR_PLACE(smin, pairs); TR_PLACE(smax, pairs); TR_PLACE(zone, TR_DOUBLES(tr_zone) * pairs); TR_PLACE(loop_error, 2 * rows);
-  TR_PLACE(ev, TR_DOUBLES(tr_event) * s->events.capacity); TR_PLACE(breaks, s->clock.nbreaks); TR_PLACE(tables, ntable);
+  TR_PLACE(ev, TR_DOUBLES(tr_event) * s->events.capacity); TR_PLACE(breaks, TR_DOUBLES(tr_break) * s->clock.nbreaks); TR_PLACE(tables, ntable);
   TR_PLACE(open_lambda, a * (a + k->nkappa)); TR_PLACE(post_memory, o ? TR_DOUBLES(tr_memory) * o->npost : 0);
   const int r = k->nmore ? a : 0;
   TR_PLACE(openV, a * r); TR_PLACE(openQ, k->nkappa * r); TR_PLACE(openN, k->nn * r); TR_PLACE(open_amounts, r); TR_PLACE(openY, r * e);
@@ -60,6 +60,7 @@ int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobia
   s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(s, ntable);
   s->clock.width = 1 + (o ? o->nout : 0);
   s->set = (tr_settings){.rtol = DEFAULT_RTOL, .hmax = INFINITY, .length = 1.0, .rate = 1.0, .project = 1, .locate = 1};
+  s->clock.last_break = -INFINITY, s->clock.next_break = INFINITY;
   s->step.method = TR_AUTO_TIGHT;
   for (int i = 0; i < k->active; ++i) TR_A(s, d)[i] = 1.0;
   return 1;
@@ -71,7 +72,7 @@ static int tr_is_within(int value, int least, int most) { return least <= value 
 static int tr_has_valid_counts(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const int pair = k->nsliders - 1, watched = k->nsliders + k->nstops - 1, none = -1, rows = tr_max(TR_DENSE_ROWS, TR_WORK_NODES);
-  return tr_is_within(s->clock.next_break, 0, s->clock.nbreaks) && tr_is_within(s->clock.status, TR_OK, TR_CASE_FAILED)
+  return tr_is_within(s->clock.status, TR_OK, TR_CASE_FAILED)
       && tr_is_within(s->set.method, 0, TR_METHODS - 1) && tr_is_within(s->step.method, 0, TR_METHODS - 1)
       && tr_is_within(s->step.dense_rows, 0, rows) && tr_is_within(s->step.mapped, TR_MAPS_NONE, TR_MAPS_OF_IMPULSES)
       && tr_is_within(s->pending.kind, TR_NOTHING, TR_IMPULSE_STEP) && tr_is_within(s->pending.which, none, tr_max(watched, 0))

@@ -1,11 +1,26 @@
-/* Signals of tables and external inputs, and the times at which signals have breaks. */
+/* Signals of tables and external inputs, and the breaks of signals. */
 #include "base/base.h"
 
-static void tr_evaluate_input(const tr_input *in, double t, tr_signal *out) {
-  const double tau = t - in->t0, w = in->bandwidth, *u = in->u;
+static void tr_evaluate_given(const tr_input *in, double t, tr_signal *out) {
+  const double tau = t - in->t0, *u = in->u;
   out->value = u[0] + tau * (u[1] + 0.5 * tau * u[2]), out->first = u[1] + tau * u[2], out->second = u[2], out->third = 0.0;
-  if (in->followed == 0.0 || (in->gap == 0.0 && in->gap_rate == 0.0)) return;
-  double c = in->gap_rate + w * in->gap, a = in->gap + c * tau, f = exp(-w * tau);
+}
+
+/* Signal of an input at time t. `ts`, a time inside the step, decides whether the input has begun. A motion that follows the input
+ * closes the gap from the communication point on or, if the input begins later, from its beginning on. */
+static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal *out) {
+  double from = in->t0, gap = in->gap, rate = in->gap_rate, w = in->bandwidth;
+  if (ts < in->begin) {
+    *out = (tr_signal){.value = in->start};
+    return;
+  }
+  if (in->t0 < in->begin) {
+    tr_evaluate_given(in, in->begin, out);
+    from = in->begin, gap = in->start - out->value, rate = -out->first;
+  }
+  tr_evaluate_given(in, t, out);
+  if (in->followed == 0.0 || (gap == 0.0 && rate == 0.0)) return;
+  const double tau = t - from, c = rate + w * gap, a = gap + c * tau, f = exp(-w * tau);
   out->value += a * f, out->first += (c - w * a) * f;
   out->second += w * (w * a - 2.0 * c) * f, out->third += w * w * (3.0 * c - w * a) * f;
 }
@@ -76,21 +91,46 @@ static inline void tr_evaluate_signals(const double *tables, int count, double t
   now->t = t;
   for (int i = 0; i < count; ++i) {
     const double *table = tables + (int)tables[i];
-    if (*table == TR_TABLE_INPUT) tr_evaluate_input((const tr_input *)table, t, out + i);
+    if (*table == TR_TABLE_INPUT) tr_evaluate_input((const tr_input *)table, t, now->inside, out + i);
     else tr_evaluate_table((const tr_knots *)table, t, now->inside, out + i);
   }
 }
 
 void tr_signals(const double *tables, int count, double t, double *x) { tr_evaluate_signals(tables, count, t, x); }
 
-double tr_next_break(const tr_sim *s) {
-  return s->clock.next_break < s->clock.nbreaks ? TR_A(s, breaks)[s->clock.next_break] : INFINITY;
+double tr_next_break(const tr_sim *s) { return s->clock.next_break; }
+
+/* The last break until t and the first after t. A periodic break that differs from t by round-off is not after t. */
+static void tr_find_breaks(const tr_sim *s, double t, double *last, double *next) {
+  const tr_break *breaks = (const tr_break *)TR_A(s, breaks);
+  int once = s->clock.nbreaks, lo = 0;
+  *last = -INFINITY, *next = INFINITY;
+  for (; once > 0 && breaks[once - 1].period > 0.0; --once) {
+    const tr_break *b = breaks + once - 1;
+    const double passed = floor((t + tr_time_tolerance(t) - b->time) / b->period);
+    if (passed >= 0.0) *last = fmax(*last, b->time + passed * b->period);
+    *next = fmin(*next, b->time + fmax(passed + 1.0, 0.0) * b->period);
+  }
+  for (int hi = once; lo < hi;) {
+    const int c = (lo + hi) / 2;
+    if (breaks[c].time > t) hi = c; else lo = c + 1;
+  }
+  if (lo > 0) *last = fmax(*last, breaks[lo - 1].time);
+  if (lo < once) *next = fmin(*next, breaks[lo].time);
 }
 
 double tr_break_after(const tr_sim *s, double t) {
-  for (int i = 0; i < s->clock.nbreaks; ++i)
-    if (TR_A(s, breaks)[i] > t) return TR_A(s, breaks)[i];
-  return INFINITY;
+  double last, next;
+  tr_find_breaks(s, t, &last, &next);
+  return next;
+}
+
+static void tr_begin_breaks(tr_sim *s, double t) { tr_find_breaks(s, t, &s->clock.last_break, &s->clock.next_break); }
+
+static int tr_pass_breaks(tr_sim *s, double t) {
+  const int passed = s->clock.next_break <= t;
+  while (s->clock.next_break <= t) s->clock.last_break = s->clock.next_break, s->clock.next_break = tr_break_after(s, s->clock.last_break);
+  return passed;
 }
 
 static inline void tr_set_time(tr_sim *s, double t) { tr_evaluate_signals(TR_A(s, tables), s->k->ntables, t, TR_A(s, x)); }

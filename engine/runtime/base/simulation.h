@@ -24,7 +24,8 @@ typedef struct tr_clock {
   double every, row_next;  /* spacing of rows and time of the next row, s; if `every` is 0, each step writes a row */
   long row_index;          /* number of rows written so far */
   int width;               /* doubles in a row, including time */
-  int nbreaks, next_break; /* times at which a step must end: their number, and the index of the next time */
+  int nbreaks;             /* number of breaks */
+  double last_break, next_break; /* times of the last break that the run has passed and of the next, s; −INFINITY, INFINITY: none */
   int status;              /* TR_OK while the run continues */
 } tr_clock;
 
@@ -60,6 +61,7 @@ typedef struct tr_stepping {
   int failure;         /* status of the last failed evaluation or projection */
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps that favour a change of method (tr_choose_method) */
   double *stage_z;     /* array of the host (TR_STAGES × nz) that receives the multipliers at each row of K; null pointer: none */
+  double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double stiffness;    /* h |λ| of the accepted step; 0: its rows are accurate; NaN: unknown (tr_is_limited_by_stability) */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */

@@ -53,7 +53,7 @@ static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   s->audit = (tr_audit){.open_t = -1.0, .dead_t = -1.0, .open_pair = -1, .fail_detail = -1, .fail_number = -1.0};
   s->stats = (tr_stats){0};
   s->bound = (tr_bounding){0};
-  while (s->clock.next_break < nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t) s->clock.next_break++;
+  tr_begin_breaks(s, t);
   tr_moment_of(s)->inside = t + JUST_AFTER;
   memset(TR_A(s, z), 0, sizeof(double) * (s->k->active + s->k->neta));
   memset(TR_A(s, post_memory), 0, sizeof(tr_memory) * (s->o ? s->o->npost : 0));

@@ -64,7 +64,10 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   const tr_kernel *k = s->k;
   memcpy(TR_A(s, p), b->p + (size_t)b->at * k->np, sizeof(double) * k->np);
   int n = tr_input_count(s);
-  for (int i = 0; i < n; ++i) ((tr_input *)tr_table_of(s, i))->u[0] = b->inputs[(size_t)b->at * n + i];
+  for (int i = 0; i < n; ++i) {
+    tr_input *input = (tr_input *)tr_table_of(s, i);
+    input->start = input->u[0] = b->inputs[(size_t)b->at * n + i];
+  }
   tr_set_parameters(s);
   const tr_case_settings *set = tr_case_set(b);
   tr_settings o = b->settings;

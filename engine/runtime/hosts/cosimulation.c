@@ -97,4 +97,4 @@ int tr_resume(tr_sim *s, int anew) {
 
 tr_input *tr_input_record(tr_sim *s, int input) { return (tr_input *)tr_table_of(s, input); }
 
-void tr_input_value(const tr_input *record, double t, tr_signal *value) { tr_evaluate_input(record, t, value); }
+void tr_input_value(const tr_input *record, double t, tr_signal *value) { tr_evaluate_input(record, t, t, value); }

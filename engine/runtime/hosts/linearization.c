@@ -16,7 +16,7 @@ static int tr_multipliers_moved(tr_sim *s, int ninputs, const tr_signal *inputs,
   for (int i = 0; i < ninputs; ++i) { /* replaces each input by its Taylor polynomial from time t on */
     tr_input *input = (tr_input *)tr_table_of(s, i);
     kept[i] = *input;
-    tr_evaluate_input(input, s->clock.t, &now);
+    tr_evaluate_input(input, s->clock.t, tr_moment_of(s)->inside, &now);
     input->t0 = s->clock.t, input->gap = input->gap_rate = 0.0;
     input->u[0] = now.value + h * inputs[i].value, input->u[1] = now.first + h * inputs[i].first;
     input->u[2] = now.second + h * inputs[i].second;

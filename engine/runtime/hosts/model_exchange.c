@@ -27,12 +27,8 @@ static inline double *tr_handled_counts(const tr_sim *s) { return TR_A(s, indica
 
 /* Evaluate signals as between the last break and the next, whatever time the importer requests. */
 static void tr_set_moment_between_breaks(tr_sim *s) {
-  const double *b = TR_A(s, breaks);
-  const int next = s->clock.next_break;
-  double inside = s->clock.t;
-  if (next > 0) inside = fmax(inside, b[next - 1] + JUST_AFTER);
-  if (next < s->clock.nbreaks) inside = fmin(inside, b[next] - JUST_AFTER);
-  tr_moment_of(s)->inside = inside;
+  const double least = s->clock.last_break + JUST_AFTER, most = s->clock.next_break - JUST_AFTER;
+  tr_moment_of(s)->inside = fmin(fmax(s->clock.t, least), most);
 }
 
 int tr_states(const tr_sim *s) { return s->ny + s->nworks; }

@@ -201,7 +201,7 @@ static int tr_continue_exchange(tr_sim *s, int code, int tried) {
 int tr_update(tr_sim *s, int jumped, int *changed) {
   const double slack = BREAK_REACHED * fmax(1.0, fabs(s->clock.t));
   double *y = TR_A(s, y);
-  for (; tr_next_break(s) <= s->clock.t + slack; ++s->clock.next_break) jumped = 1;
+  jumped |= tr_pass_breaks(s, s->clock.t + slack);
   memset(tr_handled_counts(s), 0, sizeof(double) * tr_watched_count(s));
   s->step.have_k1 = s->step.have_jac = 0, s->clock.status = TR_OK;
   tr_copy(tr_state_width(s), y, TR_A(s, kstep));

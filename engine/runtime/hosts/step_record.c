@@ -2,8 +2,8 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *x, double *stages,
-                    int *solved, int *made) {
+int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
+                    double *stages, int *solved, int *made) {
   const int width = s->ny + s->nworks, nz = s->k->active + s->k->neta;
   *made = 0;
   for (int i = 0; i < most; ++i) {
@@ -11,6 +11,7 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
     const long whole = s->stats.of_method[s->step.method];
     long count;
     s->step.stage_z = stages + (size_t)*made * TR_STAGES * nz;
+    s->step.begin_x = begin + (size_t)*made * s->k->nx;
     const int code = tr_advance(s, target, 1, rows + *written * s->clock.width, capacity - *written, &count);
     *written += count, s->events.count = 0;
     if (s->clock.t > before) {
@@ -21,7 +22,7 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
       solved[*made] = s->stats.of_method[s->step.method] > whole;
       ++*made;
     }
-    s->step.stage_z = 0;
+    s->step.stage_z = s->step.begin_x = 0;
     if (code != TR_MORE && code != TR_EVENTS_FULL && code != TR_OK) return code;
   }
   return TR_MORE;

@@ -156,10 +156,7 @@ static void tr_move_run_to(tr_sim *s, double t, const double *y) {
   if (y != TR_A(s, y)) tr_copy(n, y, TR_A(s, y));
   s->clock.t = t;
   s->step.margin = NAN, s->step.far_known = 0, s->loops.known = 0, s->step.parts = 0;
-  while (s->clock.next_break < s->clock.nbreaks && TR_A(s, breaks)[s->clock.next_break] <= t + tr_time_tolerance(t)) {
-    s->clock.next_break++;
-    s->step.have_k1 = 0;
-  }
+  if (tr_pass_breaks(s, t + tr_time_tolerance(t))) s->step.have_k1 = 0;
   tr_clear_extremes(s);
   tr_follow_angles(s, t, TR_A(s, y));
 }

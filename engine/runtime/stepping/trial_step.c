@@ -29,11 +29,7 @@ typedef struct tr_trial {
 } tr_trial;
 
 static double tr_step_limit(const tr_sim *s, double target) {
-  if (s->clock.next_break < s->clock.nbreaks) {
-    double b = TR_A(s, breaks)[s->clock.next_break];
-    if (b < target) return b;
-  }
-  return target;
+  return fmin(target, s->clock.next_break);
 }
 
 /* Whether the n frictions `is`, found while the first step size was estimated, belong to another root than the frictions `was`. */
@@ -44,7 +40,7 @@ static int tr_is_other_root(int n, const double *was, const double *is) {
 }
 
 static int tr_has_stopped_with_drive(const tr_sim *s) {
-  if (!s->clock.next_break || TR_A(s, breaks)[s->clock.next_break - 1] < s->clock.t - tr_time_tolerance(s->clock.t)) return 0;
+  if (s->clock.last_break < s->clock.t - tr_time_tolerance(s->clock.t)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)
     if (tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_is_at_rest(s, i)) return 1;
   return 0;
@@ -83,6 +79,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   s->step.h = fmin(s->step.h, tr_longest_singular_step(s));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zstart));
+  if (s->step.begin_x) memcpy(s->step.begin_x, TR_A(s, x), sizeof(double) * k->nx);
   return TR_OK;
 }
 

@@ -21,6 +21,7 @@ from trunnion.scene.checks import (
     point_curves,
     rods,
     start_values,
+    time_formulas,
     topology,
     wheel_teeth,
 )
@@ -29,7 +30,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, error_of
 
 TOPICS = (
     names, bodies, topology, joint_frames, body_placement, wheel_teeth, cam_profiles, point_curves, rods, joint_mimics,
-    bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, loads, number_bounds, output_patterns,
+    bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, time_formulas, loads, number_bounds, output_patterns,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 

@@ -9,6 +9,7 @@ from trunnion.elements.friction.coulomb import Coulomb
 from trunnion.scene.data_classes.scene import BySpeed, Friction, FromInput, Scene, Signal
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import VARYING, entries, loads
+from trunnion.scene.signals.registry import all_given
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -22,7 +23,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         at: Path = ("joints", name, "friction")
         for n in VARYING:
             for path, value in entries(getattr(j.friction, n), (*at, n)):
-                yield from _opposes(path, value)
+                yield from _opposes(path, value, float(scene.simulation.until))
         if isinstance(j.friction.mu, BySpeed):
             yield from _by_speed(at, j.friction, j.friction.mu, scene)
 
@@ -50,17 +51,14 @@ def _by_speed(path: Path, f: Friction, c: BySpeed, scene: Scene) -> Iterator[Fin
         yield Finding((*path, "mu_static"), "the curve of mu already begins with the static coefficient", "remove mu_static")
 
 
-def _opposes(path: Path, value: object) -> Iterator[Finding]:
+def _opposes(path: Path, value: object, until: float) -> Iterator[Finding]:
     """A finding for each friction signal that has a negative value."""
     if isinstance(value, FromInput) and value.curve is not None:
         said: dict[str, Sequence[float]] = {"curve.value": value.curve.value}
     elif isinstance(value, Signal):
-        h = value.harmonic
-        said = {
-            "table.value": value.table.value if value.table else (),
-            "ramp": (value.ramp.start, value.ramp.end) if value.ramp else (),
-            "harmonic": (h.offset - abs(h.amplitude),) if h else (),
-        }
+        limited = value.limit.of if value.limit is not None else float
+        extremes = ((kind.key, *x) for kind, data in all_given(value) for x in kind.values(data, until).items())
+        said = {f"{kind}.{key}".rstrip("."): [limited(v) for v in values] for kind, key, values in extremes}
     else:
         return
     for key, values in said.items():

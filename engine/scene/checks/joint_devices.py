@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from trunnion.elements.joints import REGISTRY, JointKind
-from trunnion.scene.data_classes.scene import Drive, EndStops, Joint, Scene, Signal, Table
+from trunnion.scene.data_classes.scene import Drive, EndStops, Joint, Scene, Signal
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import each, entries, signals
+from trunnion.scene.signals import limit
+from trunnion.scene.signals.registry import DRIVES, LOADS
+from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
 NEED_COORDINATE = {"spring": "a spring", "end_stops": "an end stop", "drive": "a drive", "latch": "a latch"}
-KINDS = ("constant", "ramp", "move", "harmonic", "table", "input")
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -67,30 +69,15 @@ def _stops(path: Path, s: EndStops) -> Iterator[Finding]:
 
 
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
-    kinds = [k for k in KINDS if getattr(s, k, None) is not None]
-    what = "drive" if isinstance(s, Drive) else "signal"
-    known = ", ".join(KINDS if isinstance(s, Drive) else ("ramp", "harmonic", "table"))
+    drive = isinstance(s, Drive)
+    known = [*DRIVES, "input"] if drive else [*LOADS]
+    kinds, what = [k for k in known if getattr(s, k) is not None], "drive" if drive else "signal"
     if not kinds:
-        yield Finding(path, f"an empty {what}", f"give one of: {known}", about=tuple((*path, k) for k in KINDS))
+        yield Finding(path, f"an empty {what}", f"give one of: {', '.join(known)}", about=tuple((*path, k) for k in known))
     for extra in kinds[1:]:
         yield Finding((*path, extra), f"a {what} has one kind: {kinds[0]} or {extra}, not both")
-    if s.ramp is not None and s.ramp.origin and isinstance(s, Signal):
-        yield Finding((*path, "ramp", "origin"), "origin is for drives: a load has no coordinate", "remove it")
-    if s.table is not None:
-        yield from _table((*path, "table"), s.table, isinstance(s, Drive))
-
-
-def _table(path: Path, t: Table, drives: bool) -> Iterator[Finding]:
-    if len(t.time) != len(t.value):
-        yield Finding((*path, "value"), f"{len(t.time)} times but {len(t.value)} values", "give one value for each time")
-    if len(t.time) < 2:
-        yield Finding((*path, "time"), "a table needs two entries at least")
-    for i in range(1, len(t.time)):
-        if not t.time[i - 1] < t.time[i]:
-            yield Finding((*path, "time", i), f"times must increase: {t.time[i]:g} follows {t.time[i - 1]:g}")
-            break
-    if drives and t.interpolation == "linear":
-        what = "a drive cannot follow straight lines: its rate would jump"
-        yield Finding((*path, "interpolation"), what, "natural, clamped or monotone; smooth the corners in the data")
-    if t.end_rates is not None and t.interpolation != "clamped":
-        yield Finding((*path, "end_rates"), "only a clamped table has rates at its ends", "add interpolation: clamped")
+    for key in kinds:
+        if key in SIGNALS:
+            yield from SIGNALS[key].findings((*path, key), getattr(s, key), drive)
+    if isinstance(s, Signal) and s.limit is not None and kinds:
+        yield from limit.findings((*path, "limit"), s.limit, SIGNALS[kinds[0]], getattr(s, kinds[0]))

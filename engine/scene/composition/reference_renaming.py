@@ -73,10 +73,16 @@ def rename_inputs(node: Any, names: dict[str, str]) -> Any:
 def rename_parameters(node: Any, names: dict[str, str]) -> Any:
     """A copy of a value; ``names`` maps old names of parameters in its expressions to new ones."""
     if isinstance(node, dict):
-        return {k: rename_parameters(v, names) for k, v in node.items()}
+        return {k: _rename_in_formula(k, v, names) or rename_parameters(v, names) for k, v in node.items()}
     if isinstance(node, list):
         return [rename_parameters(v, names) for v in node]
     return "{" + rename_names(expression_text(node), names) + "}" if is_expression(node) else node
+
+
+def _rename_in_formula(key: str, given: Any, names: dict[str, str]) -> str:
+    """The text of a formula of time without braces, with other names of parameters; "" for any other value."""
+    timed = key in ("expression", "formula") and isinstance(given, str) and not is_expression(given)
+    return rename_names(given, names) if timed else ""
 
 
 def number_name(text: str, number: int) -> str:

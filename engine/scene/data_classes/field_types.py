@@ -6,8 +6,9 @@ mistakes are reported for this type only.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, is_dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import ConfigDict, Discriminator, Tag
 
@@ -48,3 +49,21 @@ Direction = Annotated[
 
 PointOf = Annotated[Annotated[str, SCALAR] | Annotated[Position, LIST], either("the name of a point or a list of three lengths")]
 """A point: its name among the body's points, or its position in the body's frame."""
+
+T = TypeVar("T", bound=type)
+Field = tuple[str, Any, float | None, str]
+"""A field to generate: key, type, default, description."""
+
+
+def with_fields(declared: list[Field]) -> Callable[[T], T]:
+    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. It stores
+    their descriptions in ``__field_docs__``."""
+
+    def put(cls: T) -> T:
+        cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__
+        for name, _, default, _ in declared:
+            setattr(cls, name, default)
+        setattr(cls, "__field_docs__", {name: doc for name, _, _, doc in declared})  # noqa: B010
+        return cls
+
+    return put

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Tag
 from pydantic.dataclasses import dataclass
@@ -13,8 +13,8 @@ from trunnion.elements.contact import GIVEN, element_of, sizes
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY as JOINTS
-from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, either
-from trunnion.scene.data_classes.signals import BySpeed, FromInput, Signal, load_or
+from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Field, either
+from trunnion.scene.data_classes.signals import VARYING_FORMS, BySpeed, FromInput, Signal, load_or
 from trunnion.scene.units.dimension_names import QUANTITIES
 from trunnion.scene.units.quantities import Per
 
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 else:
     LawName = Literal[tuple(LAWS)]
 
-T = TypeVar("T", bound=type)
-Field = tuple[str, Any, float | None, str]
-"""A field to generate: key, type, default, description."""
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -45,7 +42,7 @@ def annotation(number: Number, count: int) -> Any:
     name = QUANTITIES[number.unit][0]
     if number.varies:
         forms: Any = Annotated[one, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")]
-        words = f"{name}, an input or a signal (ramp, harmonic, table)"
+        words = f"{name}, {VARYING_FORMS}"
         if number.by_speed:
             forms, words = forms | Annotated[BySpeed, Tag("·speed")], f"{words}, or speed and value"
         if count > 1:
@@ -99,17 +96,3 @@ def plural(word: str, names: Iterable[str]) -> str:
 def sentence(text: str) -> str:
     """The text with a capital first letter, unless it begins with a symbol and a colon."""
     return text if text[1:2] == ":" else text[0].upper() + text[1:]
-
-
-def with_fields(declared: list[Field]) -> Callable[[T], T]:
-    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. It stores
-    their descriptions in ``__field_docs__``."""
-
-    def put(cls: T) -> T:
-        cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__
-        for name, _, default, _ in declared:
-            setattr(cls, name, default)
-        setattr(cls, "__field_docs__", {name: doc for name, _, _, doc in declared})  # noqa: B010
-        return cls
-
-    return put

@@ -11,8 +11,8 @@ from trunnion.basics.number_declarations import POSITIVE, Bound, Order
 from trunnion.elements.friction import DEFAULT
 from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY
-from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either
-from trunnion.scene.data_classes.friction_keys import LawName, Wear, of_joints, of_scene, with_fields
+from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either, with_fields
+from trunnion.scene.data_classes.friction_keys import LawName, Wear, of_joints, of_scene
 from trunnion.scene.data_classes.joint_couplings import Curve, Mimic, Profile
 from trunnion.scene.data_classes.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
 from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive

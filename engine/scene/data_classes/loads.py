@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
 from trunnion.scene.data_classes.signals import LoadVector
-from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness
+from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness, Time
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -119,6 +119,8 @@ class Input:
 
     start: Number = 0.0
     """Value until the caller sets another."""
+    begin: Time | None = None
+    """Time from which the values that the caller sets count. Before it, ``start`` counts. Default: the start of the run."""
     unit: str = "1"
     """Its unit (SI)."""
     description: str = ""

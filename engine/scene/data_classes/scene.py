@@ -32,20 +32,20 @@ from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, Sp
 from trunnion.scene.data_classes.realtime_steps import RealTime
 from trunnion.scene.data_classes.signals import (
     BySpeed,
-    Constant,
     Drive,
     FromInput,
-    Harmonic,
     InputCurve,
     Latch,
     Load,
     LoadVector,
     Motor,
-    Move,
-    Ramp,
     Signal,
-    Table,
 )
+from trunnion.scene.signals.constant import Constant
+from trunnion.scene.signals.harmonic import Harmonic
+from trunnion.scene.signals.move import Move
+from trunnion.scene.signals.ramp import Ramp
+from trunnion.scene.signals.table import Table
 from trunnion.scene.units.quantities import Acceleration, Duration, Number, Per
 
 if TYPE_CHECKING:

@@ -1,93 +1,18 @@
-"""Functions of time in a scene (constant, ramp, harmonic, table, external input), and the devices that use them. They are
-data, never code."""
+"""Functions of time in a scene (``trunnion.scene.signals``, external inputs), and the devices that use them. They are data, never
+code."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Discriminator, Strict, Tag
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import POSITIVE, Bound
-from trunnion.scene.data_classes.field_types import SCALAR, STRICT
-from trunnion.scene.units.quantities import Angle, AnyUnit, Duration, NotNegative, Number, Per, Positive, Time
-
-
-@dataclass(frozen=True, config=STRICT)
-class Constant:
-    """Constant rate of a drive: q = start + rate t."""
-
-    rate: Number
-    """Rate of the coordinate."""
-    start: Number = 0.0
-    """Coordinate at t = 0."""
-
-
-@dataclass(frozen=True, config=STRICT)
-class Ramp:
-    """A linear change from ``start`` to ``end`` between ``begin`` and ``begin + duration``. For a load, the value changes; for a
-    drive, the rate (with q = origin at t = 0)."""
-
-    start: Number
-    """Value (drives: rate) before ``begin``."""
-    end: Number
-    """Value (drives: rate) from ``begin + duration`` on."""
-    duration: Duration
-    """Duration of the change."""
-    begin: Time = 0.0
-    """Time at which the change begins."""
-    origin: Number = 0.0
-    """Drives only: coordinate at t = 0."""
-
-
-@dataclass(frozen=True, config=STRICT)
-class Move:
-    """A motion of a drive from rest to rest: q = ``start`` until ``begin``, and q = ``end`` from ``begin + duration`` on."""
-
-    start: Number
-    """Coordinate before the motion."""
-    end: Number
-    """Coordinate after the motion."""
-    duration: Annotated[float, Per("s", Bound(0.0, open=True, advice="a motion needs a positive duration"))]
-    """Duration of the motion."""
-    begin: Time = 0.0
-    """Time at which the motion begins."""
-    profile: Literal["polynomial", "trapezoid", "s_curve"] = "polynomial"
-    """polynomial: degree 5, zero acceleration at the ends; trapezoid: constant acceleration, constant rate, constant
-    deceleration, a third of the time each; s_curve: as trapezoid, with limited jerk."""
-
-
-@dataclass(frozen=True, config=STRICT)
-class Harmonic:
-    """A sine: offset + amplitude sin(2 pi frequency t + phase)."""
-
-    amplitude: Number
-    """Amplitude, half of the peak-to-peak value."""
-    frequency: Annotated[float, Per("Hz", Bound(0.0, advice="for the opposite sign, add 180 deg to the phase"))]
-    """Cycles per second."""
-    phase: Angle = 0.0
-    """Phase at t = 0."""
-    offset: Number = 0.0
-    """Mean value."""
-
-
-Interpolation = Literal["natural", "clamped", "monotone", "linear"]
-
-
-@dataclass(frozen=True, config=STRICT)
-class Table:
-    """A curve through values at given times. Outside the table, drives continue at constant rate and loads keep their value."""
-
-    time: tuple[Time, ...]
-    """At least two increasing times."""
-    value: tuple[Number, ...]
-    """One value for each time."""
-    interpolation: Interpolation | None = None
-    """natural: cubic spline with zero second derivative at its ends. clamped: cubic spline with the rates ``end_rates`` at its
-    ends. monotone: cubic pieces, monotone between any two values (the second derivative jumps at the times). linear: straight
-    lines, for loads only. Default: natural for drives, linear for loads."""
-    end_rates: tuple[Number, Number] | None = None
-    """With interpolation clamped: rate at the first and at the last time; default: zero."""
+from trunnion.scene.data_classes.field_types import SCALAR, STRICT, Field, with_fields
+from trunnion.scene.signals.limit import Limit
+from trunnion.scene.signals.registry import DRIVES, LOADS, REGISTRY
+from trunnion.scene.units.quantities import AnyUnit, NotNegative, Number, Per, Positive
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -121,34 +46,34 @@ class BySpeed:
     """One coefficient for each speed."""
 
 
+def _kinds(keys: tuple[str, ...]) -> list[Field]:
+    return [(key, REGISTRY[key].data | None, None, REGISTRY[key].text) for key in keys]
+
+
 @dataclass(frozen=True, config=STRICT)
+@with_fields(_kinds(DRIVES))
 class Drive:
     """Prescribed motion of one joint coordinate, by exactly one of these kinds. The required effort is an output."""
 
-    constant: Constant | None = None
-    """Constant rate."""
-    ramp: Ramp | None = None
-    """Rate that changes linearly from one value to another."""
-    move: Move | None = None
-    """Motion from one coordinate to another, at rest before and after."""
-    harmonic: Harmonic | None = None
-    """Sine motion."""
-    table: Table | None = None
-    """Curve through values at times."""
     input: str | None = None
     """Name of an external input; the motion follows the input through a filter (see its bandwidth)."""
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *given: Any, **by_key: Any): ...
+
 
 @dataclass(frozen=True, config=STRICT)
+@with_fields(_kinds(LOADS))
 class Signal:
     """A load that changes with time, by exactly one of these kinds (a constant load is written as a plain number)."""
 
-    ramp: Ramp | None = None
-    """Linear change from one value to another."""
-    harmonic: Harmonic | None = None
-    """Sine."""
-    table: Table | None = None
-    """Curve through values at times."""
+    limit: Limit | None = None
+    """Limits of the signal's value."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *given: Any, **by_key: Any): ...
 
 
 def _load_form(value: Any) -> str:
@@ -161,6 +86,10 @@ def _load_form(value: Any) -> str:
     return "·list" if isinstance(value, list | tuple) else SCALAR.tag
 
 
+VARYING_FORMS = f"an input or a signal ({', '.join(LOADS)})"
+"""The forms of a load that varies, in words."""
+
+
 def load_or(wanted: str) -> Discriminator:
     """A discriminator for the forms of a load (number, input, signal) and lists of loads; ``wanted`` names the allowed forms in
     errors."""
@@ -169,7 +98,7 @@ def load_or(wanted: str) -> Discriminator:
 
 Load = Annotated[
     Annotated[Number, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")],
-    load_or("a number, an input or a signal (ramp, harmonic, table)"),
+    load_or(f"a number, {VARYING_FORMS}"),
 ]
 """A load: a constant, an external input, or a function of time."""
 LoadVector = tuple[Load, Load, Load]

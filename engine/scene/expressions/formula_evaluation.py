@@ -88,6 +88,12 @@ def _of_ratio(node: Call, given: list[Dimension]) -> Dimension:
     return ANGLE
 
 
+def _plain(node: Call, given: list[Dimension]) -> Dimension:
+    if given[0] != NONE:
+        raise UnitError(f"{node.function} needs a plain number, not {described(given[0])}", f"such as {node.function}(a/b)")
+    return NONE
+
+
 def _atan2(node: Call, given: list[Dimension]) -> Dimension:
     _same(node, given)
     return ANGLE
@@ -101,9 +107,12 @@ _RULES: dict[str, Callable[[Call, list[Dimension]], Dimension]] = {
     "+": _same, "-": _same, "min": _same, "max": _same, "*": _product, "/": _product, "^": _power, "neg": _kept, "abs": _kept,
     "sqrt": lambda node, given: _scaled(given[0], Fraction(1, 2)), "atan2": _atan2,
     **dict.fromkeys(("sin", "cos", "tan"), _of_angle), **dict.fromkeys(("asin", "acos", "atan"), _of_ratio),
+    **dict.fromkeys(("exp", "log", "tanh"), _plain),
 }  # fmt: skip
 
-_OF_WHATEVER = dict.fromkeys(("sin", "cos", "tan"), NONE) | dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE)
+_OF_WHATEVER = {
+    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "tanh"), NONE), **dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE),
+}
 """Dimension of a function whose argument is marked "SI". For a function that is not listed here, the result is marked "SI" too
 (``WHATEVER``)."""
 
@@ -132,7 +141,7 @@ def _found(function: str, given: list[float]) -> float:
 _VALUES: dict[str, Callable[..., float]] = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b, "^": lambda a, b: a**b,
     "neg": lambda a: -a, "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
-    "atan2": math.atan2, "sqrt": math.sqrt, "abs": abs, "min": min, "max": max,
+    "atan2": math.atan2, "sqrt": math.sqrt, "abs": abs, "min": min, "max": max, "exp": math.exp, "log": math.log, "tanh": math.tanh,
 }  # fmt: skip
 
 
@@ -174,5 +183,6 @@ _SLOPES: dict[str, Callable[..., tuple[float, ...]]] = {
     "tan": lambda a: (1.0 + math.tan(a) ** 2,), "asin": lambda a: (1 / math.sqrt(1.0 - a * a),),
     "acos": lambda a: (-1 / math.sqrt(1.0 - a * a),), "atan": lambda a: (1 / (1.0 + a * a),),
     "atan2": lambda y, x: (x / (x * x + y * y), -y / (x * x + y * y)), "sqrt": lambda a: (0.5 / math.sqrt(a),),
-    "abs": lambda a: (a / abs(a),),
+    "abs": lambda a: (a / abs(a),), "exp": lambda a: (math.exp(a),), "log": lambda a: (1 / a,),
+    "tanh": lambda a: (1.0 - math.tanh(a) ** 2,),
 }  # fmt: skip

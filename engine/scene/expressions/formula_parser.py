@@ -24,12 +24,15 @@ LONGEST = 2000
 """Largest number of characters in an expression."""
 DEEPEST = 40
 """Largest nesting depth of parentheses, signs and powers."""
-FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")
+_WORDS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "abs", "min", "max")
+FUNCTIONS = (*_WORDS, "exp", "log", "tanh")
 CONSTANTS = {"pi": math.pi}
+TIME = "t"
+"""The time, in formulas of the time."""
 WHATEVER: Dimension = (99, 99, 99, 99, 99)
 """Marks a number written with "SI": it has the dimension that its place requires."""
-RESERVED = {*UNITS, *ALIASES, *FUNCTIONS, *CONSTANTS, "SI"}
-"""Words that cannot name a parameter: an expression must have one meaning."""
+RESERVED = {*UNITS, *ALIASES, *_WORDS, *CONSTANTS, "SI"}
+"""Words that cannot name a parameter: an expression must have one meaning. Later functions may name one, as older scenes do."""
 _COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
 _POWER = r"(?:\s*(?:\*\*|\^)\s*[+-]?\d(?![\d.]))?"
 _SI = re.compile(r"\s*SI(?![A-Za-z0-9_(])")
@@ -39,9 +42,11 @@ _SIGN = re.compile(r"\*\*|[-+*/^(),]")
 
 
 @cache
-def _units() -> re.Pattern[str]:
-    """The form of a unit behind a number. It has all units four times, so it takes long to compile."""
-    symbol = "(?:" + "|".join(sorted(map(re.escape, {*UNITS, *ALIASES}), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
+def _units(timed: bool) -> re.Pattern[str]:
+    """The form of a unit behind a number. It has all units four times, so it takes long to compile. timed: whether t is the time
+    instead of the unit tonne."""
+    known = {*UNITS, *ALIASES} - ({TIME} if timed else set())
+    symbol = "(?:" + "|".join(sorted(map(re.escape, known), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
     return re.compile(rf"\s*{symbol}{_POWER}(?:\s*[*/]\s*{symbol}{_POWER})*")
 
 
@@ -82,11 +87,12 @@ class Formula:
     plain: bool
 
 
-def parse_formula(text: str) -> Formula:
-    """Parse the text of an expression (without braces). UnitError describes a syntax error."""
+def parse_formula(text: str, timed: bool = False) -> Formula:
+    """Parse the text of an expression (without braces). timed: whether the name t is the time. UnitError describes a syntax
+    error."""
     if len(text) > LONGEST:
         raise UnitError(f"an expression of more than {LONGEST} characters", "give parts of it names, as parameters")
-    reader = _Reader(text)
+    reader = _Reader(text, timed)
     root = reader.whole()
     return Formula(text, root, frozenset(reader.names), not reader.names and not reader.united)
 
@@ -94,7 +100,8 @@ def parse_formula(text: str) -> Formula:
 class _Reader:
     """Reads an expression by recursive descent."""
 
-    def __init__(self, text: str):
+    def __init__(self, text: str, timed: bool):
+        self.timed = timed
         self.text = text.replace("−", "-").replace("·", "*")
         self.at, self.depth, self.united = 0, 0, False
         self.names: set[str] = set()
@@ -186,7 +193,7 @@ class _Reader:
         if whatever := _SI.match(self.text, m.end()):
             self.at = whatever.end()
             return Number(float(m[0]), WHATEVER)
-        unit = _units().match(self.text, m.end())
+        unit = _units(self.timed).match(self.text, m.end())
         self.at = unit.end() if unit else m.end()
         if (odd := re.compile(r"\s*([A-Za-z_]\w*)").match(self.text, self.at)) is not None:
             raise UnitError(f'unknown unit "{odd[1]}" behind {m[0]}', f"a product is written {m[0]}*{odd[1]}")
@@ -198,7 +205,7 @@ class _Reader:
         """A constant or parameter."""
         if word in CONSTANTS:
             return Number(CONSTANTS[word])
-        if word in RESERVED:
+        if word in RESERVED and not (self.timed and word == TIME):
             hint = f"1 {word}" if word not in FUNCTIONS else f"{word}(…)"
             raise UnitError(f'"{word}" alone is not a number', f"write {hint}")
         self.names.add(word)

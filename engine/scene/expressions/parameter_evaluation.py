@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
-from trunnion.scene.data_classes.type_tree import keys_at, shape, unit_at
+from trunnion.scene.data_classes.type_tree import classes_at, keys_at, shape, unit_at
 from trunnion.scene.expressions.formula_evaluation import dimension, value
 from trunnion.scene.expressions.formula_parser import RESERVED, WHATEVER, Formula, parse_formula
 from trunnion.scene.file_format.yaml_reader import DEEPEST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
+from trunnion.scene.signals.expression import Expression
+from trunnion.scene.signals.time_formulas import separate
 from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
@@ -154,13 +156,27 @@ def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
     return not set(node) & set(keys_at(shape(path)))
 
 
+def _with_numbers(given: Any, path: Path) -> Any:
+    """The group of a formula of time, with the formula's constant parts as numbers. Any other value is unchanged; so is a formula
+    with a mistake, which the checks report."""
+    if path[-1] != "expression" or Expression not in classes_at(shape(path)):
+        return given
+    group = {"formula": expression_text(given) if is_expression(given) else given} if isinstance(given, str) else given
+    if not isinstance(group, dict) or not isinstance(group.get("formula"), str) or group.get("numbers"):
+        return group
+    try:
+        return {**group, "numbers": list(separate(group["formula"])[1])}
+    except UnitError:
+        return group
+
+
 def _evaluate_below(node: Any, path: Path, known: Parameters) -> Any:
     if len(path) > DEEPEST:
         return node
     if isinstance(node, dict):
         if _is_unquoted(node, path):
             return NoValue(str(path[-1]), "an expression must be text", f'put it in quotes: "{{{", ".join(node)}}}"')
-        return {k: _evaluate_below(v, (*path, k), known) for k, v in node.items()}
+        return {k: _evaluate_below(_with_numbers(v, (*path, k)), (*path, k), known) for k, v in node.items()}
     if isinstance(node, list | tuple):
         return [_evaluate_below(v, (*path, i), known) for i, v in enumerate(node)]
     return known.computed(node) if is_expression(node) and unit_at(shape(path)) is not None else node

@@ -75,7 +75,8 @@ def _member(a: Any, unit: AnyUnit | None, defs: dict[str, Any]) -> dict[str, Any
     if a is float:
         return _number(unit)
     if isinstance(a, type) and is_dataclass(a):
-        return _class(a, defs)
+        group = _class(a, defs)
+        return {"anyOf": [{"type": "string"}, group]} if hasattr(a, "__text_key__") else group
     if origin is Literal:
         choices = list(get_args(a))
         return {"const": choices[0]} if len(choices) == 1 else {"enum": choices}

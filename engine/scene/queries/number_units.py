@@ -15,6 +15,7 @@ from trunnion.scene.data_classes.joints import ORDERS
 from trunnion.scene.data_classes.scene import Force, Scene
 from trunnion.scene.data_classes.type_tree import bound_at, shape, unit_at
 from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 from trunnion.scene.units.dimension_names import unit_of as unit_text
 from trunnion.scene.units.quantities import Quantity
 
@@ -75,6 +76,8 @@ def unit_of(scene: Scene, path: Path) -> str:
     mark = unit_at(shape(path))
     if mark is not None and mark.unit:
         return mark.unit
+    if path[-3:-1] == ("expression", "numbers"):
+        return _own_unit(number_at(scene, path))
     if path[0] == "joints" and path[2] == "mimic":
         return _mimic_unit(scene, str(path[1]), str(path[-1]))
     if path[0] == "joints":
@@ -84,9 +87,13 @@ def unit_of(scene: Scene, path: Path) -> str:
             return PLAIN  # the values ``at`` are in the unit of the input
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
     if path[0] == "parameters":
-        given = scene.parameters[str(path[1])]
-        return (unit_text(given.dimension) if isinstance(given, Quantity) else "") or PLAIN
+        return _own_unit(scene.parameters[str(path[1])])
     return scene.inputs[str(path[1])].unit if path[0] == "inputs" else PLAIN
+
+
+def _own_unit(given: float | None) -> str:
+    """Unit of a number whose place does not determine the unit."""
+    return (unit_text(given.dimension) if isinstance(given, Quantity) else "") or PLAIN
 
 
 def bound_of(path: Path) -> Bound:
@@ -158,5 +165,5 @@ def _load_unit(keys: tuple[str | int, ...], effort: str) -> str:
 def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
     """Unit of a number of a drive. Rates of a constant or ramp, and the end rates of a table, have the coordinate's unit per
     second; all other numbers have the coordinate's unit."""
-    rate = keys in (("constant", "rate"), ("ramp", "start"), ("ramp", "end"), ("table", "end_rates"))
+    rate = len(keys) > 1 and keys[0] in SIGNALS and keys[1] in SIGNALS[keys[0]].rates
     return f"{coordinate}/s" if rate else coordinate

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from trunnion.scene.signals.declaration import Corner
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface.simulation_block import Block
@@ -30,15 +31,15 @@ def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray)
     after the start, kinks of signals, and events. times: known step ends of the first run, s."""
     numbers = model.built.numbers
     events = [e.time for e in run.events if e.kind not in CORNERS]
-    marks = np.unique([0.0, *(t for t in numbers.breaks if t < until), *(t for t in events if t < until), until])
+    breaks = numbers.break_times(until)
+    marks = np.unique([0.0, *breaks, *(t for t in events if t < until), until])
     marks = marks[np.diff(marks, prepend=-until) > NEAR * until]
     added = [t for _, t in sorted(_inside(marks, times), reverse=True)[: max(1, int(MORE * run.stats.steps))]]
     corners = [e.time for e in run.events if e.kind in CORNERS and 0.0 < e.time < until]
-    ends = np.unique([*added, *corners])
-    known = np.unique([*numbers.breaks, *ends])
-    if len(known) == len(numbers.breaks):
+    ends = np.setdiff1d([*added, *corners], breaks)
+    if not len(ends):
         return model
-    numbers = replace(numbers, breaks=tuple(float(t) for t in known))
+    numbers = replace(numbers, breaks=(*numbers.breaks, *(Corner(float(t)) for t in ends)))
     other = copy(model)
     other.built = replace(model.built, numbers=numbers)
     other.block = Block(model.kernel, numbers, np.array(model.block.parameters))

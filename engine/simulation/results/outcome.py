@@ -33,8 +33,8 @@ NAMES: dict[int, str] = {
 ADVICE = {
     NO_INERTIA: "the mechanism has a motion that moves no mass and no inertia, so no force determines its acceleration. Give the "
     "moved bodies mass and inertia, or remove the freedom. In place of a massless body between two balls, use type: rod",
-    "not_finite": "a freedom has no inertia, or numbers are far out of range. Check masses, inertias and start values of the "
-    f"joint. With a fixed step, use a smaller step or method {AUTO.stiff.name}",
+    "not_finite": "a freedom has no inertia, a formula of time has no value, or numbers are far out of range. Check masses, "
+    f"inertias and start values of the joint. With a fixed step, use a smaller step or method {AUTO.stiff.name}",
     "step_underflow": "the steps became too small: the motion is singular here, or too stiff for the tolerance. "
     f"Try method {AUTO.stiff.name} or a looser rtol, or look at the mechanism at this time",
     "no_progress": "thousands of trial steps did not advance the time. Try another rtol or method "

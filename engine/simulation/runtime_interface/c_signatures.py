@@ -17,7 +17,7 @@ SIGNATURES = {
     "tr_roots": "ip", "tr_certify_run": "-pp", "tr_audit_end": "-p", "tr_judge": "-pp", "tr_hold_all": "ipp", "tr_ask": "-pp",
     "tr_time": "dp", "tr_statistics": "pp", "tr_integrate_rows": "-ipipippp", "tr_bin_around": "-ilppdpip",
     "tr_events_take": "ip", "tr_batch_run": "ipl", "tr_batch_end": "-pi", "tr_batch_size": "z", "tr_ensemble_begin": "-p",
-    "tr_record_steps": "ipdiplppppppp", "tr_tangents_work": "zp", "tr_evaluate_tangents": "ippdpppp",
+    "tr_record_steps": "ipdiplpppppppp", "tr_tangents_work": "zp", "tr_evaluate_tangents": "ippdpppp",
     "tr_march_tangents": "ippippzppppppp", "tr_cross_event": "ippdpppppppp",
     "tr_ensemble_run": "ipl", "tr_ensemble_drop": "-pi", "tr_ensemble_resume": "-p",
 }  # fmt: skip

@@ -15,7 +15,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.shared_libraries import Kernel
 from trunnion.runtime.abi import Array, Breaks, Status
 from trunnion.runtime.abi.kernel_records import OUTPUTS
-from trunnion.runtime.abi.run_records import CERTIFICATE, EVENT, HELD, JUDGEMENT, SETTINGS, STATS
+from trunnion.runtime.abi.run_records import BREAK, CERTIFICATE, EVENT, HELD, JUDGEMENT, SETTINGS, STATS
 from trunnion.runtime.integrators import METHODS as NAMES
 from trunnion.simulation.runtime_interface.c_signatures import library
 from trunnion.simulation.runtime_interface.cancellation import cancellable
@@ -140,7 +140,7 @@ class Block:
         self.numbers = numbers
         self._start = np.concatenate([numbers.q, numbers.v, np.zeros(len(self.y) - len(numbers.q) - len(numbers.v))])
         self._given = np.concatenate([numbers.q_given_by_rate, numbers.v_given, [0.0]]).astype(float)
-        self._view(Array.BREAKS, len(numbers.breaks))[:] = np.array(numbers.breaks, float)
+        self._view(Array.BREAKS, BREAK.numbers * len(numbers.breaks))[:] = numbers.break_records()
         tables = table_block(numbers.tables)
         self._view(Array.TABLES, len(tables))[:] = tables
         self.parameters[:] = parameters

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from trunnion.basics.monotone_curves import filled
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.signals.registry import given
+from trunnion.scene.signals.table import Table
 from trunnion.system.construction.point_curve_spline import length
 from trunnion.system.structure.bodies_and_joints import Device, Latch, Motor, Signal, Stop
 from trunnion.system.structure.parameter_table import Leaf, ParameterTable
@@ -15,7 +17,7 @@ from trunnion.system.structure.parameter_table import Leaf, ParameterTable
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch")
 
 ENDLESS = 1e300
-"""Largest force of a latch if the scene gives no limit, N or N·m."""
+"""Largest force of a latch, and limit of a signal, if the scene gives no limit."""
 
 
 class Builder:
@@ -96,7 +98,7 @@ class Builder:
             index = self.inputs[value.input]
             return Signal("table", index=index) if value.curve is None else self.through(f"{path}.curve", value.curve, unit, index)
         if isinstance(value, sm.Signal):
-            return self.signal(path, value, unit, "load")
+            return self.signal(path, value, unit)
         return Signal("value", (self.table.own(path, value, unit),))
 
     def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
@@ -114,40 +116,54 @@ class Builder:
 
     def drive(self, path: str, d: sm.Drive, unit: str) -> Signal:
         """A prescribed motion as a function of time."""
-        if d.constant is not None:
-            s = self.table.own
-            return Signal("rate", (s(f"{path}.constant.start", d.constant.start, unit),
-                                   s(f"{path}.constant.rate", d.constant.rate, f"{unit}/s")))
-        if d.move is not None:
-            s, kink, m = self.table.own, self.table.scalar, d.move
-            return Signal(f"move_{m.profile}", (
-                s(f"{path}.move.start", m.start, unit), s(f"{path}.move.end", m.end, unit),
-                kink(f"{path}.move.begin", m.begin, "s"), kink(f"{path}.move.duration", m.duration, "s")))
         if d.input is not None:
             index = self.inputs[d.input]
             self.tables[index] = ("tracked", self.tables[index][1])
             return Signal("table", index=index)
-        return self.signal(path, d, unit, "drive")
+        kind, data = given(d)
+        made: Signal = kind.signal(data, SignalLeaves(self, f"{path}.{kind.key}", unit, f"{unit}/s", "drive"))
+        return made
 
-    def signal(self, path: str, d: sm.Drive | sm.Signal, unit: str, use: str) -> Signal:
-        """A ramp, harmonic or table as a function of time."""
-        s, kink = self.table.own, self.table.scalar  # times of kinks are not ``own``: the integrator ends steps there
-        if d.ramp is not None:
-            r = d.ramp
-            rate = f"{unit}/s" if use == "drive" else unit
-            return Signal("begun" if r.begin < 0.0 else "ramp", (
-                s(f"{path}.ramp.start", r.start, rate), s(f"{path}.ramp.end", r.end, rate),
-                kink(f"{path}.ramp.begin", r.begin, "s"), kink(f"{path}.ramp.duration", r.duration, "s"),
-                s(f"{path}.ramp.origin", r.origin, unit)))
-        if d.harmonic is not None:
-            h = d.harmonic
-            return Signal("harmonic", (
-                s(f"{path}.harmonic.amplitude", h.amplitude, unit), s(f"{path}.harmonic.frequency", h.frequency, "Hz"),
-                s(f"{path}.harmonic.phase", h.phase, "rad"), s(f"{path}.harmonic.offset", h.offset, unit)))
-        assert d.table is not None, path
-        self.tables.append((use, d.table))
-        return Signal("table", index=len(self.tables) - 1)
+    def signal(self, path: str, s: sm.Signal, unit: str) -> Signal:
+        """A load's signal as a function of time."""
+        kind, data = given(s)
+        made: Signal = kind.signal(data, SignalLeaves(self, f"{path}.{kind.key}", unit, unit, "load", s.limit is not None))
+        if s.limit is None:
+            return made
+        ends = (("lower", s.limit.lower, -ENDLESS), ("upper", s.limit.upper, ENDLESS))
+        leaves = (other if x is None else self.table.kink(f"{path}.limit.{key}", x, unit) for key, x, other in ends)
+        return Signal("limit", tuple(leaves), of=made)
 
+
+@dataclass(frozen=True)
+class SignalLeaves:
+    """Makes the leaves of one signal. path: of its keys. unit, rate: units of its values and, of drives, of its rates. use: "drive"
+    or "load". limited: whether every number moves the times at which the signal passes a limit."""
+
+    builder: Builder
+    path: str
+    unit: str
+    rate: str
+    use: str
+    limited: bool = False
+
+    def own(self, key: str, value: float, unit: str = "") -> Leaf:
+        """The leaf of a number; unit: default that of the signal."""
+        table = self.builder.table
+        return (table.kink if self.limited else table.own)(f"{self.path}.{key}", value, unit or self.unit)
+
+    def kink(self, key: str, value: float, unit: str) -> Leaf:
+        """The leaf of a number that moves times at which steps must end."""
+        return self.builder.table.kink(f"{self.path}.{key}", value, unit)
+
+    def signal(self, label: str, *leaves: Leaf, formula: tuple[Any, ...] = ()) -> Signal:
+        """A signal with a label of its kind."""
+        return Signal(label, leaves, formula=formula)
+
+    def curve(self, table: Table) -> Signal:
+        """The signal of a table."""
+        self.builder.tables.append((self.use, table))
+        return Signal("table", index=len(self.builder.tables) - 1)
 
 
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:

@@ -11,9 +11,11 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import poses_of, sides_of
 from trunnion.scene.queries.loads_and_signals import signals
 from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.scene.signals.declaration import Corner
+from trunnion.scene.signals.registry import corners
+from trunnion.scene.signals.table import Table
 from trunnion.system.construction.device_builder import Builder
 from trunnion.system.construction.joint_frames import direction
-from trunnion.system.signals.motion_profiles import PROFILES
 from trunnion.system.signals.signal_tables import Curve, Outside, curve
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
@@ -25,7 +27,7 @@ class Numbers:
     q, v               start values (nq, nv). If the scene gives no value, 0; for quaternions the identity.
     q_given, v_given   1 where the scene gives the start value, else 0.
     tables             records of the external inputs, then of table signals.
-    breaks             times at which a signal has a kink, s.
+    breaks             times at which a signal has a corner or jumps (``breaks``).
     length, rate       scales for tolerances, m and 1/s.
     inputs             start values of the external inputs."""
 
@@ -34,7 +36,7 @@ class Numbers:
     q_given: np.ndarray
     v_given: np.ndarray
     tables: tuple[Curve | Outside, ...]
-    breaks: tuple[float, ...]
+    breaks: tuple[Corner, ...]
     length: float
     rate: float
     energy: float
@@ -44,6 +46,18 @@ class Numbers:
     """Notes about start values and ``cut`` keys of the scene that are not used, with the reason."""
     q_given_by_rate: np.ndarray
     """For each rate (nv): 1 if the scene gives the start coordinates of the joint to which the rate belongs, else 0."""
+
+    def break_records(self) -> np.ndarray:
+        """The breaks as the runtime reads them (``tr_break``), those that occur once in the order of their times."""
+        return np.array(sorted(self.breaks, key=lambda c: (c.period > 0.0, c.time)), float).reshape(-1)
+
+    def break_times(self, until: float) -> list[float]:
+        """All occurrences of breaks before ``until``, s, in order and without repetition."""
+        found = {c.time for c in self.breaks if not c.period}
+        for c in self.breaks:
+            count = max(0, math.ceil((until - c.time) / c.period)) if c.period else 0
+            found.update(c.time + k * c.period for k in range(count))
+        return sorted(t for t in found if t < until)
 
 
 def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
@@ -81,9 +95,9 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
 
 
-def _table(use: str, t: sm.Table | sm.Input) -> Curve | Outside:
+def _table(use: str, t: Table | sm.Input) -> Curve | Outside:
     if isinstance(t, sm.Input):
-        return Outside(use == "tracked", float(t.start), float(t.bandwidth))
+        return Outside(use == "tracked", float(t.start), float(t.bandwidth), -math.inf if t.begin is None else float(t.begin))
     return curve(t, use == "drive")
 
 
@@ -99,17 +113,10 @@ def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
     return out
 
 
-def breaks(scene: sm.Scene) -> tuple[float, ...]:
-    """Sorted times, s, at which a ramp, move or table has a kink. The integrator stops at these times."""
-    times: set[float] = set()
-    for _, s in signals(scene):
-        if s.ramp is not None:
-            times |= {float(s.ramp.begin), float(s.ramp.begin + s.ramp.duration)}
-        if isinstance(s, sm.Drive) and s.move is not None:
-            times |= {float(s.move.begin + u * s.move.duration) for u in PROFILES[s.move.profile].knots}
-        if s.table is not None:
-            times |= {float(t) for t in s.table.time}
-    return tuple(sorted(times))
+def breaks(scene: sm.Scene) -> tuple[Corner, ...]:
+    """Times at which a signal has a corner or jumps, signal by signal. The integrator ends steps at these times."""
+    late = (i.begin for i in scene.inputs.values() if i.begin is not None)
+    return (*(c for _, s in signals(scene) for c in corners(s)), *(Corner(t) for t in late))
 
 
 def length_scale(scene: sm.Scene) -> float:

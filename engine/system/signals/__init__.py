@@ -1,1 +1,1 @@
-"""Signals as tables, profiles of moves, and frequencies of signals."""
+"""Signals as tables, and frequencies of signals."""

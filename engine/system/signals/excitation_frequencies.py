@@ -6,9 +6,9 @@ only within one step.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
+from trunnion.scene.signals.registry import OF_LABEL
 from trunnion.system.structure.bodies_and_joints import Signal, System
 from trunnion.system.structure.parameter_table import Leaf, Param
 
@@ -44,9 +44,7 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
 
 def _paces(signal: Signal, turns: bool) -> Iterator[tuple[Leaf, float]]:
     """(leaf, factor to Hz) for those parameters of a signal that are frequencies or rotation rates."""
-    if signal.kind == "harmonic":
-        yield signal.leaves[1], 1.0
-    elif turns and signal.kind == "rate":
-        yield signal.leaves[1], 1.0 / (2.0 * math.pi)
-    elif turns and signal.kind in ("ramp", "begun"):
-        yield from ((leaf, 1.0 / (2.0 * math.pi)) for leaf in signal.leaves[:2])
+    if signal.of is not None:
+        yield from _paces(signal.of, turns)
+    elif signal.kind in OF_LABEL:
+        yield from OF_LABEL[signal.kind].paces(signal, turns)

@@ -54,21 +54,25 @@ class Outside:
 
     tracked     whether a motion follows the input.
     start       value until the user sets the input.
-    bandwidth   of the filter by which a motion follows the input, rad/s."""
+    bandwidth   of the filter by which a motion follows the input, rad/s.
+    begin       time from which the input counts, s."""
 
     tracked: bool
     start: float
     bandwidth: float
+    begin: float = -np.inf
 
     def record(self) -> np.ndarray:
         """The record that the runtime reads: ``tr_input``, with the start value from t = 0 on."""
         now = {"t0": 0.0, "u": (self.start, 0.0, 0.0), "gap": 0.0, "gap_rate": 0.0}
-        return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth), float)
+        late = {"start": self.start, "begin": self.begin}
+        return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth, **late), float)
 
     def alike(self, other: Curve | Outside) -> bool:
         """Whether two cases of a batch may share an input. The inputs may have different start values, because each case stores its
         own start values."""
-        return isinstance(other, Outside) and (self.tracked, self.bandwidth) == (other.tracked, other.bandwidth)
+        return isinstance(other, Outside) and (self.tracked, self.bandwidth, self.begin) == (
+            other.tracked, other.bandwidth, other.begin)
 
 
 def table_block(tables: Sequence[Curve | Outside]) -> np.ndarray:

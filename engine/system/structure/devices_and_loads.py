@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from trunnion.system.structure.parameter_table import Leaf, Leaves
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of time. ``kind`` determines the meaning of ``leaves``:
+    """A function of time. ``kind`` determines the meaning of ``leaves``: one of the labels of the kinds of signals
+    (``scene.signals``), or
 
     value      a constant.
-    ramp       start, end, begin, duration, origin.
-    begun      a ramp with begin < 0. As for ramp, the origin of a drive is the coordinate at t = 0.
-    move_…     start, end, begin, duration of a rest-to-rest move (``motion_profiles``).
-    harmonic   amplitude, frequency, phase, offset.
-    rate       start, rate: q = start + rate t.
     table      no leaves; ``index`` is that of the table. External inputs are the first tables.
-    through    a curve of an input: ``KNOTS`` values of the input, then ``KNOTS`` results; ``index``: the input's table."""
+    through    a curve of an input: ``KNOTS`` values of the input, then ``KNOTS`` results; ``index``: the input's table.
+    limit      lower and upper limit of the signal ``of``.
+
+    formula: the tree of an expression (``scene.signals.time_formulas``)."""
 
     kind: str
     leaves: Leaves = ()
     index: int = 0
+    of: Signal | None = None
+    formula: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ class ParameterTable:
         self._tunable = matcher(tunable)
         self._index: dict[str, int] = {}
         self._own: set[str] = set()
+        self._kinks: set[int] = set()
 
     def scalar(self, path: str, value: float, unit: str) -> Param:
         """A run-time parameter. Two calls with the same path return the same parameter."""
@@ -49,6 +50,16 @@ class ParameterTable:
         start values, times of kinks or other parameters."""
         self._own.add(path)
         return self.scalar(path, value, unit)
+
+    def kink(self, path: str, value: float, unit: str) -> Param:
+        """A run-time parameter that moves times at which steps must end."""
+        found = self.scalar(path, value, unit)
+        self._kinks.add(found.index)
+        return found
+
+    def moves_kinks(self, index: int) -> bool:
+        """Whether ``kink`` made the parameter."""
+        return index in self._kinks
 
     def place(self, path: str) -> int | None:
         """Index of the parameter that ``own`` made for this path; None if there is no such parameter."""

@@ -33,7 +33,7 @@ enum { FMU_HOST_ASIDE, FMU_HOST_TIGHTER, FMU_HOST_COUNTS };
 /* Operations in the stack code of expressions. FMU_VALUE is followed by a number, FMU_SETTING by the index of a parameter. */
 enum fmu_operation {
   FMU_VALUE, FMU_SETTING, FMU_ADD, FMU_SUBTRACT, FMU_MULTIPLY, FMU_DIVIDE, FMU_POWER, FMU_NEGATE, FMU_SIN, FMU_COS, FMU_TAN, FMU_ASIN,
-  FMU_ACOS, FMU_ATAN, FMU_ATAN2, FMU_SQRT, FMU_ABS, FMU_MIN, FMU_MAX
+  FMU_ACOS, FMU_ATAN, FMU_ATAN2, FMU_SQRT, FMU_EXP, FMU_LOG, FMU_TANH, FMU_ABS, FMU_MIN, FMU_MAX
 };
 
 /* A parameter. open: whether min is excluded. nonzero: whether zero is excluded. above: index of the parameter whose value is a
@@ -97,7 +97,7 @@ typedef struct fmu_model {
   const tr_jacobian *jacobian;
   const tr_linear *linear;
   const double *p;      /* engine parameters */
-  int nbreaks, ntables; /* lengths of `breaks` and `tables` */
+  int nbreaks, ntables; /* number of breaks (`tr_break`); length of `tables` */
   const double *breaks, *tables;
   const double *q, *v, *q_given, *v_given; /* start values; …_given: 1 where the scene gives a value */
   double length, rate, energy; /* scales of the tolerances */

@@ -26,6 +26,9 @@ static double fmu_expression(const double *code, const double *end, const double
       case FMU_ACOS: *top = acos(*top); break;
       case FMU_ATAN: *top = atan(*top); break;
       case FMU_SQRT: *top = sqrt(*top); break;
+      case FMU_EXP: *top = exp(*top); break;
+      case FMU_LOG: *top = log(*top); break;
+      case FMU_TANH: *top = tanh(*top); break;
       case FMU_ABS: *top = fabs(*top); break;
     }
   }

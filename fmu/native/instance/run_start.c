@@ -64,7 +64,7 @@ static fmu_status fmu_begin_run(fmu_instance *m, double tighter) {
   memset(sim, 0, tr_size(MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events));
   tr_init(sim, MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
   memcpy(tr_array(sim, TR_ARRAY_PARAMETERS), MODEL->p, sizeof(double) * MODEL->kernel->np);
-  memcpy(tr_array(sim, TR_ARRAY_BREAKS), MODEL->breaks, sizeof(double) * MODEL->nbreaks);
+  memcpy(tr_array(sim, TR_ARRAY_BREAKS), MODEL->breaks, sizeof(tr_break) * MODEL->nbreaks);
   memcpy(tr_array(sim, TR_ARRAY_TABLES), MODEL->tables, sizeof(double) * MODEL->ntables);
   fmu_numbers(s);
   tr_set_parameters(sim);

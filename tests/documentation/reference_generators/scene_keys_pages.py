@@ -18,6 +18,7 @@ from trunnion.scene.file_format import json_schema
 from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.file_format.yaml_writer import flow
 from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 
 EXAMPLES = FilePath(json_schema.__file__).with_name("key_examples")
 """Folder of the scene of examples and of the files that it names."""
@@ -32,8 +33,8 @@ PAGES = {
         "Spring", "EndStops", "Latch", "Motor", "Mimic", "Profile", "Curve",
     ),
     "scene_keys_loads_signals": (
-        "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drive", "Signal", "Constant",
-        "Ramp", "Move", "Harmonic", "Table", "FromInput", "InputCurve", "BySpeed",
+        "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drive", "Signal",
+        *(kind.data.__name__ for kind in SIGNALS.values()), "Limit", "FromInput", "InputCurve", "BySpeed",
     ),
     "scene_keys_assemblies": ("Scene keys: assemblies", "Assembly", "Part", "Copies", "Mirror", "Rotate", "Line"),
 }  # fmt: skip
@@ -51,7 +52,7 @@ of another dimension is refused. `0.3 SI` is 0.3 in the SI unit of the key.
 
 * numbers with units, and names of the scene's `parameters`;
 * `+ - * / ^` and parentheses;
-* `pi`, sin, cos, tan, asin, acos, atan, atan2, sqrt, abs, min, max.
+* `pi`, sin, cos, tan, asin, acos, atan, atan2, sqrt, exp, log, tanh, abs, min, max.
 
 Dimensions are checked: a length is added to a length, and a sine takes an angle. A ratio may be an angle, and radius times angle
 is a length. Names of units and functions cannot name a parameter. Parameters are set, varied, differentiated and fitted like any

@@ -98,7 +98,7 @@ WRONG = {
     "(-8)^(1/3)": "has no value",
     "10^400": "has no value",
     "sin(1, 2)": "sin: 1 argument(s), not 2",
-    "exp(1)": 'there is no function "exp"',
+    "sinh(1)": 'there is no function "sinh"',
     "(1": "it ends too early",
     "1)": 'from ")" on',
     "": "it ends too early",

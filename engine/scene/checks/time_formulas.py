@@ -1,0 +1,73 @@
+"""Checks of formulas of the time: their dimension must be that of the load or drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.expressions.formula_evaluation import dimension
+from trunnion.scene.expressions.formula_parser import TIME, Call, Node, Number, parse_formula
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.loads_and_signals import signals
+from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.signals.expression import Expression
+from trunnion.scene.signals.registry import all_given
+from trunnion.scene.signals.time_formulas import PERIODIC
+from trunnion.scene.units.quantities import Computed, Quantity, agree
+from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError, parse_unit
+
+SECOND = parse_unit("s").dimension
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about the dimensions of formulas of the time."""
+    known = {n: v.dimension if isinstance(v, Quantity) else NONE for n, v in scene.parameters.items()}
+    for path, s in signals(scene):
+        for _, data in all_given(s):
+            if isinstance(data, Expression):
+                yield from _formula(scene, (*path, "expression", "formula"), data.formula, known)
+
+
+def _formula(scene: Scene, path: Path, text: str, known: Mapping[str, Dimension]) -> Iterator[Finding]:
+    try:
+        formula = parse_formula(text, timed=True)
+        if formula.names - set(known) - {TIME}:
+            return  # the constant part with this name has no value, which is reported there
+        if any(_counts_cycles(node, known) and not _has_pi(node) for node in _angles(formula.root)):
+            yield Finding(path, "Hz counts cycles, but sin and cos need an angle", "such as sin(2*pi*3 Hz*t)")
+        measured = dimension(_uncounted(formula.root), {n: _without_cycles(d) for n, d in {**known, TIME: SECOND}.items()})
+        agree(Computed(0.0, measured, text, formula.names, False), unit_of(scene, path))
+    except UnitError as e:
+        yield Finding(path, e.what, e.hint)
+
+
+def _angles(node: Node) -> Iterator[Node]:
+    """The operands of all sines and cosines."""
+    if isinstance(node, Call):
+        yield from node.arguments if node.function in PERIODIC else ()
+        for a in node.arguments:
+            yield from _angles(a)
+
+
+def _counts_cycles(node: Node, known: Mapping[str, Dimension]) -> bool:
+    if isinstance(node, Call):
+        return any(_counts_cycles(a, known) for a in node.arguments)
+    return bool((node.dimension if isinstance(node, Number) else known.get(node.name, NONE))[4])
+
+
+def _has_pi(node: Node) -> bool:
+    return node == Number(math.pi) or (isinstance(node, Call) and any(map(_has_pi, node.arguments)))
+
+
+def _without_cycles(d: Dimension) -> Dimension:
+    """The dimension with cycles as radians: 2*pi*3 Hz*t is an angle."""
+    a, b, c, turns, cycles = d
+    return a, b, c, turns + cycles, 0
+
+
+def _uncounted(node: Node) -> Node:
+    """The formula with cycles as radians."""
+    if isinstance(node, Call):
+        return Call(node.function, tuple(map(_uncounted, node.arguments)))
+    return Number(node.value, _without_cycles(node.dimension)) if isinstance(node, Number) else node

@@ -1,0 +1,1 @@
+"""Kinds of signals: one file for each kind, and a registry."""
