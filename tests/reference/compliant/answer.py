@@ -100,7 +100,7 @@ def _literal(pattern: str) -> str:
     return pattern.replace("[", "[[]")
 
 
-def table(scene, level: Level, times: np.ndarray, rates: dict | None = None, rtol: float = 1e-7) -> tuple[dict[str, np.ndarray], int]:
+def table(scene, level: Level, times, rates: dict | None = None, rtol: float = 1e-7) -> tuple[dict[str, np.ndarray], int]:
     """One run at one level: columns at the given instants, and its number of steps."""
     model = Model(scene, level)
     y = start(model, rates)

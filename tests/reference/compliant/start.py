@@ -186,8 +186,9 @@ def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> n
     x = _nearest(G, target, free, known | True, rates, scale)
     broken = np.abs(free @ x - rates) + np.where(known & kept, np.abs(rates - wanted), 0.0)
     if broken.max(initial=0.0) > AGREED * (size + np.abs(rates).max(initial=0.0)):
-        name, k = model.free.labels[int(np.argmax(broken))]
-        raise ValueError(f"{name}: the offered start rate {rates[np.argmax(broken)]:.9g} contradicts a constraint or a start value")
+        k = int(np.argmax(broken))
+        name = model.free.labels[k][0]
+        raise ValueError(f"{name}: the offered start rate {rates[k]:.9g} contradicts a constraint or a start value")
     return x
 
 
