@@ -180,7 +180,7 @@ def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> n
     held = np.concatenate([G, free[known]]) * scale
     size = 1.0 + np.abs(wanted).max(initial=0.0)
     kept = np.abs(free @ x - wanted)[known].max(initial=0.0) < AGREED * size
-    if offered is None or (kept and np.linalg.matrix_rank(held, DEPENDENT) == held.shape[1]):
+    if offered is None or (kept and np.linalg.matrix_rank(held, DEPENDENT * np.abs(held).max()) == held.shape[1]):
         return x
     rates = np.array([np.atleast_1d(offered[n])[k] for n, k in model.free.labels])
     x = _nearest(G, target, free, known | True, rates, scale)
