@@ -10,7 +10,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from tests.reference.compliant import NotJudged, judged
-from tests.reference.compliant.answer import level_of
+from tests.reference.compliant.answer import level_of, table
 from tests.reference.compliant.compiled import Compiled
 from tests.reference.compliant.model import Model
 from tests.reference.compliant.placed_scenes import resolved
@@ -147,6 +147,42 @@ def test_gears_turn_in_their_ratio_and_their_teeth_take_what_the_theory_says(mu:
     assert rates[1] == pytest.approx(-rates[0] / 1.5, abs=1e-4)
 
 
+def test_cones_that_turn_in_their_ratio_move_no_row_however_their_bearings_give_way() -> None:
+    """Teeth are counted, unlike the ways of wheels that roll: 22 teeth at 10 rad/s about -x, 10 teeth at 22 rad/s about -y, on a
+    carrier that turns at 3 rad/s."""
+    bodies = {n: WHEEL | {"position": [0, 0, 0]} for n in ("car", "left", "p")}
+    joints = {"rc": {"type": "revolute", "axis": "x", "inboard": "ground", "outboard": "car"},
+              "rl": {"type": "revolute", "axis": "x", "inboard": "ground", "outboard": "left"},
+              "rp": {"type": "revolute", "axis": "y", "inboard": "car", "outboard": "p"},
+              "m": {"type": "bevel_gear", "inboard": {"body": "left", "axis": "-x"}, "outboard": {"body": "p", "axis": "y"},
+                    "teeth": [22, 10], "module": 0.004}}  # fmt: skip
+    case = resolved(scene(bodies, joints, (0, 0, 0)))
+    model = Model(case, level_of(case, 0))
+    f, carrier, left, planet = model.frames, np.array([3.0, 0, 0]), np.array([-10.0, 0, 0]), np.array([0, -22.0, 0])
+    states = np.tile(start(model), (20, 1))
+    states[:, f.at["c"]] += 1e-3 * np.random.default_rng(1).normal(size=(20, 9))
+    states[:, f.at["v"]] = np.cross(carrier, states[:, f.at["c"]].reshape(20, 3, 3)).reshape(20, 9)
+    states[:, f.at["w"]] = np.concatenate([carrier, carrier + left, carrier + planet])
+    assert np.abs(model.rolling[0].rate(f.motion(np.zeros(20), states))).max() < 1e-13
+
+
+def test_pairs_of_one_freedom_let_go_together_though_one_reaches_its_speed_of_rest_late() -> None:
+    """A block on a guide (6 N at rest, 4 N moving) turns a wheel of 1 m that takes 1 N at the rack: a push of 10 N/s moves both at
+    0.7 s; from there 10 t - 5 N accelerate 2 kg and 2 kg."""
+    bodies = {"b": BLOCK | {"position": [0, 0, 0]}, "w": WHEEL | {"inertia": [2.0, 2.0, 2.0], "position": [0, -1, 0]}}
+    push = {"ramp": {"start": 0, "end": 10, "duration": 1}}
+    joints = {"p": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "at": [0, 0, 0], "effort": push,
+                    "friction": {"force": 4.0, "mu": 1.0, "mu_static": 1.5}},
+              "r": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "w", "at": [0, -1, 0],
+                    "friction": {"torque": 1.0}},
+              "m": {"type": "rack", "inboard": {"body": "w", "axis": "z"}, "outboard": {"body": "b", "axis": "x"},
+                    "radii": [1.0]}}  # fmt: skip
+    t = 0.3
+    case = resolved(scene(bodies, joints, (0, 0, 0)))
+    out, _ = table(case, level_of(case, 0), np.array([0.0, 1.0]), rtol=1e-6)
+    assert out["p.q[1]"][-1] == pytest.approx((2 * t**2 / 2 + 10 * t**3 / 6) / 4, abs=1e-4)
+
+
 def test_a_joint_follows_another() -> None:
     joints = {f"p{n}": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": n} for n in "ab"}
     joints["pa"]["start"], joints["pb"]["start"] = {"q": 0.0}, {"q": 0.3}
@@ -155,6 +191,25 @@ def test_a_joint_follows_another() -> None:
     out = judged(case, 0.4, ["p?.q[*"], instants=1)
     turn = 1 / (0.02 + 4 * 0.02) * 0.16 / 2
     assert [out.values[f"p{n}.q[1]"][-1] for n in "ab"] == pytest.approx([turn, 0.3 - 2 * turn], abs=NEAR)
+
+
+def test_offered_start_rates_are_taken_only_where_the_scene_leaves_rates_open() -> None:
+    """The first of two wheels starts at 3 rad/s; the second drives a third one over gears."""
+    joints: dict = {f"p{n}": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": n, "at": [x, 0, 0]}
+                    for n, x in (("a", 9), ("b", 0), ("c", 0.25))}  # fmt: skip
+    joints["pa"]["start"] = {"qd": 3.0}
+    joints["m"] = {"type": "gear", "axis": "z", "inboard": "b", "outboard": "c", "teeth": [20, 30], "module": 0.01}
+    case = resolved(scene({n: WHEEL | {"position": joints[f"p{n}"]["at"]} for n in "abc"}, joints, (0, 0, 0)))
+    model = Model(case, level_of(case, 0))
+    for spins in ([3.0, 6.0, -4.0], [3.0, 0.0, 0.0]):
+        assert start(model, dict(zip(joints, spins, strict=False)))[model.frames.at["w"]][2::3] == pytest.approx(spins)
+    for wrong in ({"pa": 3.0, "pb": 6.0, "pc": 4.0}, {"pa": 2.0, "pb": 6.0, "pc": -4.0}):
+        with pytest.raises(ValueError, match="contradicts"):
+            start(model, wrong)
+    joints["pb"]["start"] = {"qd": 1.5}
+    case = resolved(scene({n: WHEEL | {"position": joints[f"p{n}"]["at"]} for n in "abc"}, joints, (0, 0, 0)))
+    model = Model(case, level_of(case, 0))
+    assert start(model, {"pa": 2.0, "pb": 6.0, "pc": -4.0})[model.frames.at["w"]][2::3] == pytest.approx([3.0, 1.5, -1.0])
 
 
 def test_what_it_does_not_take_it_says() -> None:
@@ -180,6 +235,8 @@ def test_the_rates_in_c_are_those_of_the_definition() -> None:
         "u": {"type": "universal", "inboard": "n", "outboard": "c", "reference": "x", **at},
         "o": {"type": "spherical", "inboard": "c", "outboard": "d", "at": [0, 0, 0.3], "friction": {"mu": 0.2, "radius": 0.02}},
         "f": {"type": "rack", "inboard": {"body": "a", "axis": "z"}, "outboard": {"body": "d", "axis": "x"}, "radii": [0.02]},
+        "v": {"type": "bevel_gear", "inboard": {"body": "n", "axis": "z"}, "outboard": {"body": "c", "axis": "x"},
+              "teeth": [20, 10], "module": 0.01, "friction": {"mu": 0.1, "pressure_angle": 0.3}},
     }  # fmt: skip
     places = {"a": [0, 0, 0], "b": [0.25, 0, 0], "n": [0, 0, 0], "c": [0, 0, 0], "d": [0, 0.02, 0.3]}
     bodies = {n: WHEEL | {"position": x} for n, x in places.items()}

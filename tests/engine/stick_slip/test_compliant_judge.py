@@ -104,6 +104,8 @@ CASES = {
     "coasting gears": (coasting_gears(), 0.3),
     "wrapped stop": (wrapped_stop(), 0.8),
     "train that lets go": (crossed_dict("gear_trains", 1031), 0.2),
+    "cones with redundant teeth": (crossed_dict("bevel_differentials", 1005), 0.2),
+    "pairs that let go together": (crossed_dict("hooks_in_loops", 7), 0.2),
     "open start rates": (crossed_dict("ratchets_in_loops", 1009), 0.02),
 }
 

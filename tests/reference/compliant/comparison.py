@@ -35,13 +35,13 @@ class Comparison:
 
 
 def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int = LEVELS) -> Comparison:
-    """Coordinates of all joints by the engine and by the judge; where the engine's run ends early, infinitely far apart. Both start
-    with the engine's rates, because a scene may leave rates open."""
+    """Coordinates of all joints by the engine and by the judge; where the engine's run ends early, infinitely far apart. The
+    judge takes the engine's start rates only where the scene leaves rates open."""
     first = simulate(scene, until=1e-9, every=1e-9, outputs=["*.qd[*"])
     rates: dict[str, list[float]] = {}
     for c in first.columns:
         rates.setdefault(c.name.split(".qd[")[0], []).append(float(first[c.name][0]))
-    judge = judged(scene, until, ["*.q[*"], start_from=(None, rates), rtol=rtol, levels=levels)
+    judge = judged(scene, until, ["*.q[*"], rates=rates, rtol=rtol, levels=levels)
     run = simulate(scene, until=float(judge.time[-1]), every=float(judge.time[1]), rtol=1e-8, outputs=list(judge.values))
     full = run.time[-1] >= judge.time[-1] * (1 - 1e-9)
     apart, beyond = {}, {}

@@ -84,8 +84,7 @@ class Compiled:
         if law is not None:
             for key in ("eps", "fall", "drag"):
                 self._put(target, key, getattr(law, key))
-            for key in ("viscous", "open"):
-                self._put(target, key, getattr(law, key), int)
+            self._put(target, "viscous", law.viscous, int)
             self.laws[name] = law
 
     def _constant(self) -> None:

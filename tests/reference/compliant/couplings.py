@@ -96,16 +96,20 @@ class Wheels:
             both = cross(a, b)
             sine = np.sqrt(np.maximum(dot(both, both), 1e-30))[..., None]
             g = (self.r2[:, None] * a + self.r1[:, None] * b) / sine
-            at, turn = s.p + g, g / np.sqrt(np.maximum(dot(g, g), 1e-30))[..., None]
+            turn = g / np.sqrt(np.maximum(dot(g, g), 1e-30))[..., None]
             away = cross(turn, both / sine)
             away = away * np.sign(dot(away, b))[..., None]
-            k, inner, outer, apart, slip = _where(bevel, (both / sine, at, at, away, turn), (k, inner, outer, apart, slip))
+            new = (both / sine, s.p + g, s.q + g, away, turn)
+            k, inner, outer, apart, slip = _where(bevel, new, (k, inner, outer, apart, slip))
         plain = ~(rack | bevel)
         t1, t2 = t1 * plain[:, None], t2 * plain[:, None]
         one, two = self.sides.one, self.sides.two
         v1 = m.v[:, one] + cross(m.w[:, one], inner - m.c[:, one])
         v2 = m.v[:, two] + cross(m.w[:, two], outer - m.c[:, two])
         rate = dot(k, v2 - v1) + dot(t2, m.w[:, two]) + dot(t1, m.w[:, one])
+        if bevel.any():  # of the apexes' distance along k, which turns with the axes: teeth count angles and places, not ways
+            turns = cross(cross(m.w[:, one], a), b) + cross(a, cross(m.w[:, two], b))
+            rate = rate + np.where(bevel, dot(turns - dot(k, turns)[..., None] * k, across) / sine[..., 0], 0.0)
         return rate, k, inner, t1, outer, t2, slip, apart, dot(s.turn, slip)
 
     def rate(self, m: Motion) -> np.ndarray:

@@ -1,9 +1,9 @@
 """Friction laws with a continuous passage through rest: Coulomb's law is their limit for a small speed ``eps``.
 
 Below eps friction rises in proportion to the speed, to its largest value at rest. Beyond, the law is exact. A pair whose
-coefficient at rest is larger has a state: it rests until its speed reaches eps, and slides until its speed is below eps again. (A
-law that falls with the speed instead has an unstable branch, which implicit steps follow.) All is for many states and pairs at
-once.
+coefficient at rest is larger has a state: it slides until its speed is below eps, and rests until its speed reaches ``BEGINS`` eps.
+(Pairs that move together reach their own eps one after the other: so all have their largest friction before one lets go. A law
+that falls with the speed instead has an unstable branch, which implicit steps follow.) All is for many states and pairs at once.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from tests.reference.mechanics.time_signals import load_value
 
 AGAIN = 0.999
 """Speed, relative to eps, below which a sliding pair rests."""
+BEGINS = 100.0
+"""Speed, relative to eps, at which a resting pair begins to slide."""
 
 
 class NotJudged(NotImplementedError):
@@ -70,7 +72,6 @@ class Laws:
         self.drag = np.array([(f.viscosity or 0.0) if k in drags else 0.0 for f, k in both], float)
 
         self.jumps = np.flatnonzero([k == "coulomb" and f.mu_static is not None for f, k in both])
-        self.open = np.isin(np.arange(len(frictions)), self.jumps)
         self.slides = np.zeros(len(frictions), bool)
         self.share = np.zeros((1, len(frictions)))
 
@@ -80,13 +81,12 @@ class Laws:
         rest = np.maximum(self.rest(t), mu)
         self.share = speed / self.eps
         held = np.where(np.isinf(self.fall), ~self.slides, np.exp(-((speed / self.fall) ** 2)))
-        bounded = np.where(self.open & ~self.slides, self.eps, np.maximum(speed, self.eps))  # smooth until the state changes
-        return np.where(self.viscous, 0.0, (mu + (rest - mu) * held) / bounded) + self.drag
+        return np.where(self.viscous, 0.0, (mu + (rest - mu) * held) / np.maximum(speed, self.eps)) + self.drag
 
     def switches(self) -> np.ndarray:
         """After ``slope``: functions that are negative where a pair's state must change (n x ``jumps``)."""
         x = self.share[:, self.jumps]
-        return np.where(self.slides[self.jumps], x - AGAIN, 1 - x)
+        return np.where(self.slides[self.jumps], x - AGAIN, BEGINS - x)
 
     def switch(self, k: int) -> None:
         """Change the state of the pair of a function."""

@@ -51,27 +51,42 @@ class Model:
     def switches(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Functions that become negative where the state of a hook or of a friction pair has to change: n x their number."""
         out = [self.devices.hook_functions(self.frames.motion(t, y))]
-        if any(len(law.jumps) for law in self.laws):
+        if self.has_jumps:
             self.rates(t, y)
             out += [np.broadcast_to(law.switches(), (len(y), len(law.jumps))) for law in self.laws]
         return np.concatenate(out, axis=1)
 
-    def switch(self, k: int, t: float, y: np.ndarray) -> None:
-        """Change the state that belongs to a function."""
+    def switch(self, k: int, t: float, y: np.ndarray) -> int | None:
+        """Change the state that belongs to a function. The number of a pair that begins to slide."""
         if k < len(self.devices.latches):
             self.devices.change_hook(k, self.frames.motion(np.array([t]), y[None]))
-            return
-        k -= len(self.devices.latches)
+            return None
+        k, first = k - len(self.devices.latches), 0
         for law in self.laws:
             if k < len(law.jumps):
                 law.switch(k)
-                return
-            k -= len(law.jumps)
+                return first + int(law.jumps[k]) if law.slides[law.jumps[k]] else None
+            k, first = k - len(law.jumps), first + len(law.kinds)
+        raise IndexError(k)
+
+    @property
+    def yields(self) -> bool:
+        """After ``rates``: whether a pair with a larger coefficient at rest moves, but has not begun to slide."""
+        return any(((law.share[:, law.jumps] >= 1) & ~law.slides[law.jumps]).any() for law in self.laws)
+
+    def moving(self, states: int) -> np.ndarray:
+        """After ``rates`` of so many states: which pairs moved faster than friction rests (states x pairs)."""
+        return np.concatenate([np.broadcast_to(law.share, (states, len(law.kinds))) for law in self.laws], axis=1) >= 1
 
     @property
     def has_switches(self) -> bool:
         """Whether the scene has states apart from its motion."""
-        return bool(self.devices.latches) or any(len(law.jumps) for law in self.laws)
+        return bool(self.devices.latches) or self.has_jumps
+
+    @property
+    def has_jumps(self) -> bool:
+        """Whether a pair has a larger coefficient at rest."""
+        return any(len(law.jumps) for law in self.laws)
 
     def begin(self, y: np.ndarray) -> None:
         """The states of hooks and pairs at the start."""

@@ -21,9 +21,8 @@ static double most(double a, double b) { return a > b ? a : b; }
 static double slope(const Law *l, long s, long i, double speed) {
     double mu = most(l->mu[s * l->n + i], 0), rest = most(l->rest[s * l->n + i], mu);
     double held = isinf(l->fall[i]) ? !l->slides[i] : exp(-(speed / l->fall[i]) * (speed / l->fall[i]));
-    double bound = l->open[i] && !l->slides[i] ? l->eps[i] : most(speed, l->eps[i]);
     l->share[s * l->n + i] = speed / l->eps[i];
-    return (l->viscous[i] ? 0 : (mu + (rest - mu) * held) / bound) + l->drag[i];
+    return (l->viscous[i] ? 0 : (mu + (rest - mu) * held) / most(speed, l->eps[i])) + l->drag[i];
 }
 
 static void seen(const Sides *g, long i, const Body *b, Pair *o) {
@@ -174,7 +173,10 @@ static void wheel_row(const Model *M, long i, const Pair *o, Row *r) {
     } else if (M->wheel_kind[i] == 2) { /* cones */
         cross(a, b, r->k);
         double sine = sqrt(most(dot(r->k, r->k), 1e-30));
-        for (int k = 0; k < 3; k++) r->k[k] /= sine, g[k] = (r2 * a[k] + r1 * b[k]) / sine, r->inner[k] = r->outer[k] = o->p[k] + g[k];
+        for (int k = 0; k < 3; k++) {
+            r->k[k] /= sine, g[k] = (r2 * a[k] + r1 * b[k]) / sine;
+            r->inner[k] = o->p[k] + g[k], r->outer[k] = o->q[k] + g[k];
+        }
         unit(g);
         cross(g, r->k, r->apart);
         double sign = dot(r->apart, b) < 0 ? -1 : 1;
@@ -187,6 +189,15 @@ static void wheel_row(const Model *M, long i, const Pair *o, Row *r) {
             r->t1[k] = -r1 * a[k], r->t2[k] = -r2 * a[k], r->apart[k] = sign * p[k] / sqrt(p2);
         }
     }
+}
+
+/* The rate of the distance of two cones' apexes along k that comes from the turning of k with their axes. */
+static double turning_rate(const Pair *o, const double *k, const double *w1, const double *w2) {
+    double a[3], b[3], c[3], da[3], db[3], one[3], two[3], turns[3], across[3];
+    column(o->A, 0, a), column(o->B, 0, b);
+    cross(a, b, c), cross(w1, a, da), cross(w2, b, db), cross(da, b, one), cross(a, db, two);
+    for (int j = 0; j < 3; j++) turns[j] = one[j] + two[j], across[j] = o->q[j] - o->p[j];
+    return (dot(turns, across) - dot(k, turns) * dot(k, across)) / sqrt(most(dot(c, c), 1e-30));
 }
 
 static double point_rate(const Body *b, long body, const double *at, const double *k) {
@@ -204,6 +215,7 @@ static void wheels(const Model *M, Body *b, const double *rolled, double *rates)
         seen(&M->wheels, i, b, &o);
         wheel_row(M, i, &o, &r);
         double rate = point_rate(b, two, r.outer, r.k) - point_rate(b, one, r.inner, r.k) + dot(r.t2, b->w[two]) + dot(r.t1, b->w[one]);
+        if (M->wheel_kind[i] == 2) rate += turning_rate(&o, r.k, b->w[one], b->w[two]);
         double f = -M->wheel_k[i] * (rolled[i] + M->delay * rate), sliding = dot(o.turn, r.slip), torque = 0;
         if (slot >= 0) {
             double v = M->tooth_arm[i] * sliding;

@@ -6,7 +6,7 @@
 #define MOST 64 /* bodies, the ground among them */
 
 typedef struct { long n; const long *one, *two; const double *x1, *F1, *x2, *F2; } Sides;
-typedef struct { long n; const double *eps, *fall, *drag, *mu, *rest; const long *viscous, *open, *slides; double *share; } Law;
+typedef struct { long n; const double *eps, *fall, *drag, *mu, *rest; const long *viscous, *slides; double *share; } Law;
 
 typedef struct {
     long nb, size, at_q, at_v, at_w, at_rolled, at_taken;

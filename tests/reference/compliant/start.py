@@ -14,6 +14,8 @@ from tests.reference.mechanics.rotation import matrix_from_quaternion, quaternio
 from tests.reference.mechanics.time_signals import drive_motion
 
 NEWTON, CLOSED, DEPENDENT = 60, 1e-13, 1e-9
+AGREED = 1e-6
+"""Rates that differ by less, of the largest one, agree."""
 
 
 def _given(scene, name: str, key: str):
@@ -30,10 +32,11 @@ def _given(scene, name: str, key: str):
     return list(value) if isinstance(value, (tuple, list)) else [value]
 
 
-def start(model: Model, q: dict | None = None, qd: dict | None = None) -> np.ndarray:
-    """The state at t = 0, from the scene's start values or from given ones."""
+def start(model: Model, offered: dict | None = None) -> np.ndarray:
+    """The state at t = 0 from the scene's start values. ``offered``: rates of all joints, taken where the scene leaves rates open.
+    ValueError, if a constraint or a start value forbids the offered rates."""
     scene, held = model.scene, model.held
-    given = {n: _given(scene, n, "q") for n in held} | {n: list(np.atleast_1d(x)) for n, x in (q or {}).items()}
+    given = {n: _given(scene, n, "q") for n in held}
     for name in held:
         drive = scene.joints[name].drive
         if drive is not None and not isinstance(drive, (tuple, list)):
@@ -48,7 +51,9 @@ def start(model: Model, q: dict | None = None, qd: dict | None = None) -> np.nda
     model.free.near = np.array([_near(given[n], k) for n, k in model.free.labels])
     y = _closed(model, y, given)
     model.free.near = model.free.seen(f.motion(np.zeros(1), y[None]))[0][0]
-    return _agreed(model, y, {n: _given(scene, n, "qd") for n in held} | {n: list(np.atleast_1d(x)) for n, x in (qd or {}).items()})
+    y = y.copy()
+    y[f.at["v"].start : f.at["w"].stop] = _agreed(model, y, {n: _given(scene, n, "qd") for n in held}, offered)
+    return y
 
 
 def _near(given, k: int) -> float:
@@ -161,23 +166,37 @@ def _least(G, g, E, e) -> np.ndarray:
     return x + N @ np.linalg.lstsq(E @ N, e - E @ x, rcond=1e-9)[0] if len(E) and N.size else x
 
 
-def _agreed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
-    """The rates: all rows hold, then the given rates, then the least rates of joints."""
-    f, scale = model.frames, _scaled(model)
+def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> np.ndarray:
+    """The rates: all rows hold, then the given rates, then the offered ones or the least rates of joints."""
+    scale = _scaled(model)
     G, free, _, _ = _rows(model, y)
     target = np.zeros(len(G))
     drives = model.devices.drives
     if drives:
         target[-len(drives) :] = [drive_motion(d, 0.0)[1] for _, d in drives]
-    weights, want = np.full(len(free), 1e-4), np.zeros(len(free))
-    for i, (n, k) in enumerate(model.free.labels):
-        if given[n] is not None:
-            weights[i], want[i] = 1.0, given[n][k]
+    known = np.array([given[n] is not None for n, _ in model.free.labels])
+    wanted = np.array([given[n][k] if given[n] is not None else 0.0 for n, k in model.free.labels])
+    x = _nearest(G, target, free, known, wanted, scale)
+    held = np.concatenate([G, free[known]]) * scale
+    size = 1.0 + np.abs(wanted).max(initial=0.0)
+    kept = np.abs(free @ x - wanted)[known].max(initial=0.0) < AGREED * size
+    if offered is None or (kept and np.linalg.matrix_rank(held, DEPENDENT * np.abs(held).max()) == held.shape[1]):
+        return x
+    rates = np.array([np.atleast_1d(offered[n])[k] for n, k in model.free.labels])
+    x = _nearest(G, target, free, known | True, rates, scale)
+    broken = np.abs(free @ x - rates) + np.where(known & kept, np.abs(rates - wanted), 0.0)
+    if broken.max(initial=0.0) > AGREED * (size + np.abs(rates).max(initial=0.0)):
+        k = int(np.argmax(broken))
+        name = model.free.labels[k][0]
+        raise ValueError(f"{name}: the offered start rate {rates[k]:.9g} contradicts a constraint or a start value")
+    return x
+
+
+def _nearest(G, target, free, known, wanted, scale) -> np.ndarray:
+    """Velocities that hold all rows, then the known rates, then the least rates of joints."""
+    weights, want = np.where(known, 1.0, 1e-4), np.where(known, wanted, 0.0)
     x = scale * _least(G * scale, target, weights[:, None] * free * scale, weights * want)
     for _ in range(2):  # the small weights of open rates disturb the given ones; a second pass corrects this
-        rest = want - free @ x
-        rest[weights < 1] = 0.0
+        rest = np.where(known, want - free @ x, 0.0)
         x = x + scale * _least(G * scale, 0 * target, weights[:, None] * free * scale, weights * rest)
-    y = y.copy()
-    y[f.at["v"].start : f.at["w"].stop] = x
-    return y
+    return x
