@@ -119,6 +119,22 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
  * loops. */
 static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
 
+/* Remove speeds at rest across the direction of a pair from the rates of the state y. They are round-off of the rates before a
+ * reversal, and grow along a line that repels. */
+static void tr_remove_speed_across(const tr_sim *s, double *y) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (pair->nrates == 1 || pair->v0 < 0 || !(tr_frozen_length(s, i) > TR_LINE)) continue;
+    const double *lever = TR_A(s, lever) + pair->eta0;
+    double d[3], along = 0.0, across = 0.0, *rate = y + s->k->nq + pair->v0;
+    for (int j = 0; j < pair->nrates; ++j) d[j] = tr_mode_of(s, i)->direction[j] / ON_LINE * lever[j];
+    tr_make_unit(pair->nrates, d);
+    for (int j = 0; j < pair->nrates; ++j) along += rate[j] * lever[j] * d[j];
+    for (int j = 0; j < pair->nrates; ++j) across += pow(rate[j] * lever[j] - along * d[j], 2.0);
+    for (int j = 0; j < pair->nrates && sqrt(across) <= tr_rest_speed(tr_speed_unit(s)); ++j) rate[j] = along * d[j] / lever[j];
+  }
+}
+
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew) {
   const tr_kernel *k = s->k;
   double *mid = TR_A(s, ytmp);
@@ -134,6 +150,7 @@ static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, dou
   memcpy(ynew, mid, sizeof(double) * tr_state_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, part_power));
   for (int i = k->nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
   tr_zero_held_rates(s, ynew);
+  tr_remove_speed_across(s, ynew);
   tr_advance_positions(s, ynew, ynew + k->nq, 0.5 * h);
   if (!tr_is_finite(s->ny, ynew)) return TR_FAIL_NOT_FINITE;
   if (!tr_project(s, t + h, ynew)) return s->step.failure;
