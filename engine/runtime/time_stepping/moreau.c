@@ -49,12 +49,24 @@ static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || ((held || h <= s->moreau.decides) && tr_decide_modes(s, rest, n, -1));
 }
 
-/* Find modes and multipliers of a step h from the state `mid` (middle position, old rates). Evaluates the maps of `mid`. Returns 0
- * on failure. */
-static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
+/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). In the
+ * middle, rates of cut and driven joints also follow from drives and positions, which are ahead of the rates of the state. */
+static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, double h, const double *mid) {
+  const tr_kernel *k = s->k;
+  double *rates = (double *)map_rates(k, TR_A(s, maps)), start[k->nrates + 1];
+  int depends = 0;
+  for (int i = 0; i < k->nsliders; ++i) depends |= tr_pair_of(s, i)->v0 < 0;
+  if (depends) tr_evaluate_maps_at(s, t, y), memcpy(start, rates, sizeof(double) * k->nrates);
+  tr_evaluate_maps_at(s, t + 0.5 * h, mid);
+  if (depends) tr_form_maps(s), memcpy(rates, start, sizeof(double) * k->nrates);
+}
+
+/* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`. Returns
+ * 0 on failure. */
+static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, double h) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = 0, runs = 0;
-  tr_evaluate_maps_at(s, t, mid);
+  tr_evaluate_impulse_maps(s, t, y, h, mid);
   if (k->active + k->neta == 0) return 1;
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set_valued(s, i)) continue;
@@ -146,7 +158,7 @@ static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, dou
   tr_set_time(s, t + 0.5 * h);
   if (tr_is_driven_alone(s) && !tr_project(s, t + 0.5 * h, mid)) return s->step.failure;
   if (s->set.hfixed > 0.0) tr_moreau_update_stops(s, t + 0.5 * h, mid);
-  if (!tr_moreau_solve(s, t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
+  if (!tr_moreau_solve(s, t, y, mid, h)) return TR_FAIL_MODES;
   memcpy(ynew, mid, sizeof(double) * tr_state_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, part_power));
   for (int i = k->nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
   tr_zero_held_rates(s, ynew);

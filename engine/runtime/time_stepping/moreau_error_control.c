@@ -26,8 +26,23 @@ static void tr_evaluate_speeds(tr_sim *s, double t, const double *y, double *spe
   for (int i = 0; i < s->k->nsliders; ++i) speed[i] = tr_pair_speed(s, i);
 }
 
+/* Whether pair i moves against the direction in which it slides. Requires maps of the current state. */
+static int tr_is_moving_backwards(const tr_sim *s, int i) {
+  return tr_is_set_valued(s, i) && !tr_is_stuck(s, i) && tr_speed_along(s, i) < -tr_crawl_speed(tr_speed_unit(s));
+}
+
+/* As tr_is_moving_backwards, for any pair at (t, y). */
+static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
+  int any = 0;
+  if (!s->k->sets) return 0;
+  tr_evaluate_maps_at(s, t, y);
+  for (int i = 0; i < s->k->nsliders; ++i) any |= tr_is_moving_backwards(s, i);
+  return any;
+}
+
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. It is the speed before a stop, after
- * a start, or both at a reversal. A pair that is stuck at the end but slips in the next step counts too. */
+ * a start, or both at a reversal. A pair that is stuck at the end but slips in the next step counts too, and so does a pair whose
+ * rate, but not its mode, reversed: the rates that decide its mode have errors of h². */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -36,7 +51,7 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   tr_save_modes(s, end);
   tr_evaluate_speeds(s, t, TR_A(s, y), before), tr_evaluate_speeds(s, t + h, TR_A(s, ynew), speed);
   for (int i = 0; i < k->nsliders; ++i)
-    if (tr_is_set_valued(s, i) && (tr_mode_change(s, i, course->start + i) || tr_mode_change(s, i, course->middle + i)))
+    if (tr_is_set_valued(s, i) && (tr_mode_change(s, i, course->start + i) || tr_mode_change(s, i, course->middle + i) || tr_is_moving_backwards(s, i)))
       most = fmax(most, before[i] + speed[i]);
   s->moreau.frozen = 0;
   if (tr_moreau_substep(s, t + h, TR_A(s, ynew), 0.5 * h, after) == TR_OK) {
@@ -48,16 +63,18 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. half: state between the half steps. Forms
- * the dense output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step, unless this reverses a pair: its friction
+ * would be against its motion. half: state between the half steps. Forms the dense output. Returns a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
   const double *yold = TR_A(s, yold);
-  double *R = TR_A(s, kstep), off[n];
+  double *R = TR_A(s, kstep), off[n], made[n];
+  memcpy(made, ynew, sizeof made);
   for (int i = 0; i < n; ++i) off[i] = ynew[i] - whole[i], ynew[i] = m->halves * ynew[i] + m->whole * whole[i];
   tr_zero_held_rates(s, ynew);
   if (!tr_project(s, t, ynew)) return s->step.failure;
+  if (tr_has_pair_moving_backwards(s, t, ynew)) memcpy(ynew, made, sizeof made), memset(off, 0, sizeof off);
   for (int i = 0; i < n; ++i) /* parabola through the middle state, which is corrected by half of the difference */
     R[i] = ynew[i] - yold[i], R[n + i] = 4.0 * (half[i] + 0.5 * off[i]) - 2.0 * (yold[i] + ynew[i]);
   s->step.dense_rows = 2;
@@ -75,6 +92,8 @@ static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_cou
   double slope[tr_state_width(s)], z[tr_z_length(s) + 1], most = s->set.rate * tr_speed_unit(s);
   tr_save_modes(s, end), memcpy(slope, TR_A(s, dy), sizeof slope), memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s));
   tr_moreau_rewind(s, course);
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  tr_set_row_kinds(s);
   if (tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)))
     for (int i = 0; i < s->k->nsliders; ++i)
       for (int e = tr_pair_of(s, i)->eta0; e < tr_pair_of(s, i)->eta0 + tr_pair_of(s, i)->nrates; ++e)
@@ -134,7 +153,7 @@ static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *
   tr_save_modes(s, course->middle), memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * n);
   if ((s->step.failure = tr_moreau_substep(s, t + 0.5 * h, half, 0.5 * h, ynew)) != TR_OK) return NAN;
   tr_save_powers(s, powers, 2);
-  course->steady &= tr_has_same_modes(s, course->start), course->smooth = course->steady && same;
+  course->steady &= tr_has_same_modes(s, course->start) && !tr_has_pair_moving_backwards(s, t + h, ynew), course->smooth = course->steady && same;
   for (int i = 0; i < n; ++i) off[i] = ynew[i] - whole[i];
   double err = sqrt(tr_squared_motion_error(s, off, y, ynew) + tr_squared_impulse_work_error(s, h, powers));
   if (!course->smooth) tr_form_dense_straight(s);
