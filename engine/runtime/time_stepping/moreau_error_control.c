@@ -84,20 +84,30 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
+/* Largest surface acceleration of the pairs at the start of the step, in the modes in force, m/s². Returns 0 if these modes have no
+ * solution there. */
+static double tr_largest_start_acceleration(tr_sim *s) {
+  double most = 0.0;
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  tr_set_row_kinds(s);
+  if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return 0.0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    for (int e = tr_pair_of(s, i)->eta0; e < tr_pair_of(s, i)->eta0 + tr_pair_of(s, i)->nrates; ++e)
+      most = fmax(most, fabs(tr_acceleration_by_maps(s, e)) * TR_A(s, lever)[e]);
+  return most;
+}
+
 /* As tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. */
+ * the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. The accelerations are those in the
+ * modes at the step's start and end, because a pair that is released has none before. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
   double slope[tr_state_width(s)], z[tr_z_length(s) + 1], most = s->set.rate * tr_speed_unit(s);
   tr_save_modes(s, end), memcpy(slope, TR_A(s, dy), sizeof slope), memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s));
+  most = fmax(most, tr_largest_start_acceleration(s));
   tr_moreau_rewind(s, course);
-  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
-  tr_set_row_kinds(s);
-  if (tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)))
-    for (int i = 0; i < s->k->nsliders; ++i)
-      for (int e = tr_pair_of(s, i)->eta0; e < tr_pair_of(s, i)->eta0 + tr_pair_of(s, i)->nrates; ++e)
-        most = fmax(most, fabs(tr_acceleration_by_maps(s, e)) * TR_A(s, lever)[e]);
+  most = fmax(most, tr_largest_start_acceleration(s));
   tr_restore_modes(s, end), memcpy(TR_A(s, dy), slope, sizeof slope), memcpy(TR_A(s, z), z, sizeof(double) * tr_z_length(s));
   s->step.failure = failure;
   return LEAST_IMPULSE * s->set.rtol * tr_speed_unit(s) / most + TIME_ROUND_OFF * fabs(s->clock.t);
