@@ -201,6 +201,20 @@ static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jol
   return changed;
 }
 
+/* Log the separations of an accepted step to time `end`. `smooth`: whether its modes are the same throughout; otherwise forces jump,
+ * and the step has no dense output that shows a force pass through zero. */
+static void tr_log_impulse_separations(tr_sim *s, double end, int smooth) {
+  const double *y = TR_A(s, ynew);
+  double kept[tr_solution_size(s)], *slope = TR_A(s, dy);
+  if (!s->o || !s->o->ncontacts || !s->set.locate || s->set.hfixed > 0.0) return;
+  tr_save_solution(s, kept);
+  if (tr_rhs(s, end, y, slope)) {
+    if (smooth) tr_log_step_separations(s, slope + s->k->nq);
+    else tr_current_contacts(s, y, (tr_contact *)TR_A(s, contacts));
+  }
+  tr_restore_solution(s, kept);
+}
+
 /* Accept the step h to time `end`; it is then pending. err: error of the step. most: largest growth factor of the next step. */
 static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double most, const tr_moreau_course *course) {
   const int fixed = s->set.hfixed > 0.0;
@@ -216,6 +230,7 @@ static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double
   if (fixed) tr_form_dense_straight(s);
   memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_z_length(s)), tr_store_end_multipliers(s);
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
+  tr_log_impulse_separations(s, end, course->smooth);
   s->pending.t = end, s->pending.theta = 1.0, s->pending.h = h, s->pending.kind = TR_IMPULSE_STEP;
   s->pending.grow = fixed ? 1.0 : tr_next_step_factor(s, err, tr_method_of(s)->order, most);
   if (!fixed) tr_copy(s->k->npowers, TR_A(s, impulse_work) + s->k->npowers, TR_A(s, impulse_work));
