@@ -29,15 +29,18 @@ static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int
 
 static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
   const int impulses = s->moreau.h > 0.0;
+  int classed = !impulses; /* impulse steps find the classes only where a mode changes */
   for (int it = 0; it < DECISION_STEPS; ++it) {
     int worst;
     if (!tr_solve_with_onsets(s, rest, n, impulses && it == 0, &worst)) {
       if (worst < 0 || !impulses) return 0;
+      if (!classed) tr_find_coupled_pairs(s), classed = 1;
       tr_let_stick(s, rest, n, worst);
       continue;
     }
     worst = tr_find_worst_misfit(s, rest, n);
     if (worst < 0) return tr_is_valid_decision(s, rest, n) && tr_stick_idle_pairs(s, rest, n);
+    if (!classed) tr_find_coupled_pairs(s), classed = 1;
     if (!tr_is_sliding(s, worst) && tr_stick_by_stored_loads(s, rest, n)) return tr_stick_idle_pairs(s, rest, n);
     if (!tr_is_sliding(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
   }
