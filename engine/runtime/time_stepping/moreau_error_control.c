@@ -11,6 +11,7 @@
 #define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
 #define HALF_OF_IT 0.5     /* × the change of a speed over a step: a larger difference between its two halves means a jump */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
+#define SPEED_SHARE 0.1     /* × the tolerance of speeds: error of a speed that errors of works may correspond to */
 #define SLIVER 1e-9        /* × a step: a smaller rest before the limit is added to the step */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
@@ -133,8 +134,9 @@ static void tr_save_powers(const tr_sim *s, double *powers, int part) {
 }
 
 /* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
- * it; otherwise errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the step is
- * accepted. */
+ * it; otherwise errors of the motion would scale as rtol^(2/3). The unit includes SPEED_SHARE √(work · energy scale): the energy
+ * m v δv of an error δv of the speed v that the work causes. With the works alone as unit, a start from rest would take many steps.
+ * impulse_work keeps the sums including this step until the step is accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -143,7 +145,7 @@ static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *p
     e[s->ny + i] = work - h * powers[i], was[s->ny + i] = done[i], is[s->ny + i] = done[n + i] = done[i] + work;
     most = fmax(most, fabs(done[i]) + fabs(work));
   }
-  return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most));
+  return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most) + SPEED_SHARE * sqrt(most * s->set.energy));
 }
 
 /* Make a step h as a whole and in halves. ynew receives the result, extrapolated if no mode changed. Returns the error of ynew in
